@@ -1,19 +1,391 @@
-"""The column's page of the balls: the selected one, and a table of all in one engine."""
+"""The column's page of the balls: the selected ball or wall, to see and change, and a table of all balls."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
+from typing import Final, NamedTuple
 
-from sandbox.scene.model import Scene
-from sandbox.state import State
-from sandbox.view.editor import Editor
-from sandbox.view.inspector import Inspector
+import numpy as np
+from pygame import Rect, Surface
+
+from sandbox.errors import SandboxError, shown
+from sandbox.quantity import kinetic_energies, length
+from sandbox.run.edits import AddBall
+from sandbox.scene.fields import PALETTE, Vector, rgb
+from sandbox.scene.model import Arena, Scene, Wall
+from sandbox.scene.units import Dimension, Units
+from sandbox.state import Floats, State
+from sandbox.view.editor import ARENA_WALL, Editor
 from sandbox.view.mouse_tool import MouseTool
+from sandbox.view.move_tool import Tool
 from sandbox.view.notice import Notice
-from sandbox.view.palette import chart_palette
 from sandbox.view.playback import Playback
-from sandbox.view.widgets.ball_table import BODY, MOTION, BallTable, Values
-from sandbox.view.widgets.buttons import TextButton
+from sandbox.view.primitives import dot, text_width, write
+from sandbox.view.theme import chart_palette, theme
+from sandbox.view.widgets.buttons import Swatch, TextButton
+from sandbox.view.widgets.fields import Field
 from sandbox.view.widgets.widget import Widget
+from sandbox.view.widgets.words import Words
+
+LINE: Final = 1.5  # height of a row, in heights of the text
+NUMBER: Final = 3.2  # width of the column of numbers, likewise
+MAX_BALLS: Final = 2_000  # in the table
+
+
+Values = Callable[[State, Scene], Floats]
+HINT: Final = "Click a ball, or a row of the table, to change it; a wall, while the run is paused."
+DECIMALS: Final = 3  # of numbers in px
+NOISE: Final = 1e-9  # of any unit; less is an engine's rounding error
+
+
+class Column(NamedTuple):
+    """A column: its values in px; their dimension; whether its heading has the unit."""
+
+    values: Values
+    dimension: Dimension = Dimension.NUMBER
+    has_unit: bool = False
+
+
+MOTION: Final[Mapping[str, Column]] = {
+    "x": Column(lambda state, _: state.position[:, 0], Dimension.LENGTH, has_unit=True),
+    "y": Column(lambda state, _: state.position[:, 1], Dimension.LENGTH, has_unit=True),
+    "vx": Column(lambda state, _: state.velocity[:, 0], Dimension.VELOCITY, has_unit=True),
+    "vy": Column(lambda state, _: state.velocity[:, 1], Dimension.VELOCITY, has_unit=True),
+    "speed": Column(lambda state, _: length(state.velocity), Dimension.VELOCITY),
+}
+BODY: Final[Mapping[str, Column]] = {
+    "mass": Column(lambda _, scene: scene.bodies.mass, Dimension.MASS),
+    "radius": Column(lambda _, scene: scene.bodies.radius, Dimension.LENGTH),
+    "momentum": Column(lambda state, scene: length(state.velocity) * scene.bodies.mass, Dimension.MOMENTUM),
+    "energy": Column(
+        lambda state, scene: kinetic_energies(state.velocity, state.spin, scene.bodies.mass, scene.bodies.moment),
+        Dimension.ENERGY,
+    ),
+    "spin": Column(lambda state, _: state.spin, Dimension.SPIN),
+}
+
+
+@dataclass(eq=False)
+class BallTable(Widget):
+    """Rows of balls under the names of columns: a press on a name sorts by it, one on a row selects the ball.
+
+    shown: returns the state, the scene and the step in an engine. columns: returns the columns shown.
+    """
+
+    shown: Callable[[], tuple[State, Scene, int]]
+    columns: Callable[[], Mapping[str, Column]]
+    selected: Callable[[], int | None]
+    select: Callable[[int], None]
+    sorted_by: str = ""  # a column, or nothing: by number
+    falling: bool = False  # from the largest
+    width: float = 5.0
+
+    takes_keys = False
+    _line = _text_height = 1  # px
+
+    @property
+    def look(self) -> object:
+        """The step, and how it is sorted."""
+        state, scene, step = self.shown()
+        return step, id(state), id(scene), tuple(self.columns()), self.selected(), self.sorted_by, self.falling
+
+    def height(self, width: int, text_height: int) -> int:
+        """Return the height of its rows, px."""
+        return round(LINE * text_height) * (1 + min(MAX_BALLS, len(self.shown()[0].position)))
+
+    @property
+    def order(self) -> Sequence[int]:
+        """The balls in the order of the rows."""
+        state, scene, _ = self.shown()
+        if self.sorted_by not in self.columns():
+            return range(len(state.position))
+        values = self.columns()[self.sorted_by].values(state, scene)
+        order: list[int] = np.argsort(-values if self.falling else values, kind="stable").tolist()
+        return order
+
+    def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
+        """Draw the rows that are in the clipped part of the surface."""
+        state, scene, _ = self.shown()
+        self._line, self._text_height = round(LINE * text_height), text_height
+        names = list(self.columns())
+        first = round(NUMBER * text_height)
+        width = (place.width - first) // len(names)
+        small = round(0.9 * text_height)
+        columns, units = list(self.columns().values()), scene.units
+        values = np.column_stack([column.values(state, scene) for column in columns])
+        for column, name in enumerate(names):
+            cell = Rect(place.x + first + column * width, place.y, width, self._line)
+            is_sorted = name == self.sorted_by
+            unit = units.name(columns[column].dimension)
+            heading = f"{name}, {unit}" if columns[column].has_unit else name
+            heading = heading if text_width(heading, small, bold=is_sorted) < width - small // 2 else name
+            _right(surface, heading, cell, small, bold=is_sorted)
+        clip, chosen = surface.get_clip(), self.selected()
+        order = self.order
+        top = max(0, (clip.y - place.y) // self._line - 1)
+        for row in range(top, min(len(order), MAX_BALLS)):
+            line = Rect(place.x, place.y + (row + 1) * self._line, place.width, self._line)
+            if line.y > clip.bottom:
+                break
+            ball = order[row]
+            if ball == chosen:
+                surface.fill(theme.hover, line)
+            rim = (theme.dim.r, theme.dim.g, theme.dim.b)  # or white balls would not be seen
+            disc = dot(max(2, small // 3), rgb(scene.colors[ball]), rim)
+            surface.blit(disc, disc.get_rect(center=(line.x + small // 2, line.centery)))
+            write(surface, str(ball), Rect(line.x + small, line.y, first, line.height), theme.ink, small)
+            for column in range(len(names)):
+                cell = Rect(line.x + first + column * width, line.y, width, line.height)
+                text = _cell_text(values[ball, column], columns[column].dimension, units)
+                _right(surface, text, cell, small, ink=True)
+
+    def press(self, place: Rect, point: tuple[int, int]) -> None:
+        """Sort by the column whose name is pressed, or select the ball of the row."""
+        row = (point[1] - place.y) // max(1, self._line) - 1
+        if row >= 0:
+            order = self.order
+            if row < len(order):
+                self.select(order[row])
+            return
+        names = list(self.columns())
+        first = round(NUMBER * self._text_height)
+        column = (point[0] - place.x - first) // max(1, (place.width - first) // len(names))
+        self._sort(names[min(column, len(names) - 1)] if column >= 0 else "")
+
+    def _sort(self, name: str) -> None:
+        """Sort by a column, the largest first; if that is so already, the smallest first."""
+        self.falling = name != self.sorted_by or not self.falling
+        self.sorted_by = name
+
+
+def _cell_text(value: float, dimension: Dimension, units: Units) -> str:
+    """Return a value in px as it is shown."""
+    shown, decimals = units.factor(dimension) * value, units.decimals(dimension, 1)
+    if abs(value) < 0.05:
+        return "0" if abs(value) < 5e-4 else f"{shown:.1g}"
+    return f"{shown:,.{decimals}f}" if abs(value) < 1e5 else f"{shown:.3g}"
+
+
+def _right(surface: Surface, text: str, cell: Rect, height: int, *, ink: bool = False, bold: bool = False) -> None:
+    """Write a text at the right of a cell."""
+    x = max(cell.x, cell.right - text_width(text, height, bold=bold))
+    place = Rect(x, cell.y, cell.right - x, cell.height)
+    write(surface, text, place, theme.ink if ink else theme.dim, height, bold=bold)
+
+
+OF_STATE: Final[dict[str, Callable[[State, int], float]]] = {  # a ball's
+    "x": lambda state, ball: float(state.position[ball, 0]),
+    "y": lambda state, ball: float(state.position[ball, 1]),
+    "vx": lambda state, ball: float(state.velocity[ball, 0]),
+    "vy": lambda state, ball: float(state.velocity[ball, 1]),
+    "spin": lambda state, ball: float(state.spin[ball]),
+}
+DOES: Final = {
+    "x": "position of its centre, to the right; the same in every engine if you set it",
+    "y": "position of its centre, downwards; the same in every engine if you set it",
+    "vx": "velocity to the right; the same in every engine if you set it",
+    "vy": "velocity downwards; the same in every engine if you set it",
+    "spin": "angular velocity, clockwise; the same in every engine if you set it",
+    "radius": "radius",
+    "mass": "mass; only ratios matter",
+    "elasticity": "its factor: a contact has the product of two",
+    "friction": "its factor: a contact has the product of two",
+    "thickness": "full thickness",
+}
+ENDS: Final = ((0, 0, "from x"), (0, 1, "from y"), (1, 0, "to x"), (1, 1, "to y"))  # an end, its axis, their name
+DIMENSIONS: Final = {
+    "x": Dimension.LENGTH,
+    "y": Dimension.LENGTH,
+    "vx": Dimension.VELOCITY,
+    "vy": Dimension.VELOCITY,
+    "spin": Dimension.SPIN,
+    "mass": Dimension.MASS,
+    "radius": Dimension.LENGTH,
+    "thickness": Dimension.LENGTH,
+    **dict.fromkeys((name for *_, name in ENDS), Dimension.LENGTH),
+}
+END_KEYS: Final = ("start", "to")
+
+
+class Inspector:
+    """Shows the selected ball, as it is in the pane where it was clicked, or the selected wall; changes and copies it.
+
+    The run is paused while its fields are typed into.
+    """
+
+    def __init__(self, playback: Playback, editor: Editor, mouse: MouseTool, notice: Notice) -> None:
+        self._playback = playback
+        self._editor = editor
+        self._mouse = mouse
+        self._notice = notice
+        self._dimensions: dict[Field, Dimension] = {}  # of the numbers that fields show
+        self._heading = Words("", width=2.0)
+        self._hint, self._nothing = Words(""), Words("")
+        self._copy = TextButton("copy", self._mouse.copy_ball, "a ball like this one, where you click next", width=1.0,
+                                is_on=lambda: mouse.copying, refusal=self._refusal)  # fmt: skip
+        self._delete = TextButton("delete", lambda: editor.delete(None), "delete it", width=1.0, refusal=self._refusal)
+        self._ball = {key: self._ball_field(key) for key in (*OF_STATE, "radius", "mass", "elasticity", "friction")}
+        self._colour = self._field("colour", self._colour_of_ball, lambda text: editor.change(color=text),
+                                   "a CSS colour name or #rrggbb")  # fmt: skip
+        self._swatches = [self._swatch(colour) for colour in PALETTE]
+        self._ends = [self._end_field(*end) for end in ENDS]
+        self._wall = {key: self._wall_field(key) for key in ("thickness", "elasticity", "friction")}
+        self._new_ball = [self._new_field(key) for key in ("radius", "mass")]
+        self._new_ball_heading, self._new_wall_heading = Words("new balls"), Words("new walls")
+        self._thickness = self._number_field(
+            "thickness", lambda: mouse.move.thickness, self._set_thickness, "of walls that you draw"
+        )
+
+    def rows(self) -> Sequence[Sequence[Widget]]:
+        """Return what is selected, and what is added next."""
+        for field, dimension in self._dimensions.items():
+            field.unit = self._scene.units.name(dimension)
+        if self._editor.selected is not None:
+            rows = self._ball_rows(self._editor.selected)
+        elif self._editor.selected_wall is not None:
+            rows = self._wall_rows(self._editor.selected_wall)
+        else:
+            self._hint.text = HINT
+            rows = [[self._hint]]
+        if self._mouse.tool is Tool.WALL:
+            return [*rows, [self._new_wall_heading, self._thickness]]
+        if self._mouse.tool is Tool.BALL:
+            return [*rows, [self._new_ball_heading, *self._new_ball]]
+        return rows
+
+    def _ball_rows(self, ball: int) -> list[Sequence[Widget]]:
+        self._heading.text = f"ball {ball} in {self._playback.view.panes[self._editor.pane].name}"
+        field = self._ball
+        return [
+            [self._heading, self._copy, self._delete],
+            [field["x"], field["y"]],
+            [field["vx"], field["vy"]],
+            [field["spin"], field["mass"]],
+            [field["radius"], self._colour],
+            [field["elasticity"], field["friction"]],
+            self._swatches,
+        ]
+
+    def _wall_rows(self, wall: int) -> list[Sequence[Widget]]:
+        self._heading.text = self._scene.wall_name(wall)
+        field, ends = self._wall, [self._ends[:2], self._ends[2:]]
+        if self._editor.own_wall is None:
+            self._hint.text = f"{ARENA_WALL[0].upper()}{ARENA_WALL[1:]}."
+            return [[self._heading], *ends, [field["elasticity"], field["friction"]], [self._hint]]
+        return [
+            [self._heading, self._delete],
+            *ends,
+            [field["thickness"], field["elasticity"]],
+            [field["friction"], self._nothing],
+        ]
+
+    # Widgets
+
+    @property
+    def _scene(self) -> Scene:
+        return self._playback.view.moment.scene
+
+    def _refusal(self) -> str:
+        if self._editor.selected_wall is not None and self._editor.own_wall is None:
+            return ARENA_WALL
+        return ""
+
+    def _field(self, name: str, value: Callable[[], str], choose: Callable[[str], None], does: str) -> Field:
+        def choose_or_say(text: str) -> None:
+            with self._notice.reporting():
+                choose(text)
+
+        return Field(name, value, choose_or_say, does, "", self._refusal, begin=self._pause)
+
+    def _number_field(
+        self,
+        key: str,
+        value: Callable[[], float],
+        choose: Callable[[float], None],
+        does: str,
+    ) -> Field:
+        """Return a field of a number, which `value` and `choose` have in px, and the field in the scene's units."""
+        dimension = DIMENSIONS.get(key, Dimension.NUMBER)
+
+        def factor() -> float:
+            return self._scene.units.factor(dimension)
+
+        def text() -> str:
+            return _text(value(), factor(), self._scene.units.decimals(dimension, DECIMALS))
+
+        field = self._field(key, text, lambda typed: choose(_number(key, typed) / factor()), does)
+        self._dimensions[field] = dimension
+        return field
+
+    def _pause(self) -> None:
+        self._playback.paused = True
+
+    def _ball_field(self, key: str) -> Field:
+        def value() -> float:
+            view, ball = self._playback.view, self._editor.selected or 0
+            if key in OF_STATE:
+                return OF_STATE[key](view.panes[self._editor.pane].state, ball)
+            return float(getattr(view.moment.scene.bodies, key)[ball])
+
+        return self._number_field(key, value, lambda number: self._editor.change(**{key: number}), DOES[key])
+
+    @property
+    def _surface(self) -> Wall | Arena:
+        """What has the selected wall's elasticity and friction."""
+        wall = self._editor.own_wall
+        return self._scene.arena if wall is None else self._scene.walls[wall]
+
+    def _wall_field(self, key: str) -> Field:
+        return self._number_field(
+            key, lambda: getattr(self._surface, key), lambda number: self._editor.change(**{key: number}), DOES[key]
+        )
+
+    def _end_field(self, number: int, axis: int, name: str) -> Field:
+        def end() -> Vector:
+            return self._scene.wall_line(self._editor.selected_wall or 0)[:2][number]
+
+        def choose(coordinate: float) -> None:
+            point = list(end())
+            point[axis] = coordinate
+            self._editor.change(**{END_KEYS[number]: tuple(point)})
+
+        does = f"{('horizontal', 'vertical')[axis]} position of this end"
+        return self._number_field(name, lambda: end()[axis], choose, does)
+
+    def _colour_of_ball(self) -> str:
+        return self._playback.view.moment.scene.colors[self._editor.selected or 0]
+
+    def _swatch(self, colour: str) -> Swatch:
+        choose = partial(self._editor.change, color=colour)
+        return Swatch(colour, choose, lambda: self._colour_of_ball() == colour, self._refusal)
+
+    def _new_field(self, key: str) -> Field:
+        def choose(number: float) -> None:
+            size = {key: number}
+            AddBall(step=0, position=(0, 0), **{"radius": 1.0} | size)  # which raises SandboxError for what is not one
+            self._editor.new_ball |= size
+
+        field = self._number_field(key, lambda: self._editor.size_of_new(key), choose, f"{key} of new balls")
+        field.refusal = str
+        return field
+
+    def _set_thickness(self, thickness: float) -> None:
+        self._mouse.move.thickness = Wall(start=(0, 0), to=(1, 0), thickness=thickness).thickness
+
+
+def _text(value: float, factor: float, decimals: int) -> str:
+    """Return a number in px times a factor as it is shown: with some decimals, or a power of ten if it is small."""
+    if abs(value) < NOISE:
+        return "0"
+    return f"{factor * value:.3g}" if abs(value) < 10**-DECIMALS else f"{round(factor * value, decimals):.7g}"
+
+
+def _number(name: str, text: str) -> float:
+    """Return the number in a text. Raises SandboxError if the text is not a number."""
+    try:
+        return float(text)
+    except ValueError:
+        raise SandboxError(f"{name} must be a number, got {shown(text)}") from None
 
 
 class BallsPage:
@@ -28,14 +400,13 @@ class BallsPage:
         self._has_motion = True
         self._kinds = [
             TextButton("motion", partial(self._show, motion=True), "position and velocity", lambda: self._has_motion),
-            TextButton("body", partial(self._show, motion=False), "mass, radius, momentum (kg px/s), kinetic energy "
-                       "(kg px²/s²) and spin (rad/s)", lambda: not self._has_motion),
-        ]  # fmt: skip
+            TextButton("body", partial(self._show, motion=False), "", lambda: not self._has_motion),
+        ]
 
     def _show(self, *, motion: bool) -> None:
         self._has_motion = motion
 
-    def _columns(self) -> Mapping[str, Values]:
+    def _columns(self) -> Mapping[str, Column]:
         return MOTION if self._has_motion else BODY
 
     def _shown(self) -> tuple[State, Scene, int]:
@@ -53,6 +424,9 @@ class BallsPage:
 
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets."""
+        units = self._playback.view.moment.scene.units
+        momentum, energy = units.name(Dimension.MOMENTUM), units.name(Dimension.ENERGY)
+        self._kinds[1].does = f"mass, radius, momentum ({momentum}), kinetic energy ({energy}) and spin (rad/s)"
         names = [pane.name for pane in self._playback.view.panes]
         colours = chart_palette().engines([*names, self._playback.session.reference])
         buttons = []

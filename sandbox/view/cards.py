@@ -6,11 +6,14 @@ from typing import Final
 from pygame import Rect, Surface
 
 from sandbox.quantity import kinetic_energy, potential_energy, spin_energy
+from sandbox.scene.units import Dimension
 from sandbox.view.controls import HELP
 from sandbox.view.layout import Layout, ScreenPoint
-from sandbox.view.pane import Pane
 from sandbox.view.primitives import card, panel, text_width, wrapped, write
+from sandbox.view.session_view import Pane
 from sandbox.view.theme import theme
+
+SHOWN: Final = {"position": Dimension.LENGTH, "velocity": Dimension.VELOCITY, "energy": Dimension.ENERGY}
 
 
 def draw_ball_card(surface: Surface, layout: Layout, panes: Sequence[Pane], ball: int, point: ScreenPoint) -> None:
@@ -22,15 +25,21 @@ def ball_table(panes: Sequence[Pane], ball: int) -> list[list[str]]:
     """Return a ball's position, velocity, spin if balls can turn, and energy in every engine, as rows of a table."""
     turns = panes[0].scene.turns
     spin_title = ["spin, rad/s"] if turns else []
-    rows = [[f"ball {ball}", "position, px", "velocity, px/s", *spin_title, "energy, kg px²/s²"]]
+    units = panes[0].scene.units
+    position_title, velocity_title, energy_title = (f"{name}, {units.name(of)}" for name, of in SHOWN.items())
+    places, digits = units.decimals(Dimension.LENGTH, 2), units.decimals(Dimension.VELOCITY, 2)
+    rows = [[f"ball {ball}", position_title, velocity_title, *spin_title, energy_title]]
     for pane in panes:
         scene, one = pane.scene, slice(ball, ball + 1)
         position, velocity, mass = pane.state.position[one], pane.state.velocity[one], scene.bodies.mass[one]
         total = kinetic_energy(velocity, mass) + spin_energy(pane.state.spin[one], scene.bodies.moment[one])
         total += potential_energy(position, mass, scene.gravity, scene.arena.size)
-        (x, y), (vx, vy) = position[0], velocity[0]
+        (x, y), (vx, vy) = units.scaled(Dimension.LENGTH, *position[0]), units.scaled(Dimension.VELOCITY, *velocity[0])
+        (shown,) = units.scaled(Dimension.ENERGY, float(total))
         spin = [f"{pane.state.spin[ball]:.2f}"] if turns else []
-        rows.append([pane.name, f"{x:.2f}, {y:.2f}", f"{vx:.2f}, {vy:.2f}", *spin, f"{total:.6g}"])
+        rows.append(
+            [pane.name, f"{x:.{places}f}, {y:.{places}f}", f"{vx:.{digits}f}, {vy:.{digits}f}", *spin, f"{shown:.6g}"]
+        )
     return rows
 
 

@@ -1,24 +1,92 @@
-"""Follows a run and keeps what is to be said of it, as far as it has been compared."""
+"""What is to be said of a run, as far as a process beside the window has compared it."""
 
 import webbrowser
+from functools import partial
+from multiprocessing.connection import Connection
 from pathlib import Path
 from time import monotonic
-from typing import Final
+from typing import Any, Final
 
+from sandbox.analysis.comparison import Comparison
 from sandbox.errors import SandboxError
-from sandbox.report.case import Case
-from sandbox.report.run_so_far import RunSoFar
+from sandbox.files import whole_file
+from sandbox.processes import ChildProcess, serve
+from sandbox.report.case import Case, case_of
+from sandbox.report.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.session.session import Session
-from sandbox.view.case_worker import CaseWorker
+from sandbox.signals import signals_deferred
 from sandbox.view.notice import Kind, Notice
 
+DIED = "the process that compares has died"
 MAX_REST: Final = 2.0  # s; until then, the worker is busy for half of the time at most
+
+
+class CaseWorker:
+    """Does one task after another in a process of its own, which begins with the first task.
+
+    A task's result is what it returns, or the SandboxError that it raises.
+    """
+
+    def __init__(self) -> None:
+        self._process: ChildProcess | None = None
+        self.is_busy = False
+
+    def ask(self, run: RunSoFar, page: str | None = None) -> None:
+        """Begin to compare a run so far; write its page into a file if that is named. It must not be busy."""
+        if self._process is None:
+            with signals_deferred():  # else a process that has just started might never be stopped
+                self._process = ChildProcess(_serve)
+        self.is_busy = True
+        self._process.send((run, page))
+
+    def poll(self) -> Case | SandboxError | None:
+        """Return what has become of the task if it is done. The task is then forgotten."""
+        if not self.is_busy or self._process is None or not self._process.connection.poll():
+            return None
+        self.is_busy = False
+        try:
+            answer: Case | SandboxError = self._process.receive()
+        except EOFError:  # a bug, of which it has printed the traceback, or too little memory
+            self._process = None
+            return SandboxError(DIED)
+        return answer
+
+    def stop(self) -> None:
+        """End the process, and what it does."""
+        self.is_busy = False
+        if self._process is not None:
+            self._process.stop()
+            self._process = None
+
+
+def _serve(connection: "Connection[Any, Any]") -> None:
+    serve(connection, partial(answer, ComparisonSoFar()))
+
+
+def answer(so_far: ComparisonSoFar, task: tuple[RunSoFar, str | None]) -> Case | SandboxError:
+    """Return the summary of a run, and write its page into a file if that is named."""
+    run, file = task
+    try:
+        comparison = so_far.of(run)
+        if file is not None:
+            _write_page(comparison, file)
+        return case_of(run, comparison, so_far.marks)
+    except SandboxError as error:
+        return SandboxError(str(error))  # others, such as EngineError, cannot be pickled
+
+
+def _write_page(comparison: Comparison, file: str) -> None:
+    from sandbox.report.comparison import page  # noqa: PLC0415  # Bokeh takes a second to import
+
+    with whole_file(file) as opened:
+        opened.write(page(comparison).encode())
 
 
 class CaseSoFar:
     """What a worker finds out about the run of a session, again and again while the run goes on.
 
-    case: the latest, None until there is one; compared: the run that it is about. error: why there is no newer one.
+    case: the latest, None until there is one; compared: the run that it is about; is_current: whether that is all of
+    the run. error: why there is no newer one.
     """
 
     def __init__(self, notice: Notice, worker: CaseWorker | None = None) -> None:
@@ -35,6 +103,7 @@ class CaseSoFar:
         self.case: Case | None = None
         self.compared: RunSoFar | None = None
         self.error = ""
+        self.is_current = False
 
     def of(self, session: Session) -> Case | None:
         """Return the latest case, unless it is about another run than a session's, which an event can replace."""
@@ -60,6 +129,7 @@ class CaseSoFar:
             self.stop()
         if self._asked is None and now.steps and not session.lacks_reference:
             self._ask(now)
+        self.is_current = self.compared == now
         return before != (self.case, self.error, self.is_making_page)
 
     def _note(self, run: RunSoFar, answer: Case | SandboxError) -> None:

@@ -11,13 +11,14 @@ from pygame import Rect, Surface
 from sandbox.report.run_so_far import Marks
 from sandbox.report.scales import Span, round_up
 from sandbox.scene.model import Scene
+from sandbox.scene.units import PIXELS, Units
 from sandbox.session.history import Moment
 from sandbox.session.samples import Samples
 from sandbox.state import Floats
-from sandbox.view.ball_chart import BallChart
 from sandbox.view.chart_marks import (
     ChartPlaces,
     Mark,
+    TimeAxis,
     chart_places,
     draw_marks,
     mark_at,
@@ -28,13 +29,9 @@ from sandbox.view.chart_marks import (
 )
 from sandbox.view.instruments import LAW, LOGARITHMIC, Even, Instrument, TimeChart, time_chart
 from sandbox.view.layout import ScreenPoint
-from sandbox.view.markers import draw_marker
-from sandbox.view.palette import chart_palette
-from sandbox.view.plane_chart import PlaneChart
-from sandbox.view.primitives import card, lettering, shortened, text_width, write
-from sandbox.view.speed_chart import SpeedChart
-from sandbox.view.theme import theme
-from sandbox.view.time_axis import TimeAxis
+from sandbox.view.primitives import card, draw_marker, lettering, shortened, text_width, write
+from sandbox.view.theme import chart_palette, theme
+from sandbox.view.untimed_charts import BallChart, PlaneChart, SpeedChart
 
 NOTHING: tuple[float, float] = (np.inf, -np.inf)  # the least and the largest of no values
 
@@ -45,8 +42,9 @@ class Charts:
     note: what is to be said of the reference; moment: the one shown.
     """
 
-    def __init__(self, samples: Samples, seconds: float) -> None:
+    def __init__(self, samples: Samples, seconds: float, units: Units = PIXELS) -> None:
         self.samples = samples
+        self._units = units
         self.marks = Marks()
         self.note = ""
         self.moment: Moment | None = None
@@ -74,9 +72,9 @@ class Charts:
     def show(self, instrument: Instrument) -> None:
         """Show an instrument."""
         self.instrument = instrument
-        self._chart = time_chart(instrument, self.samples, logarithmic=self.is_logarithmic)
+        self._chart = time_chart(instrument, self.samples, self._units, logarithmic=self.is_logarithmic)
         self._columns = self._chart.columns(self.samples) if self._chart else {}
-        across = time_chart(self.across, self.samples, logarithmic=False) if self.across else None
+        across = time_chart(self.across, self.samples, self._units, logarithmic=False) if self.across else None
         plane = self._chart and across and PlaneChart(self._chart, across, self._colours, self.palette)
         self._plane = plane or None
         self._remark = ""
@@ -325,7 +323,9 @@ class Charts:
                 draw_marker(surface, colour, (x, min(max(round(y), plot.y), plot.bottom)), height // 3, shape)
             left = x + height
             label = lettering(shortened(name, max(1, where.timeline.right - left), height), colour, height)
-            surface.blit(label, label.get_rect(x=left, centery=round(top + line / 2)))
+            at = label.get_rect(x=left, centery=round(top + line / 2))
+            surface.fill(self.palette.ground, at.inflate(4, -height // 3))  # or lines of the axis would strike it out
+            surface.blit(label, at)
 
     def _draw_selection(self, surface: Surface, plot: Rect) -> None:
         if self.axis.selection:

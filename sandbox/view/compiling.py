@@ -15,7 +15,7 @@ from sandbox.signals import signals_deferred
 from sandbox.view.compilation import COMPUTATION, DRAWING, Compilation
 from sandbox.view.events import PRESSES
 from sandbox.view.layout import GAP, natural_size
-from sandbox.view.preview import draw_start
+from sandbox.view.offscreen import draw_start
 from sandbox.view.primitives import panel, text_width, write
 from sandbox.view.theme import theme
 

@@ -6,6 +6,7 @@ arrow that ends at its ball, one after it a thick arrow that begins there.
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -14,13 +15,15 @@ from pygame import Color, Rect, Surface
 
 from sandbox.analysis.difference import Difference, Velocities
 from sandbox.judge.causes import NEGLIGIBLE
-from sandbox.scene.fields import Vector
+from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
+from sandbox.scene.units import Dimension
 from sandbox.state import Floats, State
 from sandbox.view.layout import Layout
-from sandbox.view.palette import palette
-from sandbox.view.pane import Pane
 from sandbox.view.primitives import arrow, capsule, label, text_width
+from sandbox.view.session_view import Pane, draw_walls
+from sandbox.view.theme import palette
+from sandbox.view.widgets.widget import Widget
 
 NORMAL: Final = 5.5  # half of a normal, in heights of the text: long enough to see angles between normals
 ARROW: Final = 4.0  # the longest arrow, in units: a height of the text or, where that is less, the larger ball's radius
@@ -30,6 +33,8 @@ BEFORE: Final = 1.5  # width of an arrow, in widths of a line
 AFTER: Final = 2.5
 SHORTEST: Final = 0.25  # part of their length to which arrows shrink so that they stay in the pane
 HALO: Final = 2  # px of the ground round a line, which set it off from balls
+HEIGHT: Final = 13.0  # in heights of the text
+RADIUS: Final = 2.0  # of the larger ball, likewise
 
 
 def draw_contact(surface: Surface, layout: Layout, panes: Sequence[Pane], difference: Difference, engine: str) -> None:
@@ -178,7 +183,8 @@ class ContactMark:
         """Write how deep the overlap is beside it, if it has one."""
         depth, radius = self._difference.depth, float(self._scene.bodies.radius[self._difference.balls].max())
         if self._has_depth and depth is not None:
-            text = f"overlap {depth:.2g} px" if depth > 0 else f"apart by {-depth:.2g} px"
+            size = self._scene.units.text(Dimension.LENGTH, "{:.2g}", abs(depth))
+            text = f"overlap {size}" if depth > 0 else f"apart by {size}"
             self._write_beside(text, self._contact_point, np.array(self._difference.normal), radius * self._scale)
 
     def _write_beside(self, text: str, point: Floats, normal: Floats, radius: float) -> None:
@@ -209,3 +215,55 @@ class Arrow(NamedTuple):
         tail, tip = (end.tolist() for end in self.ends(1.0))
         clipped = room.clipline(tail, tip)
         return math.dist(*clipped) / math.dist(tail, tip) if clipped else 1.0
+
+
+@dataclass(eq=False)
+class ContactPicture(Widget):
+    """Draws a contact that differs as `ContactMark` does, with its balls as an engine found them.
+
+    state: of the engine, at the end of the contact's step; colour: the engine's.
+    """
+
+    scene: Scene
+    state: State
+    difference: Difference
+    colour: Color
+    width: float = 5.0
+
+    takes_keys = False
+
+    def __post_init__(self) -> None:
+        found, bodies = self.difference, self.scene.bodies
+        normal = found.normal or found.should_normal
+        second = found.second
+        if normal and second is not None and second >= 0:
+            position = self.state.position.copy()
+            reach = bodies.radius[found.first] + bodies.radius[second] - (found.depth or 0.0)
+            position[second] = position[found.first] + reach * np.array(normal)
+            self.state = replace(self.state, position=position)
+
+    @property
+    def look(self) -> object:
+        """The contact."""
+        return self.difference, self.colour.normalize(), self.scene.arena.background
+
+    def height(self, width: int, text_height: int) -> int:
+        """Return its height, px."""
+        return round(HEIGHT * text_height)
+
+    def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
+        """Draw the bodies, and the contact over them."""
+        scene, balls = self.scene, self.difference.balls
+        picture = Surface(place.size)
+        picture.fill(palette(scene.arena.background).ground)
+        scale = RADIUS * text_height / float(scene.bodies.radius[balls].max())
+        middle = self.state.position[balls].mean(axis=0)
+        x, y = np.divide(place.size, 2) - scale * middle
+        draw_walls(picture, scene, scale, (float(x), float(y)))
+        for ball in balls:
+            centre = scale * self.state.position[ball] + (x, y)
+            pygame.draw.circle(picture, rgb(scene.colors[ball]), centre, scale * scene.bodies.radius[ball])
+        mark = ContactMark(picture, scene, self.state, self.difference, scale, (float(x), float(y)), text_height)
+        mark.draw(self.colour, overlap=True)
+        mark.write_depth()
+        surface.blit(picture, place)

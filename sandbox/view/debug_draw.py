@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
+import pygame
 import pymunk
 from pygame import Color, Surface
 from pymunk import Shape, Vec2d
@@ -14,8 +15,7 @@ from pymunk.space_debug_draw_options import SpaceDebugColor
 from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
 from sandbox.state import State
-from sandbox.view.discs import Discs
-from sandbox.view.primitives import capsule, draw_wall, thin_lines
+from sandbox.view.primitives import Discs, capsule, draw_wall, thin_lines
 
 MAX_SHAPES: Final = 300  # that `Space.debug_draw` draws; it calls Python for each, which takes 8 ms for so many
 POINT_LENGTH: Final = 2.0  # px of the space, by which Pymunk lengthens the line between a contact's two points
@@ -40,7 +40,7 @@ class DebugDraw:
         for shape, colour in zip(circles, balls, strict=True):
             if not hasattr(shape, "color"):
                 shape.color = (*rgb(colour), 255)
-        self._walls = [shape for shape in space.shapes if isinstance(shape, pymunk.Segment)]
+        self._walls = [shape for shape in space.shapes if isinstance(shape, pymunk.Segment) or _is_peg(shape)]
         self._plain_walls = [wall for wall in self._walls if not hasattr(wall, "color")]
         self.recolour(ink)
         radius = np.array([shape.radius for shape in circles])
@@ -93,7 +93,8 @@ class DebugDraw:
 
     def _draw_batch(self, surface: Surface, scale: float, origin: Vector) -> None:
         for wall in self._walls:
-            draw_wall(surface, wall.color, (wall.a, wall.b), 2 * wall.radius, scale, origin)
+            ends = (wall.a, wall.b) if isinstance(wall, pymunk.Segment) else (wall.offset, wall.offset)
+            draw_wall(surface, wall.color, ends, 2 * wall.radius, scale, origin)
         self._buffer.clear()
         get_space_bodies(self._space, BodyFields.POSITION | BodyFields.ANGLE, self._buffer)
         rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3)[: len(self._discs)]
@@ -113,33 +114,29 @@ class DebugDraw:
         thin_lines(surface, self._stock.collision_point_color.as_int(), np.rint(ends))
 
 
-class SmoothDrawOptions(DrawOptions):
-    """Pymunk's options for pygame, whose circles and segments have smooth edges.
+def _is_peg(shape: Shape) -> bool:
+    """Return whether a shape is a circle that stands still."""
+    return isinstance(shape, pymunk.Circle) and shape.body is not None and shape.body.body_type == pymunk.Body.STATIC
 
-    balls: the number of each circle among the discs. They are collected, and drawn together, in that order.
-    """
 
-    def __init__(self, balls: Mapping[Shape, int], discs: Discs) -> None:
-        super().__init__(Surface((1, 1)))
-        self._balls = balls
-        self._discs = discs
-        self._shape: Shape | None = None  # of the next circle
-        self._collected: dict[int, tuple[float, float, float]] = {}  # centre and angle by the number of the ball
+class SpaceOptions(DrawOptions):
+    """Pymunk's options for pygame, whose circles, segments and lines have smooth edges, and whose y may point up."""
 
-    def color_for_shape(self, shape: Shape) -> SpaceDebugColor:
-        """Return a shape's colour, and note which shape it is: Pymunk asks for it before it has the shape drawn."""
-        self._shape = shape
-        return super().color_for_shape(shape)
+    y_is_up = False
+
+    def show(self, surface: Surface, scale: float, origin: Vector) -> None:
+        """Draw on a surface. scale: px of it for one px of the space; origin: where the space's own is, px."""
+        self.surface = surface
+        down = -scale if self.y_is_up else scale
+        self.transform = pymunk.Transform(a=scale, d=down, tx=origin[0], ty=origin[1])
 
     def draw_circle(
         self, pos: Vec2d, angle: float, radius: float, outline_color: SpaceDebugColor, fill_color: SpaceDebugColor
     ) -> None:
-        """Collect a ball, or draw another circle."""
-        number = self._balls.get(self._shape) if self._shape else None
-        if number is None:
-            super().draw_circle(pos, angle, radius, outline_color, fill_color)
-        else:
-            self._collected[number] = pos.x, pos.y, angle
+        """Draw a circle, and its radius at its angle."""
+        capsule(self.surface, fill_color.as_int(), pos, pos, radius)
+        rim = pos + Vec2d.from_polar(radius, -angle if self.y_is_up else angle)
+        thin_lines(self.surface, outline_color.as_int(), np.rint(np.array([[*pos, *rim]])))
 
     def draw_fat_segment(
         self,
@@ -152,10 +149,64 @@ class SmoothDrawOptions(DrawOptions):
         """Draw a segment with its thickness at any slope; of the arena's walls, nothing is in the pane."""
         capsule(self.surface, fill_color.as_int(), a, b, radius)
 
+    def draw_polygon(
+        self,
+        verts: Sequence[tuple[float, float]],
+        radius: float,
+        outline_color: SpaceDebugColor,
+        fill_color: SpaceDebugColor,
+    ) -> None:
+        """Draw a polygon with an outline, if any of it is on the surface."""
+        corners = np.array(verts)
+        (left, top), (right, bottom) = corners.min(axis=0) - radius, corners.max(axis=0) + radius
+        if right < 0 or bottom < 0 or left > self.surface.get_width() or top > self.surface.get_height():
+            return
+        sides = np.hstack([corners, np.roll(corners, -1, axis=0)])
+        if radius > 0:
+            for side in sides.tolist():
+                capsule(self.surface, fill_color.as_int(), side[:2], side[2:], radius)
+        pygame.draw.polygon(self.surface, fill_color.as_int(), corners.tolist())
+        thin_lines(self.surface, outline_color.as_int(), np.rint(sides))
+
     def draw_segment(self, a: Vec2d, b: Vec2d, color: SpaceDebugColor) -> None:
-        """Draw a collision point, or a constraint, over the balls."""
-        self.draw_collected()
+        """Draw a collision point, or a constraint."""
         thin_lines(self.surface, color.as_int(), np.rint(np.array([[*a, *b]])))
+
+
+class SmoothDrawOptions(SpaceOptions):
+    """Draws the circles of balls together, as other panes do, and the lines over them.
+
+    balls: the number of each circle among the discs. They are collected, and drawn in that order.
+    """
+
+    def __init__(self, balls: Mapping[Shape, int], discs: Discs) -> None:
+        super().__init__(Surface((1, 1)))
+        self._balls = balls
+        self._discs = discs
+        self._shape: Shape | None = None  # of the next circle
+        self._collected: dict[int, tuple[float, float, float]] = {}  # centre and angle by the number of the ball
+        self._lines: dict[tuple[int, ...], list[tuple[float, ...]]] = {}  # their ends by their colour
+
+    def color_for_shape(self, shape: Shape) -> SpaceDebugColor:
+        """Return a shape's colour, and note which shape it is: Pymunk asks for it before it has the shape drawn."""
+        self._shape = shape
+        return super().color_for_shape(shape)
+
+    def draw_circle(
+        self, pos: Vec2d, angle: float, radius: float, outline_color: SpaceDebugColor, fill_color: SpaceDebugColor
+    ) -> None:
+        """Collect a ball, or draw another circle; a peg as a wall."""
+        number = self._balls.get(self._shape) if self._shape else None
+        if number is None and self._shape and _is_peg(self._shape):
+            self.draw_fat_segment(pos, pos, radius, outline_color, fill_color)
+        elif number is None:
+            super().draw_circle(pos, angle, radius, outline_color, fill_color)
+        else:
+            self._collected[number] = pos.x, pos.y, angle
+
+    def draw_segment(self, a: Vec2d, b: Vec2d, color: SpaceDebugColor) -> None:
+        """Collect a collision point, or a constraint, which is over the balls."""
+        self._lines.setdefault(color.as_int(), []).append((*a, *b))
 
     def draw_dot(self, size: float, pos: tuple[float, float], color: SpaceDebugColor) -> None:
         """Draw a dot over the balls."""
@@ -163,8 +214,11 @@ class SmoothDrawOptions(DrawOptions):
         super().draw_dot(size, pos, color)
 
     def draw_collected(self) -> None:
-        """Draw the balls collected since the last call."""
+        """Draw the balls and lines collected since the last call."""
         if self._collected:
             at = np.array([self._collected[number] for number in sorted(self._collected)])
             self._collected = {}
             self._discs.draw_at(self.surface, at[:, :2].copy(), self.transform.a, at[:, 2].copy())
+        for colour, ends in self._lines.items():
+            thin_lines(self.surface, colour, np.rint(ends))
+        self._lines = {}

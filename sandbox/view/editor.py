@@ -263,6 +263,12 @@ class Editor:
         """Return the elasticity between two balls like the first, to hundredths."""
         return round(float(self._moment.scene.bodies.elasticity[0]) ** 2, 2)
 
+    @property
+    def has_one_elasticity(self) -> bool:
+        """Whether that is the elasticity of all contacts."""
+        scene = self._moment.scene
+        return len({*scene.bodies.elasticity.tolist(), *(surface.elasticity for surface in scene.surfaces)}) == 1
+
     def set_elasticity(self, elasticity: float) -> None:
         """Set the elasticity of every pair."""
         self.give(SetElasticity(step=self._step, elasticity=elasticity))

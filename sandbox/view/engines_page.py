@@ -1,20 +1,202 @@
-"""The page of the side panel that lists the panes' engines: to add, remove, exchange, move and tune them."""
+"""The column's page of the engines: which of them run, in which panes, and with which settings of Pymunk."""
 
+import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
+from itertools import chain, count
 from typing import Final
 
-from sandbox.view.line_up import FULL, MAX_PANES, ONLY_ONE, LineUp
-from sandbox.view.palette import chart_palette
-from sandbox.view.tuning import SCALES, UNITS, has_settings, in_force, meaning_of, scale_of
+from sandbox.engines import BUILT_IN, TUNED, check_name, known, refusal, resolved, settings_in, with_settings
+from sandbox.engines.pymunk import settings_of
+from sandbox.errors import SandboxError
+from sandbox.run.edits import Edit, edited_scenes
+from sandbox.scene.model import PymunkSettings, Scene
+from sandbox.view.notice import Kind, Notice
+from sandbox.view.playback import Playback
+from sandbox.view.theme import chart_palette
 from sandbox.view.widgets.buttons import Heading, TextButton
-from sandbox.view.widgets.field import Field
-from sandbox.view.widgets.slider import Slider
+from sandbox.view.widgets.fields import Field, Slider
+from sandbox.view.widgets.group import rows_of
 from sandbox.view.widgets.widget import Widget
 from sandbox.view.widgets.words import Words
 
-PER_ROW: Final = 2  # sliders, and engines to choose from
+SCALES: Final[dict[str, tuple[float, ...]]] = {  # the values to choose from, round Pymunk's own
+    "iterations": (1, 2, 3, 5, 10, 15, 20, 30, 50, 100, 200, 500),
+    "substeps": (1, 2, 3, 4, 6, 8, 12, 16, 24, 32),
+    "collision_slop": (0, 0.001, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5),
+    "collision_bias": (0, 1e-6, 1e-5, 1e-4, 0.001797, 0.01, 0.05, 0.1, 0.2, 0.5, 0.8, 1),
+    "collision_persistence": (0, 1, 2, 3, 5, 10, 20, 50),
+    "damping": (0.1, 0.2, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999, 1),
+}
+UNITS: Final = {"collision_slop": " px"}
+SAME: Final = 1e-4  # relative difference below which a value in force stands in place of one of a scale
+MAX_PANES: Final = 6  # that are large enough to compare, each in a colour of its own
+ONLY_ONE: Final = "the last engine stays: add another one first"
+FULL: Final = f"{MAX_PANES} panes are the most: remove one first"
+OTHER_SUBSTEPS: Final = (4, 8, 2, 16)  # of another pane of Pymunk, until it is tuned; then any
 TYPED: Final = "type an engine, such as pymunk(iterations=30, damping=0.9) or mine.py:Mine, and press Enter"
+
+
+def has_settings(spec: str) -> bool:
+    """Return whether an engine has these settings."""
+    return settings_in(spec)[0] == TUNED
+
+
+def in_force(spec: str, scene: Scene) -> dict[str, float]:
+    """Return every setting with which the Pymunk of a spec runs a scene. Raises SandboxError if one is not valid."""
+    return settings_of(resolved(spec, scene)[1])
+
+
+def normal(spec: str, scene: Scene) -> str:
+    """Return the shortest spec of the same engine: without the settings that it has anyway, the others in their order.
+
+    Raises SandboxError if a setting is not valid.
+
+    >>> from sandbox.scene.files import load
+    >>> normal("pymunk(substeps=4,  iterations=10, damping=0.9)", load("article"))
+    'pymunk(substeps=4, damping=0.9)'
+    """
+    base, settings = settings_in(spec)
+    if not settings:
+        return spec
+    wanted, own = in_force(spec, scene), settings_of(scene)
+    return with_settings(base, {key: wanted[key] for key in settings if wanted[key] != own[key]})
+
+
+def are_same(spec: str, other: str, scene: Scene) -> bool:
+    """Return whether two specs are of the same engine: with the same settings, in whatever order."""
+    return settings_in(normal(spec, scene)) == settings_in(normal(other, scene))
+
+
+def with_setting(spec: str, scene: Scene, key: str, value: float) -> str:
+    """Return the shortest spec of Pymunk with one of its settings changed; a new one is the last."""
+    base, settings = settings_in(spec)
+    return normal(with_settings(base, settings | {key: value}), scene)
+
+
+def scale_of(key: str, *values: float) -> tuple[float, ...]:
+    """Return the values of a setting to choose from, in ascending order; some values are among them to the bit."""
+    others = (one for one in SCALES[key] if not any(math.isclose(one, value, rel_tol=SAME) for value in values))
+    return tuple(sorted({*others, *values}))
+
+
+def meaning_of(key: str) -> str:
+    """Return what a setting is, as the scene's schema says it."""
+    return str(PymunkSettings.model_fields[key].description).partition(";")[0].rstrip(".")
+
+
+@dataclass(frozen=True)
+class Choice:
+    """An engine to choose by its spec. refusal: why it cannot be chosen, or nothing."""
+
+    spec: str
+    refusal: str
+
+
+class LineUp:
+    """The engines that run, in the order of their panes.
+
+    use: lets engines run instead of these, with the same inputs, to the same step. What cannot be done is shown as a
+    notice, and changes nothing.
+    """
+
+    def __init__(self, playback: Playback, notice: Notice, use: Callable[[Sequence[str]], None]) -> None:
+        self._playback = playback
+        self._notice = notice
+        self._use = use
+        self._ever: list[str] = []  # engines that have run in this window, in files of their own too
+        self._choices: list[Choice] = []
+        self._choices_for: object = None  # the scene, edits and engines of these
+
+    @property
+    def names(self) -> list[str]:
+        """Their specs."""
+        return self._playback.session.names
+
+    @property
+    def scene(self) -> Scene:
+        """The scene at the start of the run."""
+        return self._playback.session.start
+
+    # Changes
+
+    def add(self, spec: str) -> None:
+        """Add a pane at the end."""
+        self._change(len(self.names), spec, replaced=0)
+
+    def exchange(self, pane: int, spec: str) -> None:
+        """Let another engine run in a pane."""
+        self._change(pane, spec, replaced=1)
+
+    def tune(self, pane: int, key: str, value: float) -> None:
+        """Change a setting of the Pymunk that runs in a pane."""
+        self.exchange(pane, with_setting(self.names[pane], self.scene, key, value))
+
+    def remove(self, pane: int) -> None:
+        """Remove a pane."""
+        if len(self.names) == 1:
+            self._notice.show(ONLY_ONE)
+        else:
+            self._use([name for k, name in enumerate(self.names) if k != pane])
+
+    def move(self, pane: int, by: int) -> None:
+        """Move a pane so many places towards the end, or towards the start if negative."""
+        names = [*self.names]
+        names.insert(pane + by, names.pop(pane))
+        self._use(names)
+
+    def _change(self, pane: int, spec: str, replaced: int) -> None:
+        """Put an engine in place of as many from a pane on."""
+        others = [*self.names]
+        del others[pane : pane + replaced]
+        try:
+            check_name(spec := spec.strip())
+            spec = normal(spec, self.scene)
+        except SandboxError as error:
+            self._notice.show(str(error), Kind.ERROR)
+            return
+        if any(are_same(spec, name, self.scene) for name in others):
+            self._notice.show(f"{spec} runs already, in another pane", Kind.ERROR)
+        elif len(others) == MAX_PANES:
+            self._notice.show(FULL, Kind.ERROR)
+        elif [*others[:pane], spec, *others[pane:]] != self.names:
+            self._use([*others[:pane], spec, *others[pane:]])
+
+    # Choices
+
+    @property
+    def choices(self) -> list[Choice]:
+        """Every engine by its name, and those in files that have run in this window.
+
+        While Pymunk runs, another one has other settings.
+        """
+        session = self._playback.session
+        wanted = session.start, [one for one in session.inputs if isinstance(one, Edit)], session.names
+        if wanted != self._choices_for:
+            self._choices_for = wanted
+            scenes = list(edited_scenes(session.start, session.inputs))
+            names = dict.fromkeys([*known(), *self._ever, *session.names])
+            self._ever = [name for name in names if not has_settings(name)]
+            self._choices = [Choice(spec, self._refusal(spec, scenes)) for spec in (self._another(), *self._ever)]
+        return self._choices
+
+    def _another(self) -> str:
+        """Return Pymunk as the scene has it or, while that runs, with other settings."""
+        running = [normal(name, self.scene) for name in self.names]
+        tuned = (with_setting(TUNED, self.scene, "substeps", number) for number in chain(OTHER_SUBSTEPS, count(1)))
+        return next(spec for spec in chain([TUNED], tuned) if spec not in running)
+
+    def _refusal(self, spec: str, scenes: Sequence[Scene]) -> str:
+        if spec in self.names:
+            return f"{spec} runs already"
+        try:
+            check_name(spec)
+        except SandboxError as error:
+            return str(error)
+        if settings_in(spec)[0] not in BUILT_IN:  # others are imported when they run, and refuse scenes then
+            return ""
+        return next(filter(None, (refusal(spec, scene) for scene in scenes)), "")
 
 
 class EnginesPage:
@@ -93,7 +275,7 @@ class EnginesPage:
             rows += [*self._choice_rows(self._exchange), [self._spec]]
         if has_settings(self._name):
             self._read_settings()
-            rows += _in_rows(list(self._sliders.values()))
+            rows += rows_of(list(self._sliders.values()))
         return rows
 
     def _read_settings(self) -> None:
@@ -118,7 +300,7 @@ class EnginesPage:
             button = self._choices[key]
             button.refusal = partial(str, refusal or choice.refusal)
             buttons.append(button)
-        return [buttons[:1], *_in_rows(buttons[1:])]  # Pymunk's has a long text
+        return [buttons[:1], *rows_of(buttons[1:])]  # Pymunk's has a long text
 
     # What its widgets do
 
@@ -170,7 +352,3 @@ class EnginesPage:
 
     def _is_alone(self) -> str:
         return ONLY_ONE if len(self._line_up.names) == 1 else ""
-
-
-def _in_rows(widgets: Sequence[Widget]) -> list[Sequence[Widget]]:
-    return [widgets[k : k + PER_ROW] for k in range(0, len(widgets), PER_ROW)]

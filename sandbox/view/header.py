@@ -1,7 +1,8 @@
 """The header: the scene, what it is about, and what is saved of it."""
 
 from collections.abc import Callable, Mapping
-from typing import Final
+from functools import partial
+from typing import Any, Final
 
 from pygame import Rect, Surface
 
@@ -10,10 +11,8 @@ from sandbox.view.controls import CONTROLS, Action, Control
 from sandbox.view.layout import GAP, Layout
 from sandbox.view.primitives import wrapped
 from sandbox.view.theme import theme
-from sandbox.view.widgets.buttons import TextButton
-from sandbox.view.widgets.group import Placed, WidgetGroup
-from sandbox.view.widgets.menu import Item, Menu
-from sandbox.view.widgets.row import WidgetRow
+from sandbox.view.widgets.buttons import Item, Menu, TextButton
+from sandbox.view.widgets.group import Placed, WidgetGroup, WidgetRow
 from sandbox.view.widgets.widget import Widget
 from sandbox.view.widgets.words import Label
 
@@ -32,6 +31,11 @@ def tip_of(action: object) -> str:
     """Return what a control does, and its keys."""
     control = OF_ACTION[action]
     return f"{control.does[0].upper()}{control.does[1:]}  ({control.key_names})"
+
+
+def action_button(text: str, action: Action, do: Callable[[Action], None], **more: Any) -> TextButton:
+    """Return a button that does an action, with its keys in its tip. more: as for `TextButton`."""
+    return TextButton(text, partial(do, action), tip_of(action), **more)
 
 
 class Header:
@@ -53,7 +57,7 @@ class Header:
         self._recorded = recorded
 
         def button(text: str, action: Action, said: Callable[[], str] | None = None, widest: str = "") -> TextButton:
-            return TextButton(text, lambda: do(action), tip_of(action), lambda: is_on(action), said=said, widest=widest)
+            return action_button(text, action, do, is_on=lambda: is_on(action), said=said, widest=widest)
 
         def item(action: Action) -> Item:
             return Item(SAVES[action], lambda: do(action), f"{OF_ACTION[action].does} ({OF_ACTION[action].key_names})")
@@ -61,7 +65,7 @@ class Header:
         self._title = Label(self._title_text, bold=True, scale=1.2)
         self._about = Label(self._about_text, self._whole_about, dim=True)
         self._is_on = is_on
-        self._close = TextButton("\N{MULTIPLICATION SIGN}", lambda: do(Action.ABOUT), tip_of(Action.ABOUT))
+        self._close = action_button("\N{MULTIPLICATION SIGN}", Action.ABOUT, do)
         self._buttons: list[Widget] = [
             button("Open\N{HORIZONTAL ELLIPSIS}", Action.PICK_SCENE),
             button("\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}", Action.PREVIOUS_SCENE),

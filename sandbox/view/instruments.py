@@ -9,10 +9,13 @@ from typing import Final
 import numpy as np
 
 from sandbox.analysis.gas import why_no_gas
-from sandbox.report.scales import BothSigns, Logarithmic, Scale, Span, round_up
+from sandbox.report.scales import BothSigns, Scale, Span, gap_scale, round_up
 from sandbox.scene.model import Scene
+from sandbox.scene.units import Dimension, Units
 from sandbox.session.samples import Quantity, Samples
 from sandbox.state import Floats
+
+Values = Callable[[Samples, int], Floats]
 
 LAW: Final = "theory"  # name of a law's line
 CONTACT_SECONDS: Final = 1.0  # s, over which contacts are counted
@@ -36,7 +39,7 @@ class Instrument(Enum):
     BALL_Y = "ball's y"
     BALL_VX = "ball's vx"
     BALL_VY = "ball's vy"
-    COST = "ms a step"
+    COST = "step time"
     SPEEDS = "speeds"
     MOMENTA = "momenta"
 
@@ -73,7 +76,7 @@ class TimeChart:
     unit: str
     scale: Scale
     digits: str
-    values: Callable[[Samples, int], Floats]
+    values: Values
     is_relative: bool = False
 
     def columns(self, samples: Samples) -> dict[str, int]:
@@ -134,29 +137,41 @@ class Even:
         return [(at, f"{at:,.6g}{self.unit if at == ordered[0] else ''}") for at in ordered]
 
 
-def time_chart(instrument: Instrument, samples: Samples, *, logarithmic: bool) -> TimeChart | None:
+def time_chart(instrument: Instrument, samples: Samples, units: Units, *, logarithmic: bool) -> TimeChart | None:
     """Return the chart of an instrument over time, or None for one of the moment. logarithmic: whether its axis is."""
     if instrument in OF_THE_MOMENT:
         return None
     percent = bool(samples.energy_scale)
     if instrument is Instrument.ENERGY:
-        return _energy_chart(samples, percent=percent, logarithmic=logarithmic)
+        return _energy_chart(samples, units, percent=percent, logarithmic=logarithmic)
     if instrument is Instrument.GAP:
-        line, scale = f"px from {samples.reference}", Logarithmic() if logarithmic else Even(" px")
-        return TimeChart(instrument, line, scale, "{:.4g} px", partial(_quantity, Quantity.GAP))
-    line, digits, values = OVER_TIME[instrument]
+        unit = units.name(Dimension.LENGTH)
+        scale = gap_scale(units) if logarithmic else Even(f" {unit}")
+        values = partial(_shown, units.factor(Dimension.LENGTH), partial(_quantity, Quantity.GAP))
+        return TimeChart(instrument, f"{unit} from {samples.reference}", scale, f"{{:.4g}} {unit}", values)
+    dimension, digits, in_pixels = OVER_TIME[instrument]
+    if isinstance(dimension, Dimension):
+        factor, unit = units.factor(dimension), units.name(dimension)
+    else:
+        factor, unit = 1.0, dimension
     of_ball = f", ball {samples.ball}" if instrument in OF_BALL else ""
-    return TimeChart(instrument, f"{line}{of_ball}", Even(), digits, values)
+    return TimeChart(instrument, f"{unit}{of_ball}", Even(), f"{digits} {unit}", partial(_shown, factor, in_pixels))
 
 
-def _energy_chart(samples: Samples, *, percent: bool, logarithmic: bool) -> TimeChart:
-    unit, against = "%" if percent else "kg px²/s²", "the start" if samples.is_alone else samples.reference
+def _energy_chart(samples: Samples, units: Units, *, percent: bool, logarithmic: bool) -> TimeChart:
+    unit = "%" if percent else units.name(Dimension.ENERGY)
+    shown = partial(partial, _shown, 1.0 if percent else units.factor(Dimension.ENERGY))
+    against = "the start" if samples.is_alone else samples.reference
     if logarithmic:
-        values = partial(_quantity, Quantity.ENERGY)
+        values = shown(partial(_quantity, Quantity.ENERGY))
         line = f"{unit} from {against}"
         return TimeChart(Instrument.ENERGY, line, BothSigns(), f"{{:+.4g}} {unit}", values, is_relative=True)
     line = "% of the energy" if percent else unit
-    return TimeChart(Instrument.ENERGY, line, Even(" %" if percent else ""), f"{{:.4g}} {unit}", _energies)
+    return TimeChart(Instrument.ENERGY, line, Even(" %" if percent else ""), f"{{:.4g}} {unit}", shown(_energies))
+
+
+def _shown(factor: float, in_pixels: Values, samples: Samples, since: int) -> Floats:
+    return factor * in_pixels(samples, since)
 
 
 def _energies(samples: Samples, since: int) -> Floats:
@@ -176,16 +191,16 @@ def _pressures(samples: Samples, since: int) -> Floats:
     return np.column_stack([measured, samples.pressure_in_theory(since)])
 
 
-OVER_TIME: Final[Mapping[Instrument, tuple[str, str, Callable[[Samples, int], Floats]]]] = {
-    Instrument.MOMENTUM: ("kg px/s", "{:,.6g} kg px/s", partial(_quantity, Quantity.MOMENTUM)),
-    Instrument.ANGULAR_MOMENTUM: ("kg px²/s", "{:,.6g} kg px²/s", partial(_quantity, Quantity.ANGULAR_MOMENTUM)),
-    Instrument.HEIGHT: ("px", "{:.4f} px", partial(_quantity, Quantity.HEIGHT)),
-    Instrument.CONTACTS: ("in the last second", "{:,.6g} in the last second", _contacts),
-    Instrument.PRESSURE: ("kg/s²", "{:,.5g} kg/s²", _pressures),
-    Instrument.COST: ("ms", "{:.3g} ms", partial(_quantity, Quantity.COST)),
-    Instrument.BALL_X: ("px", "{:.4f} px", partial(_quantity, Quantity.X)),
-    Instrument.BALL_Y: ("px", "{:.4f} px", partial(_quantity, Quantity.Y)),
-    Instrument.BALL_VX: ("px/s", "{:.4f} px/s", partial(_quantity, Quantity.VX)),
-    Instrument.BALL_VY: ("px/s", "{:.4f} px/s", partial(_quantity, Quantity.VY)),
+OVER_TIME: Final[Mapping[Instrument, tuple[Dimension | str, str, Values]]] = {  # a dimension, or a unit
+    Instrument.MOMENTUM: (Dimension.MOMENTUM, "{:,.6g}", partial(_quantity, Quantity.MOMENTUM)),
+    Instrument.ANGULAR_MOMENTUM: (Dimension.ANGULAR_MOMENTUM, "{:,.6g}", partial(_quantity, Quantity.ANGULAR_MOMENTUM)),
+    Instrument.HEIGHT: (Dimension.LENGTH, "{:.4f}", partial(_quantity, Quantity.HEIGHT)),
+    Instrument.CONTACTS: ("in the last second", "{:,.6g}", _contacts),
+    Instrument.PRESSURE: ("kg/s²", "{:,.5g}", _pressures),
+    Instrument.COST: ("ms", "{:.3g}", partial(_quantity, Quantity.COST)),
+    Instrument.BALL_X: (Dimension.LENGTH, "{:.4f}", partial(_quantity, Quantity.X)),
+    Instrument.BALL_Y: (Dimension.LENGTH, "{:.4f}", partial(_quantity, Quantity.Y)),
+    Instrument.BALL_VX: (Dimension.VELOCITY, "{:.4f}", partial(_quantity, Quantity.VX)),
+    Instrument.BALL_VY: (Dimension.VELOCITY, "{:.4f}", partial(_quantity, Quantity.VY)),
 }
 OF_BALL: Final = (Instrument.BALL_X, Instrument.BALL_Y, Instrument.BALL_VX, Instrument.BALL_VY)

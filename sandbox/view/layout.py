@@ -14,6 +14,7 @@ GAP: Final = 10  # px between the parts of a window
 BETWEEN: Final = 6  # px between two buttons
 EDGE: Final = 3  # px, of the frame round an arena
 SIDE: Final = 1.85  # height of a button, in heights of the text
+LINE: Final = 1.6  # height of a line of text with room round it, in heights of the text
 TIMELINE_SHARE: Final = 0.34  # of the window's height, for the timeline with its chart
 MIN_CHART: Final = 4.5  # heights of the text; where there is less room, the chart is left out
 COLUMN_LETTERS: Final = 27  # the column's width, in heights of the text,
@@ -83,7 +84,7 @@ class Layout:
     @cached_property
     def line_height(self) -> int:
         """Height of a line of text with room round it, px."""
-        return round(1.6 * self.text_height)
+        return round(LINE * self.text_height)
 
     @cached_property
     def side(self) -> int:
@@ -104,7 +105,19 @@ class Layout:
 
     @cached_property
     def timeline(self) -> Rect:
-        """The place of the timeline, of which a picture has only the chart."""
+        """The place of the timeline, of which a picture has only the chart.
+
+        Without a column, the chart has what the panes leave, but for a line of messages.
+        """
+        place = self._least_timeline
+        if self.has_controls and not self.has_column and place.height > 2 * self.side:
+            top = min(place.y, self.palette.bottom + self.side + 2 * GAP)
+            return Rect(place.x, top, place.width, place.bottom - top)
+        return place
+
+    @cached_property
+    def _least_timeline(self) -> Rect:
+        """The place of the timeline if the panes need all that it can leave."""
         width = self.window[0] - 2 * GAP
         if not self.has_controls:
             height = self._chart_height(0)
@@ -218,7 +231,7 @@ class Layout:
         """Return the width and height available to a pane's arena, px."""
         rows = math.ceil(self.panes / columns)
         width = self.pane_room / columns - GAP - 2 * EDGE
-        bottom = self.timeline.y - GAP - self.palette_rows * (self.side + BETWEEN)
+        bottom = self._least_timeline.y - GAP - self.palette_rows * (self.side + BETWEEN)
         height = (bottom - self.top) / rows - GAP // 2 - 2 * EDGE - self.line_height
         return max(width, 1.0), max(height, 1.0)
 

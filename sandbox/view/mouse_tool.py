@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Final
 
 import pygame
@@ -12,15 +13,21 @@ from sandbox.quantity import length
 from sandbox.run.inputs import Grab, Move, Release
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import ARENA_WALLS
+from sandbox.scene.units import Dimension
 from sandbox.state import Floats, State
+from sandbox.view.controls import Action
 from sandbox.view.editor import Editor
+from sandbox.view.header import action_button
 from sandbox.view.layout import Layout, Lens, ScreenPoint
-from sandbox.view.move_tool import PAUSING, Grip, MoveTool, Tool
+from sandbox.view.move_tool import DOES, PAUSING, Grip, MoveTool, Tool
 from sandbox.view.overlay import ARROW_SECONDS
-from sandbox.view.palette import palette
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import arrow, label
-from sandbox.view.track import step_of_point, track_end
+from sandbox.view.theme import palette, theme
+from sandbox.view.timeline import step_of_point, track_end
+from sandbox.view.widgets.buttons import TextButton
+from sandbox.view.widgets.group import Placed, WidgetGroup, WidgetRow
+from sandbox.view.widgets.words import Label
 
 GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it grabs
 ZOOM_FACTOR: Final = 1.25  # by which a notch of the wheel enlarges what the panes show, or the charts' time
@@ -371,8 +378,10 @@ class MouseTool:
         layout, view = self._layout(), self._playback.view
         colours = palette(view.moment.scene.arena.background)
         width = max(2, round(layout.text_height / 7))
-        vx, vy = velocity
-        text = f"{math.hypot(vx, vy):.0f} px/s, {math.degrees(math.atan2(vy, vx)):.0f}\N{DEGREE SIGN}"
+        (vx, vy), units = velocity, view.moment.scene.units
+        template = f"{{:.{units.decimals(Dimension.VELOCITY, 0)}f}}"
+        speed = units.text(Dimension.VELOCITY, template, math.hypot(vx, vy))
+        text = f"{speed}, {math.degrees(math.atan2(vy, vx)):.0f}\N{DEGREE SIGN}"
         for index, (pane, arena) in enumerate(zip(view.panes, layout.arenas, strict=True)):
             x, y = layout.to_screen(index, pane.state.position[ball].tolist())
             if not arena.collidepoint(x, y):
@@ -389,3 +398,34 @@ def ball_at(state: State, radius: Floats, position: Vector) -> tuple[int, float]
     distance = length(state.position - position) - radius
     ball = int(distance.argmin())
     return ball, float(distance[ball])
+
+
+class ToolPalette:
+    """A row of tools. do: does an action."""
+
+    def __init__(self, group: WidgetGroup, mouse: MouseTool, do: Callable[[Action], None]) -> None:
+        def tool(which: Tool) -> TextButton:
+            does = f"{DOES[which][0].upper()}{DOES[which][1:]}  (F: next tool)"
+            return TextButton(which.value, partial(mouse.choose, which), does, lambda: mouse.tool is which)
+
+        zoom = Label(lambda: f"{100 * mouse.lens.zoom:.0f} %", dim=True, widest="5000 %")
+        tools = [*map(tool, Tool), action_button("Undo", Action.UNDO, do), action_button("Redo", Action.REDO, do)]
+        zooms = [
+            zoom,
+            action_button("\N{MINUS SIGN}", Action.ZOOM_OUT, do),
+            action_button("Fit", Action.SHOW_ALL, do),
+            action_button("+", Action.ZOOM_IN, do),
+        ]
+        self._row = WidgetRow(group, tools, zooms, lambda: theme.ground)
+
+    def widths(self, text_height: int) -> tuple[int, ...]:
+        """Return the widths of its widgets, px."""
+        return self._row.widths(text_height)
+
+    def placed(self, layout: Layout) -> list[Placed]:
+        """Return its widgets with their places."""
+        return self._row.placed(layout.palette, layout.text_height, layout.side)
+
+    def draw(self, surface: Surface, layout: Layout) -> None:
+        """Draw it."""
+        self._row.draw(surface, self.placed(layout), layout.text_height)

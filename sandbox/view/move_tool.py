@@ -17,10 +17,9 @@ from sandbox.scene.model import ARENA_WALLS, Scene, Wall
 from sandbox.scene.walls import segment_distance
 from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout
-from sandbox.view.palette import palette
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import draw_wall, label
-from sandbox.view.theme import theme
+from sandbox.view.theme import palette, theme
 
 Line = tuple[Vector, Vector, float]  # the ends of a wall and its thickness, px
 HANDLE: Final = 0.45  # radius of the rings at a wall's ends, in heights of the text
@@ -262,7 +261,9 @@ def _distance(line: Line, position: Vector) -> float:
 
 
 def _end_at(wall: Wall, position: Vector, reach: float) -> int | None:
-    """Return which end of a wall is at a position; None if neither is within reach (px) of it."""
+    """Return which end of a wall is at a position; None if neither is within reach (px) of it, and of a peg."""
+    if wall.is_peg:
+        return None
     away = [float(length(np.subtract(position, end))) - wall.thickness / 2 for end in (wall.start, wall.to)]
     nearest = int(np.argmin(away))
     return nearest if away[nearest] <= min(reach, float(length(np.subtract(wall.start, wall.to))) / 3) else None

@@ -1,19 +1,20 @@
-"""A message to the user, which is shown over the panes for some seconds."""
+"""A message to the user, shown over the panes for some seconds; and a guard, which shows one if a part fails."""
 
-from collections.abc import Iterator
+import logging
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import Enum, auto
 from pathlib import Path
 from time import monotonic
-from typing import Final
+from typing import Final, TypeVar
 
 import pygame
 from pygame import Color, Rect, Surface
 
 from sandbox.errors import SandboxError
-from sandbox.view.palette import GREEN, VERMILLION
+from sandbox.view.events import Stopped
 from sandbox.view.primitives import text_width, wrapped, write
-from sandbox.view.theme import readable, theme
+from sandbox.view.theme import GREEN, VERMILLION, readable, theme
 
 SECONDS_SHOWN: Final = 6.0
 
@@ -91,3 +92,65 @@ def draw_notice(surface: Surface, place: Rect, height: int, message: str, kind: 
     for number, text in enumerate(lines):
         row = Rect(left, card.y + height // 2 + number * line, card.right - left - height // 2, line)
         write(surface, text, row, theme.ink, height)
+
+
+LOG: Final = logging.getLogger("sandbox.view")
+Result = TypeVar("Result")
+
+
+class Guard:
+    """Runs parts of the drawing; one that raises an exception is left out from then on, until `try_again`.
+
+    strict: whether exceptions are raised, as tests want it.
+    """
+
+    strict = False
+
+    def __init__(self, notice: Notice) -> None:
+        self._notice = notice
+        self._failed: list[str] = []
+
+    @property
+    def failed(self) -> tuple[str, ...]:
+        """The parts that are switched off."""
+        return tuple(self._failed)
+
+    def run(self, name: str, draw: Callable[..., Result], *given: object) -> Result | None:
+        """Call what draws a part, or says where it is; nothing of it if that failed before."""
+        if name in self._failed:
+            return None
+        try:
+            return draw(*given)
+        except (Stopped, SystemExit, KeyboardInterrupt):
+            raise
+        except Exception as error:
+            if self.strict:
+                raise
+            self._switch_off(name, error)
+            return None
+
+    @contextmanager
+    def reporting(self, part: Callable[[], str]) -> Iterator[None]:
+        """Report what fails while an event is handled. part: the part that did it and is switched off, or nothing."""
+        try:
+            yield
+        except (Stopped, SystemExit, KeyboardInterrupt):
+            raise
+        except Exception as error:
+            if self.strict:
+                raise
+            if name := part():
+                self._switch_off(name, error)
+            else:
+                LOG.exception("an event failed")
+                self._notice.show(f"That failed, and the run goes on: {error}", Kind.ERROR)
+
+    def _switch_off(self, name: str, error: Exception) -> None:
+        LOG.exception("%s failed", name)
+        self._failed.append(name)
+        text = f"{name} failed and is switched off, the run goes on; restart (R) shows it again: {error}"
+        self._notice.show(f"{text[0].upper()}{text[1:]}", Kind.ERROR)
+
+    def try_again(self) -> None:
+        """Show the parts again that failed."""
+        self._failed.clear()

@@ -1,29 +1,125 @@
-"""Record the run of a scene as a video, or its end as a picture, without a window."""
+"""Pictures without a window: of a scene's start, and of a run, its end or all of it as a video."""
 
+import io
 from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
+from time import perf_counter
 from typing import Final
 
-from pygame import Surface
+import pygame
+from pygame import Rect, Surface
 
+from sandbox.analysis.comparison import Comparison
+from sandbox.analysis.gas import wall_impulse
+from sandbox.engines import create
 from sandbox.errors import EngineError, SandboxError
+from sandbox.files import whole_file
+from sandbox.judge.causes import Cause
 from sandbox.report.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.run.inputs import Input
+from sandbox.scene.files import load
 from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
+from sandbox.session.history import Moment
+from sandbox.state import no_contacts
 from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
-from sandbox.view.picture import save_picture
-from sandbox.view.primitives import write
-from sandbox.view.session_view import SessionView
-from sandbox.view.theme import theme
+from sandbox.view.primitives import Discs, wrapped, write
+from sandbox.view.session_view import Pane, SessionView, draw_panes, draw_walls
+from sandbox.view.theme import palette, theme
 from sandbox.view.video import VIDEO_FORMATS
 
+MAX_KEPT: Final = 256  # pictures
+FRAME_SHARE: Final = 0.012  # s of a frame that new pictures may take, plus what the last of them takes
+ERROR_LINES: Final = 4  # of a scene with errors
 MIN_SIDE: Final = 64  # px
 MAX_SIDE: Final = 8192  # px
 MARKED_STEPS: Final = 15  # that are compared at once, at least
 MARKED_SHARE: Final = 1.02  # by which a run has grown when it is compared again, so that long ones do not take longer
 PICTURE_FPS: Final = 60  # samples of trails and charts per second, for a picture
+PICTURE_SIZE: Final = (1280, 560)  # px
+
+
+@dataclass(frozen=True)
+class Preview:
+    """A scene's picture and texts; both are empty until they are drawn."""
+
+    surface: Surface
+    title: str = ""
+    about: str = ""
+
+
+class Previews:
+    """Pictures of scenes, which are kept; new ones are drawn for a share of each frame.
+
+    is_complete: whether all that were asked for since `begin_frame` are there.
+    """
+
+    def __init__(self, clock: Callable[[], float] = perf_counter) -> None:
+        self._clock = clock
+        self._kept: dict[object, Preview] = {}
+        self.begin_frame()
+
+    def begin_frame(self) -> None:
+        """Let new pictures be drawn for the share of another frame."""
+        self._deadline: float | None = None
+        self.is_complete = True
+
+    def of(self, file: Path, size: tuple[int, int], text_height: int) -> Preview:
+        """Return the picture of a file's scene, or an empty one if this frame has no time for it."""
+        key = file, _stamp(file), size, text_height, theme.is_dark
+        if key not in self._kept:
+            if self._deadline is None:
+                self._deadline = self._clock() + FRAME_SHARE
+            elif self._clock() > self._deadline:
+                self.is_complete = False
+                empty = Surface(size, pygame.SRCALPHA)
+                pygame.draw.rect(empty, theme.hover, empty.get_rect(), border_radius=text_height // 3)
+                return Preview(empty)
+            if len(self._kept) >= MAX_KEPT:
+                del self._kept[next(iter(self._kept))]
+            self._kept[key] = _preview(file, size, text_height)
+        return self._kept[key]
+
+
+def _stamp(file: Path) -> int:
+    """Return when a file was last changed, ns."""
+    try:
+        return file.stat().st_mtime_ns
+    except OSError:
+        return 0
+
+
+def _preview(file: Path, size: tuple[int, int], text_height: int) -> Preview:
+    """Draw a scene's start, or write its first error."""
+    surface = Surface(size, pygame.SRCALPHA)
+    try:
+        scene = load(file)
+        draw_start(surface, scene)
+    except SandboxError as error:
+        height = round(0.85 * text_height)
+        line = Rect(0, 0, size[0], round(1.3 * height))
+        for text in wrapped(str(error).splitlines()[0], size[0], height)[:ERROR_LINES]:
+            write(surface, text, line, theme.dim, height)
+            line.y += line.height
+        return Preview(surface, "has errors")
+    return Preview(surface, scene.title, scene.about)
+
+
+def draw_start(surface: Surface, scene: Scene) -> None:
+    """Draw a scene's start as large as a surface allows, at its left."""
+    state = spawn(scene)
+    scale = min(have / need for have, need in zip(surface.get_size(), scene.arena.size, strict=True))
+    arena = Rect(0, 0, max(1, round(scene.arena.size[0] * scale)), max(1, round(scene.arena.size[1] * scale)))
+    arena.midleft = surface.get_rect().midleft
+    inside = surface.subsurface(arena.clip(surface.get_rect()))
+    inside.fill(palette(scene.arena.background).ground)
+    draw_walls(inside, scene, scale)
+    discs = Discs(scene.bodies.radius, scene.colors)
+    discs.draw(inside, state.position, scale, state.angle)
+    pygame.draw.rect(surface, theme.wall, arena, 1)
 
 
 class Camera:
@@ -42,9 +138,7 @@ class Camera:
         self.view = SessionView(scene, engines, inputs)
         self._so_far, self._compared = ComparisonSoFar(), 0
         self.surface = Surface(size)
-        self.layout = Layout(
-            size, scene.arena.size, len(self.view.panes), has_chart=bool(self.view.chart_count(showing))
-        )
+        self.layout = Layout(size, scene.arena.size, len(self.view.panes), has_chart=Layer.CHARTS in showing)
 
     def go_to(self, step: int) -> None:
         """Run to a step and update what is drawn."""
@@ -117,3 +211,46 @@ def check_recording(path: str, size: tuple[int, int]) -> None:
         raise SandboxError(f"{path}: must end in one of {', '.join(endings)}")
     if not all(MIN_SIDE <= side <= MAX_SIDE for side in size):
         raise SandboxError(f"--size {size[0]}x{size[1]}: must be from {MIN_SIDE}x{MIN_SIDE} to {MAX_SIDE}x{MAX_SIDE}")
+
+
+def draw_picture(comparison: Comparison) -> Surface:
+    """Draw the end of each engine's run in a pane, as the window does."""
+    scene = comparison.scene
+    surface = Surface(PICTURE_SIZE)
+    surface.fill(theme.ground)
+    layout = Layout(PICTURE_SIZE, scene.arena.size, len(comparison.runs))
+    panes = []
+    end = Moment(
+        step=len(comparison.time) - 1,
+        time=float(comparison.time[-1]),
+        scene=scene,
+        states={name: run.final for name, run in comparison.runs.items()},
+        contacts=dict.fromkeys(comparison.runs, no_contacts()),
+        counts={name: len(run.contacts) for name, run in comparison.runs.items()},
+        energy={name: float(run.energy[-1]) for name, run in comparison.runs.items()},
+        work={
+            name: sum(entry.energy for entry in run.figures.ledger if entry.cause == Cause.APPLIED)
+            for name, run in comparison.runs.items()
+        },
+        balls=tuple(range(len(scene.bodies))),
+        held=None,
+        target=(0.0, 0.0),
+        wall_impulse={name: wall_impulse(run.contacts, scene.arena.size) for name, run in comparison.runs.items()},
+        energy_scale=comparison.energy_scale,
+    )
+    for name, run in comparison.runs.items():
+        pane = Pane(end, name, create(name, scene, run.final))
+        pane.energy_at_start = float(run.energy[0])
+        panes.append(pane)
+    draw_panes(surface, layout, panes, (), comparison.against, end.states.get(comparison.against))
+    caption = f"{scene.title or scene.name}    seed {scene.seed}    {comparison.time[-1]:.2f} s"
+    write(surface, caption, layout.status, theme.dim, layout.text_height)
+    return surface
+
+
+def save_picture(surface: Surface, path: str) -> None:
+    """Write a surface as PNG. Raises SandboxError if the file cannot be written."""
+    png = io.BytesIO()
+    pygame.image.save(surface, png, "picture.png")
+    with whole_file(path) as file:
+        file.write(png.getvalue())

@@ -1,8 +1,9 @@
-"""How time passes in a run: forward and back, slower and faster, and undoing what was done in it."""
+"""How time passes in a run: forward and back, slower and faster, and to snapshots; how fast it does; undo."""
 
 import gc
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Final
 
@@ -12,12 +13,50 @@ from sandbox.run.inputs import Input, Release
 from sandbox.session.session import Session
 from sandbox.view.events import Stopped
 from sandbox.view.notice import Kind, Notice
-from sandbox.view.pace import Pace
 from sandbox.view.session_view import NOTED_LAG, SessionView
 
 PATIENCE: Final = 0.004  # s that a frame waits for a reference computed beside it, which mostly is there by then
 FRAME_BUDGET: Final = 0.025  # s of a frame that physics may take; if that is too short, time slows down
 SPEEDS: Final = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, math.inf)
+MEASURED_SECONDS: Final = 1.0  # so long is measured before the number changes
+KEPT_UP: Final = 0.95  # share of the speed asked for, below which the machine does not keep up
+MAX_SNAPSHOTS: Final = 8  # more, and the earliest goes
+
+
+class Pace:
+    """Measures how many seconds of a scene pass in a second on the screen, while nothing interrupts them.
+
+    measured: over the last second or so; None until a second has passed since `restart`. clock: returns s.
+    """
+
+    def __init__(self, clock: Callable[[], float] = perf_counter) -> None:
+        self._clock = clock
+        self.restart()
+
+    def restart(self) -> None:
+        """Measure afresh from the next frame on: time stood still, jumped, or was asked to pass at another speed."""
+        self.measured: float | None = None
+        self._begun: tuple[float, float] | None = None  # s on the screen, s of the scene
+
+    def observe(self, time: float) -> None:
+        """Note the time of the scene (s) in a frame."""
+        now = self._clock()
+        if self._begun is None:
+            self._begun = now, time
+        elif now - self._begun[0] >= MEASURED_SECONDS:
+            self.measured = (time - self._begun[1]) / (now - self._begun[0])
+            self._begun = now, time
+
+    def text(self, speed: float) -> str:
+        """Return the speed asked for, and in brackets the measured one if the machine does not keep up."""
+        if self.measured is None or self.measured >= KEPT_UP * speed:
+            return speed_text(speed)
+        return f"{speed_text(speed)} ({speed_text(float(f'{self.measured:.2g}'))})"
+
+
+def speed_text(speed: float) -> str:
+    """Return a speed as the window shows it."""
+    return "fastest" if speed == math.inf else f"{speed:g}\N{MULTIPLICATION SIGN}"
 
 
 class Playback:
@@ -280,3 +319,44 @@ class Playback:
             self.settle()
         else:
             self._notice.show(otherwise)
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """A step, its time (s), and the inputs up to it, from which the engines run again to the same bits."""
+
+    step: int
+    time: float
+    inputs: tuple[Input, ...]
+
+
+class Snapshots:
+    """The snapshots of a scene's runs, the earliest taken first."""
+
+    def __init__(self, playback: Playback, notice: Notice) -> None:
+        self._playback = playback
+        self._notice = notice
+        self.taken: list[Snapshot] = []
+
+    def take(self) -> None:
+        """Take a snapshot of the step shown."""
+        session = self._playback.session
+        snapshot = Snapshot(session.step, self._playback.view.moment.time, tuple(session.given()))
+        self.taken = [*self.taken, snapshot][-MAX_SNAPSHOTS:]
+        self._notice.show(f"snapshot at {snapshot.time:.2f} s: 4, or the page Scene, returns to it", Kind.DONE)
+
+    def return_to_latest(self) -> None:
+        """Return to the snapshot taken last."""
+        if self.taken:
+            self.return_to(self.taken[-1])
+        else:
+            self._notice.show("there is no snapshot; 3 takes one")
+
+    def return_to(self, snapshot: Snapshot) -> None:
+        """Pause, and go to a snapshot; what was done otherwise since then is dropped."""
+        self._playback.paused = True
+        self._playback.return_to(snapshot.step, snapshot.inputs)
+
+    def forget(self) -> None:
+        """Forget all, as another scene runs."""
+        self.taken = []

@@ -1,8 +1,7 @@
-"""What the window is drawn with: text, thick segments, arrows, cards."""
+"""What the window is drawn with: text, discs, thick segments, arrows, markers, cards."""
 
 import math
 import re
-import textwrap
 from collections.abc import Sequence
 from functools import lru_cache
 from importlib.resources import files
@@ -13,11 +12,20 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
+from sandbox.scene.fields import Vector, rgb
 from sandbox.state import Floats
 from sandbox.text import printable
-from sandbox.view.palette import Palette
-from sandbox.view.pixels import has_kernels, pixel_of, pixels_of, place_of, stamp_lines, stamp_wall
-from sandbox.view.theme import theme
+from sandbox.view.pixels import (
+    MIN_TURNED,
+    has_kernels,
+    pixel_of,
+    pixels_of,
+    place_of,
+    stamp_discs,
+    stamp_lines,
+    stamp_wall,
+)
+from sandbox.view.theme import Palette, theme
 
 FACES: Final = files("font_source_sans_pro") / "files"
 FALLBACKS: Final = (  # the systems' own fonts for what the usual one lacks
@@ -35,9 +43,11 @@ SMALLEST_TEXT: Final = 9  # px, of what is made smaller to fit
 TEXT_SCALE: Final = 3  # text is drawn larger and scaled down: at its own size, letters are spaced unevenly
 LARGE: Final = 200  # px, of letters whose sizes are compared; small ones of one size may be different letters
 _PIECE: Final = re.compile(r"\d|\D+")  # of a text, which is drawn at once
-_BEFORE_UNIT: Final = re.compile(r"(?<=\d) (?=(?:ms|s|px|kg|rad|%)(?:\W|$))")
+_BEFORE_UNIT: Final = re.compile(r"(?<=\d) (?=(?:ms|s|px|mm|cm|m|kg|J|rad|%)(?:\W|$))")
 Point = Sequence[float]
 Ink = Color | tuple[int, ...]
+MIN_RADIUS: Final = 1.0  # px; smaller discs are drawn with it, or they would hardly be seen
+LINE: Final = (44, 62, 80)  # the colour of the lines, as in Pymunk's debug-draw
 
 
 @lru_cache(maxsize=256)
@@ -137,12 +147,21 @@ def line_sample(surface: Surface, place: Rect, colour: Color, ground: Color, hei
 
 
 @lru_cache(maxsize=256)
-def wrapped(text: str, width: int, height: int, indent: str = "") -> tuple[str, ...]:
-    """Break a text into lines of about a width, px; all but the first are indented. A number keeps its unit."""
-    letters = max(8, int(width / (text_width("abcdefghij klmnopqrst", height) / 21)))
-    joined = _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", drawable(text))
-    lines = textwrap.wrap(joined, letters, subsequent_indent=indent)
-    return tuple(line.replace("\N{NO-BREAK SPACE}", " ") for line in lines)
+def wrapped(text: str, width: int, height: int, indent: str = "", *, bold: bool = False) -> tuple[str, ...]:
+    """Break a text into lines that fit into a width, px; all but the first are indented. A number keeps its unit."""
+    words = _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", drawable(text)).split(" ")
+    lines, line = list[str](), ""
+    for word in (word.replace("\N{NO-BREAK SPACE}", " ") for word in words if word):
+        if line and text_width(f"{line} {word}", height, bold=bold) > width:
+            lines.append(line)
+            line = ""
+        line = f"{line} {word}" if line else (indent if lines else "") + word
+        while len(line) > len(indent) + 1 and text_width(line, height, bold=bold) > width:  # a word longer than a line
+            cuts = range(len(line) - 1, len(indent), -1)
+            cut = next((k for k in cuts if text_width(line[:k], height, bold=bold) <= width), cuts[-1])
+            lines.append(line[:cut])
+            line = indent + line[cut:]
+    return tuple(filter(None, (*lines, line)))
 
 
 def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) -> None:
@@ -275,3 +294,68 @@ def panel(surface: Surface, place: Rect) -> None:
     """Draw the background of something that lies over everything else."""
     pygame.draw.rect(surface, theme.raised, place, border_radius=6)
     pygame.draw.rect(surface, theme.dim, place, 1, border_radius=6)
+
+
+def draw_marker(surface: Surface, colour: Color, at: tuple[int, int], size: int, shape: int) -> None:
+    """Draw a marker: a disc, a diamond, a square or a triangle, which is distinguishable without its colour.
+
+    size: half its width, px; shape: the number of the engine.
+    """
+    x, y = at
+    corners = (
+        (),
+        ((0, -1.2), (1.2, 0), (0, 1.2), (-1.2, 0)),
+        ((-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)),
+        ((0, -1.2), (1.1, 0.8), (-1.1, 0.8)),
+    )[shape % 4]
+    if corners:
+        pygame.draw.polygon(surface, colour, [(x + size * across, y + size * down) for across, down in corners])
+    else:
+        pygame.draw.circle(surface, colour, at, size)
+
+
+class Discs:
+    """The discs of some balls on the screen, in their order. radius: (n,) px of the scene."""
+
+    def __init__(self, radius: Floats, colours: Sequence[str]) -> None:
+        self._radius = radius
+        self._colours = colours
+        self._format: tuple[int, ...] = ()  # of the surface that the values are for
+        self._values = np.empty(0, np.int64)  # of pixels in each ball's colour
+
+    def __len__(self) -> int:
+        return len(self._radius)
+
+    def draw(
+        self, surface: Surface, position: Floats, scale: float, angle: Floats, origin: Vector = (0.0, 0.0)
+    ) -> None:
+        """Draw the discs.
+
+        position: (n, 2) px of the scene; scale: px of the surface for one of these; angle: (n,); origin: where the
+        scene's is, px of the surface.
+        """
+        self.draw_at(surface, scale * position + origin, scale, angle)
+
+    def draw_at(self, surface: Surface, centre: Floats, scale: float, angle: Floats) -> None:
+        """Draw the discs with their centres at some places of the surface: (n, 2) px."""
+        radius = np.maximum(scale * self._radius, MIN_RADIUS)
+        if not has_kernels(surface):
+            self._draw_plainly(surface, centre, radius, angle)
+            return
+        if surface.get_shifts() != self._format:
+            self._format = surface.get_shifts()
+            values = {colour: pixel_of(surface, rgb(colour)) for colour in set(self._colours)}
+            self._values = np.array([values[colour] for colour in self._colours])
+        line = pixel_of(surface, LINE)
+        stamp_discs(*pixels_of(surface), place_of(surface), centre, radius, self._values, angle, line)
+
+    def _draw_plainly(self, surface: Surface, centre: Floats, radius: Floats, angle: Floats) -> None:
+        """Draw the discs where kernels cannot, or are not compiled yet: slowly, and with ragged edges."""
+        middle = np.divide(surface.get_size(), 2)
+        seen = (np.abs(centre - middle) < middle + radius[:, None]).all(axis=1)
+        for k in np.flatnonzero(seen).tolist():
+            (x, y), r = centre[k].tolist(), float(radius[k])
+            capsule(surface, rgb(self._colours[k]), (x, y), (x, y), r)
+            if MIN_TURNED < r - 1 < MAX_PYGAME_SHAPE:
+                rim = int(x + (r - 1) * math.cos(angle[k])), int(y + (r - 1) * math.sin(angle[k]))
+                pygame.draw.line(surface, LINE, (int(x), int(y)), rim, 2 if r - 1 > 20 else 1)

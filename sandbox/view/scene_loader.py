@@ -10,7 +10,7 @@ from sandbox.files import MAX_TEXT_FILE_BYTES
 from sandbox.scene.files import TRUTHS, bundled, load
 from sandbox.scene.model import Scene
 from sandbox.view.notice import Kind, Notice
-from sandbox.view.preview import Previews
+from sandbox.view.offscreen import Previews
 from sandbox.view.scene_picker import ScenePicker
 
 CHECK_INTERVAL: Final = 0.2  # s between two checks of the file

@@ -15,7 +15,7 @@ from pygame.event import Event
 from sandbox.files import MAX_TEXT_FILE_BYTES
 from sandbox.scene.files import TRUTHS, bundled
 from sandbox.text import printable
-from sandbox.view.preview import Previews
+from sandbox.view.offscreen import Previews
 from sandbox.view.primitives import panel, shortened, text_width, wrapped, write
 from sandbox.view.theme import theme
 

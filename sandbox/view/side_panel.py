@@ -79,6 +79,8 @@ class SidePanel:
         page = self._pages[self.open]
         body = self._body(place, text_height)
         rows, height = _stacked(page.rows(), body.width, text_height)
+        for widget, _ in rows:
+            widget.seen_in = body
         lines = max(0, height - body.height) / text_height
         self._scrolled = min(max(self._scrolled, 0), lines)
         y = body.y - round(self._scrolled * text_height)

@@ -1,14 +1,19 @@
-"""Light or dark: the colours of everything round the panes, as the system prefers them."""
+"""The colours of the window, light or dark as the system prefers, and of the panes on any background."""
 
 import os
 import subprocess
 import sys
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from threading import Thread
 from typing import Final
 
 from pygame import Color
+
+from sandbox.report.colours import colours_of
+from sandbox.scene.fields import PALETTE, rgb
 
 THEME: Final = "SANDBOX_THEME"  # environment variable: light or dark, whatever the system prefers
 ASK_SECONDS: Final = 1.0  # s, that the system may take to say what it prefers
@@ -153,3 +158,71 @@ def readable(colour: Color, ground: Color, ratio: float = 4.5) -> Color:
     to = Color("black") if luminance(ground) > 0.18 else Color("white")
     shades = (colour.lerp(to, k / 20) for k in range(21))
     return next((shade for shade in shades if contrast_ratio(shade, ground) >= ratio), to)
+
+
+BLUE, ORANGE, GREEN, VERMILLION, SKY, PURPLE = PALETTE
+GLARE: Final = 0.3  # luminance of a background that would glare in a dark window
+YELLOW: Final = "#f0e442"  # of Okabe and Ito's colours; balls do not have it, as it is hardly visible on white
+
+
+@dataclass(frozen=True)
+class Palette:
+    """The colours of everything that is drawn on one background.
+
+    ink: text and marks. wall: inner walls, which do not glare either. faint: grid and axes. law: lines of a theory.
+    momentum, contact: arrows and contacts.
+    is_dark: the background.
+    """
+
+    ground: Color
+    ink: Color
+    wall: Color
+    faint: Color
+    law: Color
+    momentum: Color
+    contact: Color
+    is_dark: bool
+
+    def engines(self, names: Iterable[str]) -> dict[str, Color]:
+        """Return the colour of each engine in a run: that of its line and of its name, which can be read."""
+        colours = colours_of(names, dark=self.is_dark)
+        return {name: readable(Color(colour), self.ground) for name, colour in colours.items()}
+
+
+def palette(background: str) -> Palette:
+    """Choose colours that stand out from a scene's background, which the dark theme replaces if it would glare."""
+    ground = Color(*rgb(background))
+    if theme.is_dark and luminance(ground) > GLARE:
+        ground = theme.pane
+    return _palette((ground.r, ground.g, ground.b))
+
+
+def chart_palette() -> Palette:
+    """Return the colours of charts."""
+    return _palette((theme.raised.r, theme.raised.g, theme.raised.b))
+
+
+@lru_cache(maxsize=64)
+def _palette(ground: tuple[int, int, int]) -> Palette:
+    ink = contrast_with(Color(*ground))
+    dark = ink == Color("white")
+    return Palette(
+        ground=Color(*ground),
+        ink=ink,
+        wall=DARK.dim if Color(*ground) == DARK.pane else ink,
+        faint=Color(*ground).lerp(ink, 0.12),
+        law=Color(*ground).lerp(ink, 0.4),
+        momentum=Color(ORANGE if dark else PURPLE),
+        contact=Color(YELLOW if dark else VERMILLION),
+        is_dark=dark,
+    )
+
+
+def contrast(background: str) -> Color:
+    """Choose black or white, whichever stands out from a colour."""
+    return contrast_with(Color(*rgb(background)))
+
+
+def contrast_with(ground: Color) -> Color:
+    """Choose black or white, whichever stands out from a ground."""
+    return Color("black") if 0.299 * ground.r + 0.587 * ground.g + 0.114 * ground.b > 128 else Color("white")

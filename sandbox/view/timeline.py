@@ -7,31 +7,22 @@ from typing import Final
 import pygame
 from pygame import Color, Rect, Surface
 
+from sandbox.session.session import Session
 from sandbox.view.charts import Charts
 from sandbox.view.controls import Action
-from sandbox.view.header import tip_of
+from sandbox.view.header import action_button
 from sandbox.view.instruments import MEANINGS, OF_THE_MOMENT, Instrument
 from sandbox.view.layout import GAP, TIME_LETTERS, Layout
-from sandbox.view.palette import chart_palette
-from sandbox.view.playback import SPEEDS, Playback
+from sandbox.view.playback import SPEEDS, Playback, speed_text
 from sandbox.view.primitives import write
-from sandbox.view.theme import theme
-from sandbox.view.track import draw_track, track_end
-from sandbox.view.widgets.buttons import TextButton
-from sandbox.view.widgets.group import Placed, WidgetGroup
-from sandbox.view.widgets.menu import Item, Menu
-from sandbox.view.widgets.row import WidgetRow
+from sandbox.view.theme import chart_palette, theme
+from sandbox.view.widgets.buttons import Item, Menu, TextButton
+from sandbox.view.widgets.group import Placed, WidgetGroup, WidgetRow
 
 TABS: Final = (Instrument.ENERGY, Instrument.GAP, Instrument.MOMENTUM, Instrument.SPEEDS)  # the others are in a menu
-TIMES: Final = "\N{MULTIPLICATION SIGN}"
-FASTEST: Final = "fastest"
-KEPT_UP: Final = 0.95  # share of the speed asked for, below which the measured one is shown too
-WIDEST: Final = f"1{TIMES} (0.88{TIMES})"
-
-
-def speed_text(speed: float) -> str:
-    """Return a speed as the menu shows it."""
-    return FASTEST if speed == float("inf") else f"{speed:g}{TIMES}"
+WIDEST: Final = "1\N{MULTIPLICATION SIGN} (0.88\N{MULTIPLICATION SIGN})"
+THICKNESS: Final = 4  # px
+MARK: Final = 2  # px, half of the width of the gap round a mark
 
 
 class Timeline:
@@ -43,10 +34,10 @@ class Timeline:
         self._playback = playback
 
         def button(text: str, action: Action) -> TextButton:
-            return TextButton(text, lambda: do(action), tip_of(action))
+            return action_button(text, action, do)
 
-        play = TextButton(
-            "", lambda: do(Action.PAUSE), tip_of(Action.PAUSE), lambda: playback.paused,
+        play = action_button(
+            "", Action.PAUSE, do, is_on=lambda: playback.paused,
             said=lambda: "Play" if playback.paused else "Pause", widest="Pause",
         )  # fmt: skip
         left, right = "\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}", "\N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}"
@@ -56,20 +47,14 @@ class Timeline:
             [],
             lambda: theme.raised,
         )
-        self._clock = TextButton(
-            "",
-            lambda: do(Action.STOPWATCH),
-            tip_of(Action.STOPWATCH),
-            lambda: playback.stopwatch is not None,
-            said=time,
-        )
+        self._clock = action_button("", Action.STOPWATCH, do, is_on=lambda: playback.stopwatch is not None, said=time)
         self._group = group
         speeds = Menu(self._speed_text, "how fast time passes  (+ and -)", self._speeds, widest=WIDEST)
         self._after = WidgetRow(group, [], [button(f"{right}|", Action.GO_TO_END), speeds], lambda: theme.raised)
         tabs = [self._tab(instrument) for instrument in TABS]
         more = Menu(self._more_text, "choose another chart  (1: the next one)", self._others, self._shows_other)
-        scale = TextButton(
-            "", lambda: do(Action.SCALE), tip_of(Action.SCALE), widest="logarithmic",
+        scale = action_button(
+            "", Action.SCALE, do, widest="logarithmic",
             said=lambda: "logarithmic" if playback.view.charts.is_logarithmic else "linear",
             refusal=lambda: playback.view.charts.why_one_scale,
         )  # fmt: skip
@@ -84,10 +69,8 @@ class Timeline:
 
     def _speed_text(self) -> str:
         """Return the speed asked for, and the measured one if the machine does not keep up."""
-        speed, measured = self._playback.speed, self._playback.pace.measured
-        if measured is None or measured >= KEPT_UP * speed or self._playback.paused:
-            return speed_text(speed)
-        return f"{speed_text(speed)} ({measured:.2g}{TIMES})"
+        playback = self._playback
+        return speed_text(playback.speed) if playback.paused else playback.pace.text(playback.speed)
 
     def _speeds(self) -> list[Item]:
         playback = self._playback
@@ -187,3 +170,34 @@ def marks_of_track(playback: Playback) -> dict[int, Color]:
     colours = chart_palette().engines([*session.names, session.reference])
     steps = {session.step_at(time): colours[name] for name, time in marks.differences.items() if name in colours}
     return steps if playback.stopwatch is None else steps | {session.step_at(playback.stopwatch): theme.accent}
+
+
+def track_end(session: Session) -> int:
+    """Return the step at the end of the track: that of the scene's seconds, or a later one that has been reached."""
+    return max(session.end, session.start.steps, 1)
+
+
+def step_of_point(place: Rect, x: int, end: int) -> int:
+    """Return the step that a track at a place shows at x, px of the window. end: its last step."""
+    return round(min(max((x - place.x) / max(1, place.width - 1), 0.0), 1.0) * end)
+
+
+def draw_track(
+    surface: Surface, place: Rect, step: int, reached: int, end: int, marks: Mapping[int, Color], height: int
+) -> None:
+    """Draw the current step, how far the run has been, and marks at some steps. height: of the text, px."""
+
+    def column(at: int) -> int:
+        return place.x + round((place.width - 1) * min(at / end, 1.0))
+
+    line = Rect(place.x, place.centery - THICKNESS // 2, place.width, THICKNESS)
+    pygame.draw.rect(surface, theme.line, line, border_radius=2)
+    line.width = column(reached) - place.x
+    pygame.draw.rect(surface, theme.line.lerp(theme.dim, 0.5), line, border_radius=2)
+    line.width = column(step) - place.x
+    pygame.draw.rect(surface, theme.accent, line, border_radius=2)
+    for at, colour in marks.items():
+        surface.fill(colour, Rect(column(at) - 1, place.y + 2, MARK, place.height - 4))
+    knob = Rect(0, 0, round(0.9 * height), round(1.1 * height))
+    knob.center = column(step), place.centery
+    pygame.draw.rect(surface, theme.accent, knob, border_radius=height // 4)

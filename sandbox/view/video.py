@@ -1,8 +1,9 @@
-"""Videos: frames written one after another to a GIF, WebP or MP4 file. Only the last frame is in memory.
+"""Videos: frames written one after another to a GIF, WebP or MP4 file, also while the window shows them.
 
-GIF and WebP are assembled here from frames that Pillow encodes; after the first, a frame is only the rectangle that
-changed. Pillow's own writers keep all frames until the end. PyAV is an extra: of 2 s of newtons-cradle its GIF, with a
-palette per frame, has 2.5 MB with 0.7 % of the pixels off, here 0.56 MB with 0.35 %; its WebP 0.44 MB, here 1.1 MB.
+Only the last frame is in memory. GIF and WebP are assembled here from frames that Pillow encodes; after the first, a
+frame is only the rectangle that changed. Pillow's own writers keep all frames until the end. PyAV is an extra: of 2 s
+of newtons-cradle its GIF, with a palette per frame, has 2.5 MB with 0.7 % of the pixels off, here 0.56 MB with 0.35 %;
+its WebP 0.44 MB, here 1.1 MB.
 """
 
 import io
@@ -24,8 +25,9 @@ from PIL import Image, ImageChops
 from PIL.GifImagePlugin import getdata
 from pygame import Surface
 
-from sandbox.errors import SandboxError
+from sandbox.errors import MissingLibrary, SandboxError
 from sandbox.files import whole_file, write_errors
+from sandbox.view.notice import Kind, Notice
 
 MAX_GIF_COLOURS: Final = 255  # of a frame, besides the transparent one
 TRANSPARENT: Final = 255  # index in a frame's palette
@@ -203,7 +205,7 @@ class Mp4(Video):
         try:
             self._av = import_module("av")
         except ImportError:
-            raise SandboxError(f'{self.path}: needs av, which is not installed; pip install -e ".[video]"') from None
+            raise MissingLibrary(str(self.path), "av") from None
         if self.size[0] % 2 or self.size[1] % 2:
             raise SandboxError(
                 f"{self.path}: MP4 must have an even width and height, got {self.size[0]}x{self.size[1]}"
@@ -225,3 +227,48 @@ class Mp4(Video):
 
 
 VIDEO_FORMATS: Final[dict[str, type[Video]]] = {".gif": Gif, ".webp": WebP, ".mp4": Mp4}
+
+
+class Recorder:
+    """Records the window as a GIF. While the window is paused, nothing is recorded."""
+
+    def __init__(self, notice: Notice) -> None:
+        self._notice = notice
+        self.video: Video | None = None  # that is being recorded
+
+    @property
+    def seconds(self) -> float | None:
+        """The length of what is recorded so far, s; None while nothing is being recorded."""
+        return self.video.frames / self.video.fps if self.video else None
+
+    def toggle(self, path: str, size: tuple[int, int]) -> None:
+        """Start recording into a file, in a size in px; or stop."""
+        if self.video:
+            self.stop()
+        else:
+            with self._notice.reporting():
+                self.video = Gif(path, size)
+
+    def add_frame(self, screen: Surface) -> None:
+        """Record the window as it is now, if it is being recorded; a change of its size ends the recording."""
+        video = self.video
+        if video and video.size != screen.get_size():
+            self.stop()
+        elif video:
+            try:
+                video.add(screen)
+            except SandboxError as error:
+                video.discard()
+                self.video = None
+                self._notice.show(str(error), Kind.ERROR)
+
+    def stop(self) -> None:
+        """Save the recording, if there is one."""
+        video, self.video = self.video, None
+        if video and not video.frames:
+            video.discard()
+            self._notice.show("nothing was recorded: a window that is paused is not")
+        elif video:
+            with self._notice.reporting():
+                video.save()
+                self._notice.show_saved(video.path)

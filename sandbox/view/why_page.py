@@ -13,15 +13,16 @@ from sandbox.report.case import Case, EngineCase, LedgerLine, OtherContact
 from sandbox.report.run_so_far import Marks
 from sandbox.scene.fields import rgb
 from sandbox.view.case_so_far import CaseSoFar
-from sandbox.view.contact_mark import draw_contact
+from sandbox.view.contact_mark import ContactPicture, draw_contact
+from sandbox.view.controls import Action
+from sandbox.view.header import action_button
 from sandbox.view.layout import Layout
-from sandbox.view.palette import chart_palette, palette
-from sandbox.view.pane import MIN_CHANGE, amount_text
 from sandbox.view.playback import Playback
 from sandbox.view.saver import Saver
-from sandbox.view.theme import theme
+from sandbox.view.session_view import IT_SHOULD_HAVE, MIN_CHANGE, amount_text
+from sandbox.view.theme import chart_palette, palette, theme
 from sandbox.view.widgets.buttons import TextButton
-from sandbox.view.widgets.contact_picture import ContactPicture
+from sandbox.view.widgets.group import rows_of
 from sandbox.view.widgets.widget import Widget
 from sandbox.view.widgets.words import Bar, Words
 
@@ -43,9 +44,12 @@ Row = Sequence[Widget]
 
 
 class WhyPage:
-    """Says why an engine differs from the reference, in the words of `compare`, and shows its contacts in the panes."""
+    """Says why an engine differs from the reference, in the words of `compare`, and shows its contacts in the panes.
 
-    def __init__(self, playback: Playback, saver: Saver, case: CaseSoFar) -> None:
+    do: does an action.
+    """
+
+    def __init__(self, playback: Playback, saver: Saver, case: CaseSoFar, do: Callable[[Action], None]) -> None:
         self.case = case
         self._playback = playback
         self._saver = saver
@@ -57,12 +61,13 @@ class WhyPage:
         self._words: dict[str, Words] = {}  # in the rows, by their text: those that stay keep the keyboard
         self._buttons: dict[str, TextButton] = {}  # by engine
         self._page_button = TextButton(
-            "", self.make_page, "write this comparison as a page, and open it", refusal=self._why_no_page, width=3.0
+            "", self.make_page, "write this comparison as a page, and open it", refusal=self._why_no_page
         )
         self._headline = Words("", bold=True, scale=1.3)
-        self._steps = [
-            TextButton("\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK} Previous", lambda: self._step(-1), "(<)"),
-            TextButton("Next \N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}", lambda: self._step(1), "(>)"),
+        self._row_of_buttons = [
+            action_button("\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK} Previous", Action.PREVIOUS_CONTACT, do),
+            action_button("Next \N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}", Action.NEXT_CONTACT, do),
+            self._page_button,
         ]
 
     @property
@@ -135,9 +140,6 @@ class WhyPage:
             self.show(contacts[at])
         return is_there
 
-    def _step(self, by: int) -> None:
-        self.show_next(by)
-
     def make_page(self) -> None:
         """Write the report of the run so far."""
         self.case.make_page(self._saver.free_name(".html"))
@@ -155,6 +157,7 @@ class WhyPage:
         made_of = *case, self.engine, self._gone_to, self.contact, self._is_whole, theme.is_dark
         if made_of != self._made_of:
             self._made_of, self._rows = made_of, self._make_rows()
+        self._headline.text = self._headline_text
         return self._rows
 
     def _make_rows(self) -> list[Row]:
@@ -169,10 +172,9 @@ class WhyPage:
         case, of_engine = self._case, self._of_engine
         if case:
             rows += self._choices(list(case.engines))
-            self._headline.text = self._headline_text
             rows.append([self._headline])
         self._page_button.text = "making it …" if self.case.is_making_page else "Report"
-        rows.append([*words(self._status, theme.dim), self._page_button])
+        rows += [words(self._status, theme.dim), self._row_of_buttons]
         if of_engine and of_engine.ledger:
             rows += self._ledger_rows(of_engine.ledger, words)
         if case:
@@ -180,7 +182,7 @@ class WhyPage:
         if of_engine and of_engine.agrees:
             rows.append(words(of_engine.agrees))
         if self._contacts:
-            rows += [self._steps, words(self._list_title, theme.dim)]
+            rows.append(words(self._list_title, theme.dim))
         for contact in self._listed:
             is_shown = contact == self.contact
             one = words(contact.sentence, do=None if is_shown else partial(self.show, contact))
@@ -200,8 +202,11 @@ class WhyPage:
         error, scale = view.energy_errors.get(self.engine, 0.0), view.moment.energy_scale
         if abs(error) < MIN_CHANGE:
             return "The energy is as it should be"
-        amount = amount_text(error, scale)
-        return f"{amount} of the energy is missing" if error < 0 else f"{amount} of energy too much"
+        amount = amount_text(error, scale, view.moment.scene.units)
+        if view.beside != IT_SHOULD_HAVE:
+            return f"{amount} {'less' if error < 0 else 'more'} energy than {view.beside}"
+        of_energy = "" if "energy" in amount else " of the energy"
+        return f"{amount}{of_energy} is missing" if error < 0 else f"{amount} too much energy"
 
     def _ledger_rows(
         self, lines: Sequence[LedgerLine], words: Callable[[str, Color | None], list[Words]]
@@ -232,9 +237,15 @@ class WhyPage:
         return f"{others} from {self._playback.session.reference}{most}; the newest first:"
 
     def _verdict(self, parts: Sequence[str]) -> str:
-        """Return the verdict, what is said of the engine that the page speaks of first."""
-        of_engine = f"{self.engine}, ", f" of {self.engine}'s error fits "
-        parts = sorted(parts, key=lambda part: not (part.startswith(of_engine[0]) or of_engine[1] in part))
+        """Return the verdict: what is said of the engine that the page speaks of first, that of others last."""
+
+        def place(part: str) -> int:
+            named = [
+                name for name in self._buttons if part.startswith(f"{name}, ") or f" of {name}'s error fits" in part
+            ]
+            return 0 if self.engine in named else len(named) + 1
+
+        parts = sorted(parts, key=place)
         return " ".join(parts) if self._is_whole or len(parts) < 2 else f"{parts[0]} …"
 
     def _toggle_verdict(self) -> None:
@@ -250,11 +261,12 @@ class WhyPage:
             return f"{session.reference} is being compiled."
         if case is None or compared is None:
             return "Comparing …" if session.end else NOTHING_YET
-        edited = f" Times count from the last edit, at {case.since:g} s." if case.since else ""
-        return f"Compared with {compared.against} up to {compared.clock.time(compared.steps):.2f} s.{edited}"
+        edited = f" Times count from the last edit, at {case.since:.2f} s." if case.since else ""
+        so_far = "" if self.case.is_current else " so far"
+        return f"Compared with {compared.against} up to {compared.clock.time(compared.steps):.2f} s{so_far}.{edited}"
 
-    def _choices(self, engines: Sequence[str]) -> Iterator[Row]:
-        """Yield the engines as buttons, in their colours."""
+    def _choices(self, engines: Sequence[str]) -> list[Row]:
+        """Return the engines as buttons, in their colours."""
         colours = self._colours
         self._buttons = {
             name: self._buttons.get(name)
@@ -268,8 +280,7 @@ class WhyPage:
             for name, colour in colours.items()
             if name in engines
         }
-        for first in range(0, len(engines), BUTTONS_IN_ROW):
-            yield [self._buttons[name] for name in engines[first : first + BUTTONS_IN_ROW]]
+        return rows_of([self._buttons[name] for name in engines], BUTTONS_IN_ROW)
 
     def _is_chosen(self, engine: str) -> bool:
         return engine == self.engine

@@ -23,29 +23,24 @@ from sandbox.view.compilation import Compilation
 from sandbox.view.compiling import caption, draw_status, status_width
 from sandbox.view.controls import Action, Control, Group, Panel, control_of
 from sandbox.view.editor import Editor
-from sandbox.view.engines_page import EnginesPage
+from sandbox.view.engines_page import EnginesPage, LineUp
 from sandbox.view.events import KeyRepeat, PendingEvents, Stopped
-from sandbox.view.guard import Guard
 from sandbox.view.header import OF_ACTION, Header
 from sandbox.view.layers import Layer
-from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, layout_of, natural_size
-from sandbox.view.line_up import LineUp
-from sandbox.view.mouse_tool import ZOOM_FACTOR, MouseTool
+from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, ScreenPoint, layout_of, natural_size
+from sandbox.view.mouse_tool import ZOOM_FACTOR, MouseTool, ToolPalette
 from sandbox.view.move_tool import Tool
-from sandbox.view.notice import Kind, Notice, draw_notice
+from sandbox.view.notice import Guard, Kind, Notice, draw_notice
 from sandbox.view.pixels import fill
-from sandbox.view.playback import Playback
-from sandbox.view.recorder import Recorder
+from sandbox.view.playback import Playback, Snapshots
 from sandbox.view.saver import Saver
 from sandbox.view.scene_loader import SceneLoader
-from sandbox.view.scene_page import ScenePage
+from sandbox.view.scene_page import ScenePage, ShowPage
 from sandbox.view.session_view import SessionView
-from sandbox.view.show_page import ShowPage
 from sandbox.view.side_panel import Page, SidePanel
-from sandbox.view.snapshots import Snapshots
 from sandbox.view.theme import SystemTheme, theme
 from sandbox.view.timeline import Timeline, marks_of_track
-from sandbox.view.tool_palette import ToolPalette
+from sandbox.view.video import Recorder
 from sandbox.view.why_page import WhyPage
 from sandbox.view.widgets.group import Placed, WidgetGroup
 from sandbox.view.widgets.widget import ARROWS, ENTER
@@ -109,20 +104,10 @@ class Window:
         self.text_height = TEXT_HEIGHT
         self.help_open = False
         self.about_open = True
-        self.why = WhyPage(self.playback, self.saver, CaseSoFar(self.notice))
+        self.why = WhyPage(self.playback, self.saver, CaseSoFar(self.notice), self._act)
         self.widgets = WidgetGroup()
         self.actions = self._actions()
-        self._is_on: dict[Action, Callable[[], bool]] = {
-            Action.PAUSE: lambda: self.playback.paused,
-            Action.STOPWATCH: lambda: self.playback.stopwatch is not None,
-            Action.RECORD: lambda: self.recorder.video is not None,
-            Action.FULL_SCREEN: lambda: self._window_size is not None,
-            Action.HELP: lambda: self.help_open,
-            Action.ABOUT: lambda: self.about_open,
-            Action.COLUMN: lambda: self.panel.open is not None,
-            Action.PLAIN: lambda: self.view.plain,
-            Action.THEME: lambda: theme.is_dark,
-        }
+        self._is_on = self._states()
         self.header = Header(self.widgets, lambda: self.scene, self._act, self._has_on, lambda: self.recorder.seconds)
         self.palette = ToolPalette(self.widgets, self.mouse, self._act)
         self.timeline = Timeline(self.widgets, self.playback, self._act, lambda: self._shown_time)
@@ -181,8 +166,25 @@ class Window:
     def _inspects(self) -> bool:
         return self.panel.open is Panel.BALLS
 
+    def _states(self) -> dict[Action, Callable[[], bool]]:
+        """Return whether what an action turns on and off is on."""
+        return {
+            Action.PAUSE: lambda: self.playback.paused,
+            Action.STOPWATCH: lambda: self.playback.stopwatch is not None,
+            Action.RECORD: lambda: self.recorder.video is not None,
+            Action.FULL_SCREEN: lambda: self._window_size is not None,
+            Action.HELP: lambda: self.help_open,
+            Action.ABOUT: lambda: self.about_open,
+            Action.COLUMN: lambda: self.panel.open is not None,
+            Action.PLAIN: lambda: self.view.plain,
+            Action.THEME: lambda: theme.is_dark,
+        }
+
     def _actions(self) -> dict[Action, Callable[[], None]]:
-        playback, scenes, editor, mouse = self.playback, self.scenes, self.editor, self.mouse
+        return self._actions_in_time() | self._other_actions()
+
+    def _actions_in_time(self) -> dict[Action, Callable[[], None]]:
+        playback = self.playback
         return {
             Action.GO_TO_START: partial(playback.seek, 0),
             Action.STEP_BACK: playback.step_back,
@@ -199,6 +201,11 @@ class Window:
             Action.RETURN: self.snapshots.return_to_latest,
             Action.SLOWER: playback.slower,
             Action.FASTER: playback.faster,
+        }
+
+    def _other_actions(self) -> dict[Action, Callable[[], None]]:
+        scenes, editor, mouse = self.scenes, self.editor, self.mouse
+        return {
             Action.PICK_SCENE: scenes.open_picker,
             Action.PREVIOUS_SCENE: partial(scenes.open_bundled, -1),
             Action.NEXT_SCENE: partial(scenes.open_bundled, 1),
@@ -227,7 +234,7 @@ class Window:
             Action.ABOUT: self._toggle_about,
             Action.COLUMN: self._toggle_column,
             Action.PLAIN: self._toggle_plain,
-            Action.SAVE_PICTURE: lambda: self.saver.save_picture(self.screen),
+            Action.SAVE_PICTURE: self._save_picture,
             Action.RECORD: lambda: self.recorder.toggle(self.saver.file_name(".gif"), self.screen.get_size()),
             Action.FULL_SCREEN: self._toggle_full_screen,
             Action.HELP: self._toggle_help,
@@ -456,6 +463,10 @@ class Window:
             order = "later" if by > 0 else "earlier"
             self.notice.show(f"no {order} contact differs, as far as it is compared")
 
+    def _save_picture(self) -> None:
+        self.draw()  # a window that has just got another size is black
+        self.saver.save_picture(self.screen)
+
     def _toggle_full_screen(self) -> None:
         desktop = pygame.display.get_desktop_sizes()[0]
         size, flags = (self._window_size, pygame.RESIZABLE) if self._window_size else (desktop, pygame.FULLSCREEN)
@@ -527,7 +538,7 @@ class Window:
             len(self.view.panes),
             self.text_height,
             self.mouse.lens,
-            self.view.chart_count(self.showing) > 0,
+            Layer.CHARTS in self.showing,
             True,
             self.panel.open is not None,
             self.palette.widths(self.text_height),
@@ -555,12 +566,12 @@ class Window:
         self._show_cursor()
         if (ball := self.editor.selected) is not None:
             self.view.charts.follow(self.view.moment.balls[ball])
-        layout = self.layout
+        layout, placed = self.layout, self._placed
         if self.screen.get_size() == layout.window:
-            self._draw_on(self.screen, layout)
+            self._draw_on(self.screen, layout, placed)
         else:
             whole = Surface(layout.window)
-            self._draw_on(whole, layout)
+            self._draw_on(whole, layout, placed)
             self.screen.blit(whole, (0, 0))
         pygame.display.set_caption(caption(self.scene))
         self._drawn = self.view.moment, self.view.charts.moment, self.status
@@ -574,9 +585,10 @@ class Window:
             with suppress(pygame.error):  # a screen in memory has no pointers
                 pygame.mouse.set_cursor(cursor)
 
-    def _draw_on(self, surface: Surface, layout: Layout) -> None:
-        """Draw everything on a surface of the layout's size."""
-        guard = self.guard
+    def _draw_on(self, surface: Surface, layout: Layout, placed: Sequence[Placed]) -> None:
+        """Draw everything on a surface of the layout's size. placed: the widgets with their places."""
+        guard, menu = self.guard, self.widgets.open_menu(placed)
+        free_point = None if menu else self.mouse.point  # where the mouse is, unless a list is open there
         for part in layout.frame:
             fill(surface.subsurface(part), theme.ground)
         guard.run("the panes", self.view.draw_panes, surface, layout, self.showing)
@@ -584,18 +596,13 @@ class Window:
             guard.run(WHY_PAGE, self.why.draw_contact, surface, layout)
         guard.run("the mark of the mouse", self.mouse.draw, surface)
         guard.run("the timeline", self._draw_timeline, surface, layout)
-        guard.run("the chart", self.view.draw_chart, surface, layout, self._free_point)
+        guard.run("the chart", self.view.draw_chart, surface, layout, free_point)
         guard.run(self._page_name, self.panel.draw, surface, layout.panel, layout.text_height)
         guard.run("the buttons", self._draw_buttons, surface, layout)
-        guard.run("what lies over the panes", self._draw_over, surface, layout)
+        guard.run("what lies over the panes", self._draw_over, surface, layout, placed, free_point)
 
     def _draw_timeline(self, surface: Surface, layout: Layout) -> None:
         self.timeline.draw(surface, layout, marks_of_track(self.playback))
-
-    @property
-    def _free_point(self) -> tuple[int, int] | None:
-        """Where the mouse is, unless a list is open there."""
-        return None if self.widgets.open_menu(self._placed) else self.mouse.point
 
     def _draw_buttons(self, surface: Surface, layout: Layout) -> None:
         self.header.draw(surface, layout)
@@ -614,12 +621,14 @@ class Window:
         if text:
             draw_notice(surface, place, height, text, Kind.HINT if self._progress else self.notice.kind)
 
-    def _draw_over(self, surface: Surface, layout: Layout) -> None:
+    def _draw_over(
+        self, surface: Surface, layout: Layout, placed: Sequence[Placed], free_point: ScreenPoint | None
+    ) -> None:
         """Draw cards, messages, and what fills the window."""
         self._draw_messages(surface, layout)
         self._draw_ball_card(surface, layout)
-        if self._free_point:
-            self.view.draw_title_card(surface, layout, self._free_point)
+        if free_point:
+            self.view.draw_title_card(surface, layout, free_point)
         if self.scenes.error:
             draw_error_card(surface, layout, self.scenes.error)
         if self.help_open:
@@ -629,8 +638,9 @@ class Window:
             self.scenes.picker.draw(surface)
         elif not self.mouse.holds:
             self.widgets.fit(surface.get_rect(), layout.text_height)
-            self.widgets.draw_tip(surface, self._placed, layout.text_height)
-            self.widgets.draw_list(surface, self._placed)
+            if not self.help_open:
+                self.widgets.draw_tip(surface, placed, layout.text_height)
+            self.widgets.draw_list(surface, placed)
 
     def _draw_ball_card(self, surface: Surface, layout: Layout) -> None:
         """Draw the card of the ball under the mouse, or else of one that a key selected."""
@@ -651,7 +661,7 @@ class Window:
         """What the window says of time and of what was done last."""
         recorded = "" if self.recorder.seconds is None else f"    {self.recorder.seconds:.1f} s"
         said = self._progress or self.notice.text
-        return f"{self._time_line}    {self._pace}{recorded}    {self.view.charts.note}    {said}"
+        return f"{self._time_line}    {self._speed}{recorded}    {self.view.charts.note}    {said}"
 
     @property
     def _time_line(self) -> str:
@@ -674,6 +684,5 @@ class Window:
         return ""
 
     @property
-    def _pace(self) -> str:
-        playback = self.playback
-        return "paused" if playback.paused else playback.pace.text(playback.speed)
+    def _speed(self) -> str:
+        return "paused" if self.playback.paused else self.playback.pace.text(self.playback.speed)

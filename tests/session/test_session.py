@@ -330,6 +330,7 @@ def test_times_map_to_steps_after_a_change_of_rate(session: Session) -> None:
     assert (session.shown.time, session.step_at(0.75), session.step_at(0.25)) == (0.75, 60, 15)
 
 
+@pytest.mark.wide
 def test_history_is_bounded_with_recent_moments_whole_and_older_ones_thinned(
     session: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -20,8 +20,7 @@ from sandbox.state import State, no_contacts
 from sandbox.view.chart_marks import spread
 from sandbox.view.charts import Charts
 from sandbox.view.instruments import Even, Instrument
-from sandbox.view.palette import chart_palette
-from sandbox.view.theme import LIGHT
+from sandbox.view.theme import LIGHT, chart_palette
 from sandbox.view.window import Window
 
 PLACE = Rect(0, 0, 900, 300)
@@ -256,6 +255,7 @@ def test_each_line_ends_in_its_engine_s_name_after_a_marker_of_its_shape(
     assert shapes == [0, 1, 2]
 
 
+@pytest.mark.wide
 def test_a_chart_drawn_sample_by_sample_equals_the_chart_drawn_at_once(scene: Scene) -> None:
     def course(time: float) -> dict[str, float]:
         return steady(time) | {"pymunk": 60.0 + 10 * math.sin(7 * time), "article": 60 * math.exp(-time / 3)}

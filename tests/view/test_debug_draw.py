@@ -50,6 +50,24 @@ def test_the_batch_draws_the_same_pixels_as_debug_draw(balls: int, monkeypatch: 
     assert (pictures[0] == red).all(axis=2).any()
 
 
+def test_a_peg_is_drawn_as_walls_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = scene_of(BALL).changed(pegs=[{"radius": 40, "positions": [(500, 300)]}])
+    engine = create("pymunk", scene, spawn(scene))
+    assert isinstance(engine, PymunkEngine)
+    draw = DebugDraw(engine.space, scene.colors, Color("#123456"))
+    pictures = []
+    for limit in (1_000_000, 0):
+        monkeypatch.setattr(debug_draw, "MAX_SHAPES", limit)
+        pictures.append(drawn(draw))
+    assert np.array_equal(pictures[0], pictures[1])
+    x, y = (round(SCALE * at + shift) for at, shift in zip((500, 300), ORIGIN, strict=True))
+    inked = (pictures[0] == rgb("#123456")).all(axis=2)
+    around = inked[x - 35 : x + 35, y - 35 : y + 35]
+    assert around.sum() == pytest.approx(np.pi * (40 * SCALE) ** 2, rel=0.05)
+    assert inked[x + 20, y]
+    assert inked[x, y - 20]
+
+
 @pytest.mark.parametrize(("balls", "is_batch"), [(296, False), (297, True)])
 def test_up_to_300_shapes_are_drawn_by_debug_draw(balls: int, is_batch: bool) -> None:
     scene = gas(balls, 0.3, 400)

@@ -27,7 +27,7 @@ from sandbox.session.session import Session
 from sandbox.view.controls import Panel
 from sandbox.view.instruments import Instrument
 from sandbox.view.theme import LIGHT
-from sandbox.view.widgets.slider import Slider
+from sandbox.view.widgets.fields import Slider
 
 SCENE = """
 [arena]
@@ -104,6 +104,7 @@ def test_a_dragged_ball_arrives_in_both_panes_and_the_replay_agrees(desktop: Des
         assert run.position[-1, 1].tolist() == [600, 500]
 
 
+@pytest.mark.wide
 def test_a_ball_released_in_motion_keeps_flying(desktop: Desktop) -> None:
     desktop.press(200, 300, pane=1)
     start, end = desktop.point(200, 300, pane=1), desktop.point(400, 300, pane=1)
@@ -119,6 +120,7 @@ def test_a_ball_released_in_motion_keeps_flying(desktop: Desktop) -> None:
         assert run.velocity[-1, 0].tolist() == run.velocity[released, 0].tolist()
 
 
+@pytest.mark.wide
 def test_a_drag_far_outside_the_window_keeps_the_ball_in_the_arena_and_releases_it_there(desktop: Desktop) -> None:
     desktop.press(200, 300)
     for x, y in ((300, 300), (600, 200), (700, -200)):
@@ -144,6 +146,7 @@ def test_a_drag_far_outside_the_window_keeps_the_ball_in_the_arena_and_releases_
         assert run.position[-1, 0] == pytest.approx([780, 20], abs=1)
 
 
+@pytest.mark.wide
 def test_losing_the_focus_releases_the_ball(desktop: Desktop) -> None:
     desktop.press(200, 300)
     desktop.move(300, 300)
@@ -170,6 +173,7 @@ def test_a_resized_window_shows_all_of_the_scene(desktop: Desktop) -> None:
             assert shown.get_at((left - 2, middle)) == shown.get_at((right + 1, middle)) == LIGHT.wall
 
 
+@pytest.mark.wide
 def test_a_session_of_scenes_time_travel_edits_and_saved_files(desktop: Desktop) -> None:
     desktop.key("slash")
     desktop.xdo("type", "--delay", 30, "bounci")
@@ -278,10 +282,11 @@ def ask_why(desktop: Desktop, mirror: Mirror) -> None:
     assert step(mirror.window) == mirror.contacts[-2].step
     mirror.check_picture()
     mirror.press("End")
+    mirror.check_picture()  # what is clicked on has come to its place
     mirror.click(mirror.contacts[-3].sentence)
     assert desktop.step == mirror.contacts[-3].step
     mirror.check_picture()
-    x, y = mirror.place_of("Report").center
+    x, y = mirror.bring_into_sight("Report").center
 
     def is_made() -> bool:
         desktop.xdo("mousemove", "--window", desktop.window, x, y, "click", 1, "sleep", 0.5)
@@ -334,6 +339,7 @@ def edit(mirror: Mirror) -> None:
     mirror.press("k")
 
 
+@pytest.mark.wide
 def test_a_session_with_every_panel_ends_in_files_that_equal_its_replay(desktop: Desktop) -> None:
     open_scenes(desktop)
     fill_the_screen(desktop)
@@ -363,6 +369,7 @@ def test_a_session_with_every_panel_ends_in_files_that_equal_its_replay(desktop:
             assert state.velocity.tobytes() == replay.velocity[-1, there].tobytes()
 
 
+@pytest.mark.wide
 def test_an_edited_file_runs_at_once_and_an_error_leaves_the_current_scene(desktop: Desktop) -> None:
     file = desktop.folder / "scene.toml"
     for k in range(8):
@@ -413,6 +420,7 @@ class Student(Mirror):
         self.check_picture()
 
 
+@pytest.mark.wide
 def test_fifteen_tasks_of_a_student_need_a_few_clicks_each(display: str, tmp_path: Path) -> None:  # noqa: PLR0915
     """Clicks on words, drags and typed values are enough; the window's copy in this process shows that each is done."""
     results: dict[str, int] = {}

@@ -134,6 +134,13 @@ def test_a_slider_s_drag_is_one_edit_at_its_release(window: Window) -> None:
     assert knob.value() == 0.9
 
 
+def test_the_page_says_if_only_balls_have_the_elasticity_that_it_shows() -> None:
+    window = Window(scene_of(*THREE_BALLS, size="[800, 600]\nelasticity = 0.8"), ["pymunk"])
+    assert slider(window, "elasticity")[0].unit == " between balls"
+    window.editor.set_elasticity(0.8)
+    assert slider(window, "elasticity")[0].unit == ""
+
+
 def test_the_keyboard_sets_gravity_and_rate_and_time_goes_on(window: Window) -> None:
     run(window, 30)
     window.widgets.focus = slider(window, "gravity")[0]

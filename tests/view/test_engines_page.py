@@ -8,12 +8,11 @@ from pygame import Rect
 from window_driver import THREE_BALLS, button, click, colours, mouse, press, run
 
 from sandbox.view.controls import Panel
-from sandbox.view.line_up import FULL
-from sandbox.view.palette import chart_palette
+from sandbox.view.engines_page import FULL
 from sandbox.view.session_view import SessionView
+from sandbox.view.theme import chart_palette
 from sandbox.view.widgets.buttons import Heading, TextButton
-from sandbox.view.widgets.field import Field
-from sandbox.view.widgets.slider import Slider
+from sandbox.view.widgets.fields import Field, Slider
 from sandbox.view.widgets.widget import Widget
 from sandbox.view.window import Window
 
@@ -45,6 +44,9 @@ def find(window: Window, name: str, kind: type[Widget] = Widget) -> tuple[Widget
 
 
 def push(window: Window, name: str, kind: type[Widget] = Widget) -> None:
+    window.panel.scroll(100)
+    while not window.layout.panel.contains(find(window, name, kind)[1]):
+        window.panel.scroll(-1)
     click(window, find(window, name, kind)[1].center)
 
 

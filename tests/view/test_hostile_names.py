@@ -13,6 +13,7 @@ from sandbox.view.controls import Action
 from sandbox.view.window import Window
 
 
+@pytest.mark.wide
 def test_the_window_shows_any_name_and_saves_into_its_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     inside = tmp_path / "inside"

@@ -10,10 +10,9 @@ from sandbox.scene.fields import rgb
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import CONTACT, State
-from sandbox.view.overlay import ARROW_SECONDS, Overlay
-from sandbox.view.palette import palette
+from sandbox.view.overlay import ARROW_SECONDS, Overlay, RecentContacts, Trail
 from sandbox.view.primitives import lettering
-from sandbox.view.recent import RecentContacts, Trail
+from sandbox.view.theme import palette
 
 BLUE = "#0072b2"
 GREY = (128, 128, 128)

@@ -11,7 +11,7 @@ from window_driver import SMALL_SCENE, click, colours, drag, hover, pixels, pres
 
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import bundled, load
-from sandbox.view.preview import Previews
+from sandbox.view.offscreen import Previews
 from sandbox.view.scene_picker import ScenePicker
 from sandbox.view.theme import theme
 from sandbox.view.window import Window
@@ -116,6 +116,7 @@ def test_scenes_are_listed_by_topic_under_its_name(window: Window, tmp_path: Pat
         "Collisions": "article",
         "Spin and friction": "billiards",
         "Gravity": "bouncing",
+        "Chance": "galton-board",
     }
     assert [entry.topic for entry in picker.found if entry.name in bundled()].count("Gases") == 3
     heading, place, tiles = picker._placed_rows()[0]

@@ -12,15 +12,18 @@ from typing import Final
 
 import numpy as np
 import pygame
+import pymunk
 import pytest
 from window_driver import WorkerHere, hover, mouse, point, press, run
 
 from sandbox.scene.files import load
+from sandbox.space.description import describe
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Panel
 from sandbox.view.instruments import Instrument
 from sandbox.view.layers import Layer
 from sandbox.view.move_tool import Tool
+from sandbox.view.space_window import SpaceWindow
 from sandbox.view.window import Window
 
 DOCS: Final = Path(__file__).parents[2] / "docs"
@@ -28,7 +31,7 @@ SIZE: Final = (1280, 800)
 MAX_CHANGED: Final = 0.01  # share of the pixels: the last digits of a text, or a ball by a px
 
 
-def window_of(scene: str, engines: list[str] | None, steps: int) -> Window:
+def window_of(scene: str, engines: list[str] | None, steps: int, *, compared: bool = True) -> Window:
     """Return a window that is paused after some steps."""
     window = Window(load(scene), engines)
     window.screen = pygame.display.set_mode(SIZE)
@@ -37,7 +40,7 @@ def window_of(scene: str, engines: list[str] | None, steps: int) -> Window:
     window.why.case = CaseSoFar(window.notice, WorkerHere())
     press(window, "p")
     run(window, steps)
-    for _ in range(2):  # to compare, and to note what was found
+    for _ in range(2 if compared else 0):  # to compare, and to note what was found
         window.why.update()
     window.view.mark(window.why.marks)
     return window
@@ -65,8 +68,8 @@ def balls() -> Window:
 
 
 def gas() -> Window:
-    """A gas with the histogram of its speeds."""
-    window = window_of("gas-1000", None, 240)
+    """A gas with the histogram of its speeds, which has no marks."""
+    window = window_of("gas-1000", None, 240, compared=False)
     window.view.charts.show(Instrument.SPEEDS)
     return window
 
@@ -99,16 +102,41 @@ def two_pymunks() -> Window:
     return window
 
 
-PICTURES: Final[dict[str, Callable[[], Window]]] = {
+def space_window() -> SpaceWindow:
+    """A pile that a ball has hit, and a pendulum."""
+    space = pymunk.Space()
+    space.gravity = (0, 900)
+    space.add(
+        pymunk.Segment(space.static_body, (0, 400), (620, 380), 3), pymunk.Circle(space.static_body, 4, (450, 30))
+    )
+    for x, y, radius in ((40, 250, 20), (340, 30, 16), *((300, 361 - 40 * k, 0) for k in range(5))):
+        body = pymunk.Body(3 if radius else 1, 300)
+        body.position = (x, y)
+        space.add(body, pymunk.Circle(body, radius) if radius else pymunk.Poly.create_box(body, (40, 40)))
+    ball, bob = list(space.bodies)[:2]
+    ball.velocity = (500, 0)
+    space.add(pymunk.PinJoint(space.static_body, bob, (450, 30)))
+    for shape in space.shapes:
+        shape.friction = 0.6
+    window = SpaceWindow(describe(space), "level.json")
+    window.screen = pygame.display.set_mode((1280, 520))
+    for _ in range(100):
+        press(window, "o")
+    return window
+
+
+PICTURES: Final[dict[str, Callable[[], Window | SpaceWindow]]] = {
     "toolbar.png": default_window,
     "engines.png": two_pymunks,
     "picker.png": picker,
     "inspector.png": balls,
     "instruments.png": gas,
     "why.png": why_window,
+    "space.png": space_window,
 }
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("name", PICTURES)
 def test_a_picture_in_the_documentation_is_what_the_window_draws(name: str) -> None:
     window = PICTURES[name]()

@@ -18,7 +18,7 @@ from sandbox.session.samples import Quantity
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Panel
 from sandbox.view.events import PendingEvents, Stopped
-from sandbox.view.pane import AS_IT_SHOULD_BE
+from sandbox.view.session_view import AS_IT_SHOULD_BE
 from sandbox.view.theme import theme
 from sandbox.view.window import STOPPED, Window
 
@@ -69,6 +69,7 @@ def test_a_reference_that_is_compiled_while_the_window_is_paused_runs_along(
     assert not window.view.session.lacks_reference
     gaps = window.view.session.samples.of(Quantity.GAP)
     assert window.view.panes[0].energy_text == AS_IT_SHOULD_BE
+    assert [row[0] for row in window.view.figures()[1:]] == ["pymunk", "exact, hidden"]
     assert step(window) == 40
     assert len(gaps) == 41
     assert np.isfinite(gaps).all()
@@ -103,9 +104,11 @@ def test_speeds_range_from_a_hundredth_to_as_fast_as_possible(window: Window) ->
     assert step(window) == pytest.approx(60, abs=1)
     press(window, *["+"] * 20)
     assert window.playback.speed == math.inf
-    before = step(window)
-    window.playback.advance(1e-9)
-    assert step(window) > before + 2
+    steps = [step(window)]
+    for _ in range(10):  # as many steps as fit between two frames, which are few where the machine is busy
+        window.playback.advance(1e-9)
+        steps.append(step(window))
+    assert max(np.diff(steps)) > 2
     assert "fastest" in window.status
 
 

@@ -8,7 +8,7 @@ import pytest
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.files import load
 from sandbox.state import CONTACT, State
-from sandbox.view.recent import CONTACT_SECONDS, MAX_CONTACTS, MAX_POSITIONS, RecentContacts, Trail
+from sandbox.view.overlay import CONTACT_SECONDS, MAX_CONTACTS, MAX_POSITIONS, RecentContacts, Trail
 
 RADIUS: Final = np.array([20.0])
 

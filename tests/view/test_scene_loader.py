@@ -39,6 +39,7 @@ def test_a_next_seed_beyond_the_largest_is_reported() -> None:
     assert "seed must be less than" in window.status
 
 
+@pytest.mark.wide
 def test_brackets_open_the_next_and_the_previous_bundled_scene() -> None:
     names = list(bundled())
     window = Window(load(names[0]), None)

@@ -15,8 +15,8 @@ from sandbox.view.layout import Layout
 from sandbox.view.primitives import SMALLEST_TEXT, text_width
 from sandbox.view.side_panel import SidePanel
 from sandbox.view.theme import theme
-from sandbox.view.widgets.buttons import TextButton
-from sandbox.view.widgets.field import Field
+from sandbox.view.widgets.buttons import Menu, TextButton
+from sandbox.view.widgets.fields import Field
 from sandbox.view.widgets.group import WidgetGroup
 from sandbox.view.widgets.widget import Widget
 from sandbox.view.widgets.words import Bar, Words
@@ -221,6 +221,20 @@ def test_what_is_scrolled_away_is_neither_drawn_nor_pressed_over_the_title() -> 
     assert desk.page.done == []
 
 
+def test_what_is_scrolled_away_is_not_pressed_where_other_things_are_drawn() -> None:
+    desk = Desk(paragraphs=30)
+    last = desk.page.words[-1]
+    assert desk.place_of(last).y > PLACE.bottom
+    desk.click(last)
+    assert desk.group.held is None
+    desk.panel.scroll(-3)
+    desk.click(desk.page.button)
+    assert (desk.page.done, desk.group.over) == ([], None)
+    desk.panel.scroll(3)
+    desk.click(desk.page.button)
+    assert len(desk.page.done) == 1
+
+
 def test_a_loss_is_a_bar_to_the_left_of_the_middle() -> None:
     desk = Desk()
     pixels = pygame.surfarray.array3d(desk.drawn())
@@ -231,6 +245,15 @@ def test_a_loss_is_a_bar_to_the_left_of_the_middle() -> None:
     width = bar.width - TEXT_HEIGHT
     assert columns.max() == pytest.approx(bar.centerx, abs=2)
     assert np.ptp(columns) == pytest.approx(width / 4, abs=2)
+
+
+def test_a_longer_text_of_a_menu_than_foreseen_ends_before_the_triangle() -> None:
+    menu = Menu(lambda: "1x (0.0073x)", "", list, widest="1x (0.88x)")
+    surface = Surface((menu.natural_width(TEXT_HEIGHT), 30))
+    menu.draw(surface, surface.get_rect(), TEXT_HEIGHT, hot=False)
+    triangle = surface.get_width() - round(0.9 * TEXT_HEIGHT) - TEXT_HEIGHT // 4
+    gap = pygame.surfarray.array3d(surface)[triangle - 3 : triangle, 5:-5]
+    assert (gap == theme.raised[:3]).all()
 
 
 @pytest.mark.parametrize("widgets", [3, 6, 7])

@@ -21,10 +21,10 @@ from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.session.session import Session
 from sandbox.state import State
-from sandbox.view.case_worker import DIED, CaseWorker
+from sandbox.view.case_so_far import DIED, CaseWorker
 from sandbox.view.contact_mark import NORMAL
 from sandbox.view.controls import Panel
-from sandbox.view.palette import palette
+from sandbox.view.theme import palette
 from sandbox.view.why_page import LISTED
 from sandbox.view.widgets.widget import Widget
 from sandbox.view.widgets.words import Bar, Words
@@ -109,7 +109,18 @@ def test_the_page_says_what_compare_says_of_the_run_so_far(article: Window) -> N
         ]
     assert bars[0].share == -1.0
     click(article, place_of(article, first))
-    assert " ".join(sorted(case.verdict, key=lambda part: part != first)) in words(article)
+    assert " ".join(sorted(case.verdict, key=lambda part: (part != first, part.startswith("pymunk, ")))) in words(
+        article
+    )
+
+
+def test_the_headline_says_what_the_title_says_at_any_step(article: Window) -> None:
+    for at in (60, 50, 40):
+        article.playback.seek(at)
+        error = article.view.energy_errors[article.why.engine]
+        assert (f"{-error:.2g} % of the energy is missing" if error else "The energy is as it should be") in words(
+            article
+        )
 
 
 def test_the_page_follows_the_run_and_forgets_what_an_edit_undoes(article: Window) -> None:
@@ -126,7 +137,7 @@ def test_the_page_follows_the_run_and_forgets_what_an_edit_undoes(article: Windo
     run(article, 40)
     article.frame(1 / 60)
     article.frame(1 / 60)
-    assert "Compared with exact up to 1.00 s. Times count from the last edit, at 0.333333 s." in words(article)
+    assert "Compared with exact up to 1.00 s. Times count from the last edit, at 0.33 s." in words(article)
 
 
 def first_contact(window: Window) -> list[np.ndarray]:
@@ -290,6 +301,7 @@ def test_before_the_first_step_there_is_nothing_to_say_and_no_page_to_make(windo
     assert list(tmp_path.glob("*.html")) == []
 
 
+@pytest.mark.wide
 def test_the_page_made_is_the_report_of_the_run_so_far(article: Window, tmp_path: Path) -> None:
     article.playback.give(SetVelocity(step=60, ball=0, velocity=(10.0, 20.0)))
     run(article, 30)
@@ -333,6 +345,7 @@ def answer_of(worker: CaseWorker) -> Case | SandboxError:
     return answer
 
 
+@pytest.mark.wide
 def test_a_process_finds_the_same_and_a_new_one_follows_when_it_dies() -> None:
     session = Session(load("article"), ["pymunk"], reference="exact")
     for _ in range(60):

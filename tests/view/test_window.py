@@ -10,17 +10,15 @@ import pygame
 import pytest
 from pygame import Color, Rect
 from pygame.event import Event
-from window_driver import CODES, SMALL_SCENE, button, click, colours, given, pixels, press, slider, step, tool
+from window_driver import CODES, SMALL_SCENE, button, click, colours, given, hover, pixels, press, slider, step, tool
 
 from sandbox.scene.files import load
 from sandbox.view.controls import Action
-from sandbox.view.guard import Guard
 from sandbox.view.layout import MIN_SIZE
-from sandbox.view.notice import Kind
-from sandbox.view.palette import GREEN, VERMILLION
-from sandbox.view.theme import DARK, readable, theme
-from sandbox.view.widgets.menu import Menu
-from sandbox.view.widgets.slider import Slider
+from sandbox.view.notice import Guard, Kind
+from sandbox.view.theme import DARK, GREEN, VERMILLION, readable, theme
+from sandbox.view.widgets.buttons import Menu
+from sandbox.view.widgets.fields import Slider
 from sandbox.view.window import Window, has_display
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -308,6 +306,25 @@ def test_nothing_is_drawn_while_nothing_changes(window: Window, monkeypatch: pyt
     for _ in range(30):  # the notice is still shown, and time goes on
         window.frame(1 / 60)
     assert drawn[-1] == window.view.session.lockstep.steps > 20
+
+
+def test_no_tip_lies_over_the_help(window: Window) -> None:
+    at = button(window, Action.HELP)
+
+    def below_the_header() -> np.ndarray:
+        window.draw()
+        return pixels(window.screen)[:, window.layout.top + 20 :]
+
+    def differs_under_the_mouse() -> bool:
+        hover(window, (1, 1))
+        before = below_the_header()
+        hover(window, at)
+        return not np.array_equal(before, below_the_header())
+
+    press(window, "p")
+    assert differs_under_the_mouse()
+    press(window, "F1")
+    assert not differs_under_the_mouse()
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1400, 20), (20, 900), (479, 319)])

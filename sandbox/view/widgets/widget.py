@@ -17,13 +17,15 @@ class Widget:
 
     width: in heights of the toolbar; in a row of the side panel, relative to its neighbours. takes_keys: the keyboard
     can be on it. takes_text: it is typed into once it has been pressed. follows_mouse: it is pressed again at each
-    move of the mouse that holds it.
+    move of the mouse that holds it. seen_in: the part of the window outside of which it is scrolled out of sight; None
+    if it never is.
     """
 
     width: float = 1.0
     takes_keys = True
     takes_text = False
     follows_mouse = False
+    seen_in: Rect | None = None
 
     @property
     def tip(self) -> str:

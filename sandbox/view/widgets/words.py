@@ -47,7 +47,8 @@ class Words(Pressable):
         return len(self._lines(width, text_height)) * self._step(text_height) + text_height // 3
 
     def _lines(self, width: int, text_height: int) -> tuple[str, ...]:
-        return wrapped(self.text, width - text_height - self._indent(text_height), round(self.scale * text_height))
+        room = width - text_height - self._indent(text_height)
+        return wrapped(self.text, room, round(self.scale * text_height), bold=self.bold)
 
     def _step(self, text_height: int) -> int:
         return round(1.35 * self.scale * text_height)

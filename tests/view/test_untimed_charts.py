@@ -8,9 +8,9 @@ from window_driver import click, hover, press, run, step
 
 from sandbox.session.history import Moment
 from sandbox.state import State, no_contacts
-from sandbox.view.ball_chart import BallChart
 from sandbox.view.instruments import Instrument
-from sandbox.view.palette import chart_palette
+from sandbox.view.theme import chart_palette
+from sandbox.view.untimed_charts import BallChart
 from sandbox.view.window import Window
 
 PLACE = Rect(0, 0, 600, 300)

@@ -1,7 +1,6 @@
 """Colours stand out on every background, and one engine's from another's."""
 
 import math
-from collections.abc import Iterator
 from itertools import chain, combinations, permutations, product
 from typing import Final
 
@@ -14,9 +13,8 @@ from sandbox.engines import registry
 from sandbox.report.colours import colours_of
 from sandbox.scene.fields import rgb
 from sandbox.state import Floats
-from sandbox.view.palette import chart_palette, palette
-from sandbox.view.theme import DARK, LIGHT, contrast_ratio, theme
-from sandbox.view.tuning import SCALES, has_settings, with_setting
+from sandbox.view.engines_page import SCALES, has_settings, with_setting
+from sandbox.view.theme import DARK, LIGHT, chart_palette, contrast_ratio, palette, theme
 
 ENGINES: Final = ["pymunk", "article", "impulse", "exact", "box2d"]
 SIGHTS: Final = {
@@ -36,13 +34,6 @@ def test_colours_stand_out_from_light_and_dark() -> None:
             continue
         for colour in (colours.momentum, colours.contact):
             assert contrast_ratio(colour, ground) > 2.6
-
-
-@pytest.fixture(autouse=True)
-def _light() -> Iterator[None]:
-    theme.use(dark=False)
-    yield
-    theme.use(dark=False)
 
 
 @pytest.mark.parametrize("dark", [False, True])

@@ -21,18 +21,19 @@ from window_driver import (
     press,
     run,
     shown,
+    slider,
     tool,
 )
 
 from sandbox.run.edits import AddBall, AddWall, ChangeBall, ChangeWall, DeleteBall, DeleteWall, SetVelocity
 from sandbox.run.inputs import Grab
+from sandbox.view.balls_page import MOTION, NUMBER, BallTable
 from sandbox.view.controls import Panel
 from sandbox.view.editor import ARENA_WALL
 from sandbox.view.move_tool import Tool
 from sandbox.view.theme import theme
-from sandbox.view.widgets.ball_table import MOTION, NUMBER, BallTable
 from sandbox.view.widgets.buttons import Swatch
-from sandbox.view.widgets.field import Field
+from sandbox.view.widgets.fields import Field
 from sandbox.view.widgets.widget import Widget
 from sandbox.view.widgets.words import Words
 from sandbox.view.window import Window
@@ -396,3 +397,28 @@ def test_the_headings_of_a_narrow_table_do_not_run_into_each_other(window: Windo
     for column in range(1, len(MOTION)):
         gap = surface.subsurface((first + column * cell, 0, 4, 20))
         assert colours(gap) == {tuple(theme.raised)[:3]}
+
+
+def typed_into(window: Window, name: str, text: str) -> None:
+    field = next(one for one, _ in widgets(window) if isinstance(one, Field) and one.name == name)
+    field.choose(text)
+
+
+def test_fields_and_gravity_show_and_take_the_units_of_the_scene(desk: Window) -> None:
+    desk.begin(scene_of(*THREE_BALLS, more=f"{WALL}\nunits = {{ length = 'm', pixels_per_metre = 100 }}"), ["exact"])
+    desk.editor.select(0)
+    typed_into(desk, "x", "1.505")
+    typed_into(desk, "vx", "0.07")
+    ball = desk.view.panes[0].state
+    assert ball.position[0, 0] == pytest.approx(150.5)
+    assert ball.velocity[0, 0] == pytest.approx(7)
+    assert (value(desk, "x"), value(desk, "vx")) == ("1.505", "0.07")
+    units = {one.name: one.unit for one, _ in widgets(desk) if isinstance(one, Field)}
+    assert (units["x"], units["vx"], units["radius"], units["mass"]) == ("m", "m/s", "m", "kg")
+    desk.editor.select_wall(4)
+    typed_into(desk, "to x", "4.5")
+    assert desk.view.moment.scene.walls[0].to == (450, 400)
+    gravity, _ = slider(desk, "gravity")
+    gravity.choose(9.81)
+    assert desk.view.moment.scene.gravity == pytest.approx((0, 981))
+    assert gravity.value() == pytest.approx(9.81)

@@ -9,11 +9,15 @@ from pymunk.pygame_util import DrawOptions
 from window_driver import colour_at, pixels, point, press, run
 
 from sandbox.analysis.comparison import compare
+from sandbox.analysis.reference import Trust
 from sandbox.engines.pymunk import PymunkEngine
+from sandbox.report.run_so_far import Marks
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import load
+from sandbox.scene.units import PIXELS
 from sandbox.view.layout import Layout
-from sandbox.view.picture import draw_picture
+from sandbox.view.offscreen import draw_picture
+from sandbox.view.session_view import AS_IT_SHOULD_BE, energy_in_words
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -36,10 +40,39 @@ def test_each_pane_shows_its_engine_s_balls(window: Window) -> None:
         assert colour_at(window, 260, 306, pane) == rgb(RED)
         assert colour_at(window, 600, 306, pane) == rgb(BLUE)
         assert colour_at(window, 200, 300, pane) == (255, 255, 255)
-    assert [pane.title for pane in window.view.panes] == [
-        "pymunk    energy as it should be",
-        "article    energy as it should be",
+    assert [(pane.name, pane.energy_text) for pane in window.view.panes] == [
+        ("pymunk", AS_IT_SHOULD_BE),
+        ("article", AS_IT_SHOULD_BE),
     ]
+
+
+@pytest.mark.parametrize(
+    ("engine", "elasticity", "beside"), [("article", 1, "it should have"), ("pymunk", 0.8, "exact")]
+)
+def test_beyond_the_horizon_an_energy_that_depends_on_the_path_is_only_compared(
+    engine: str, elasticity: float, beside: str
+) -> None:
+    balls = "radius = 20\npositions = [[200, 300], [300, 310]]\nvelocities = [[240, 0], [0, 0]]"
+    window = Window(scene_of(balls, size=f"[800, 600]\nelasticity = {elasticity}"), [engine])
+    run(window, 400)
+    for horizon, words in ((None, "it should have"), (0.5, beside)):
+        window.view.mark(Marks(Trust(horizon)))
+        window.draw()
+        assert window.view.panes[0].energy_text.endswith(f" than {words}")
+
+
+@pytest.mark.parametrize(
+    ("error", "scale", "words"),
+    [
+        (-58, 1.0, "58 % less than it should have"),
+        (-423, 1.0, "4.2 times the kinetic energy less than it should have"),
+        (423, 1.0, "423 % more than it should have"),
+        (-423, 0.0, "423 kg px²/s² less than it should have"),
+        (0, 1.0, AS_IT_SHOULD_BE),
+    ],
+)
+def test_no_more_than_all_of_something_is_missing(error: float, scale: float, words: str) -> None:
+    assert energy_in_words(error, scale, PIXELS, "it should have") == words
 
 
 def shows_line(window: Window, x: float, y: float, pane: int = 0) -> bool:

@@ -1,0 +1,222 @@
+"""Values that are typed, or dragged along a track."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import pygame
+from pygame import Rect, Surface
+from pygame.event import Event
+
+from sandbox.view.primitives import dot, fitting, text_width, write
+from sandbox.view.theme import theme
+from sandbox.view.widgets.widget import ARROWS, ENTER, Widget, draw_ground
+
+MAX_TYPED: Final = 200  # characters
+FIRST_CHARACTERS: Final = "0123456789.-+#"  # of numbers and colours
+SLIDER_WIDTH: Final = 5.0  # in heights of the toolbar
+THICKNESS: Final = 4  # px, of the track
+
+
+@dataclass(eq=False)
+class Field(Widget):
+    """Shows a value by its name. A press begins typing, and so does Enter or a digit while the keyboard is on it.
+
+    Enter or Tab chooses what was typed, and keys are the window's again; Esc, or going elsewhere, leaves the value as
+    it was. refusal: why it cannot be typed into, or nothing. typed: so far; None while nothing is being typed. begin:
+    called when typing begins.
+    """
+
+    name: str
+    value: Callable[[], str]
+    choose: Callable[[str], None]
+    does: str = ""
+    unit: str = ""
+    refusal: Callable[[], str] = str
+    width: float = 5.0
+    typed: str | None = None
+    begin: Callable[[], None] | None = None
+
+    takes_text = True
+
+    @property
+    def tip(self) -> str:
+        """What it sets, or why it cannot."""
+        return self.refusal() or self.does
+
+    @property
+    def look(self) -> object:
+        """The value, and what is typed."""
+        return self.name, self.value(), self.unit, self.typed, self.refusal()
+
+    def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
+        """Draw name, value and unit, smaller if need be; what is typed has a cursor behind it."""
+        draw_ground(surface, place, theme.raised, text_height, hot=hot)
+        line = place.inflate(-text_height, 0)
+        text = self.typed or f"{self.value()} {self.unit}".rstrip()
+        gap = text_height // 2
+        width = text_width(self.name, text_height) + gap + text_width(text, text_height)
+        height = fitting(width, line.width, text_height)
+        end = write(surface, self.name, line, theme.dim, height)
+        x = max(end + gap, line.right - text_width(text, height))
+        ink = theme.dim if self.refusal() or self.typed == "" else theme.ink
+        right = write(surface, text, Rect(x, line.y, line.right - x, line.height), ink, height)
+        if self.typed is not None:
+            surface.fill(
+                theme.ink, (min(right + 1, line.right), place.y + 4, max(1, text_height // 10), place.height - 8)
+            )
+
+    def press(self, place: Rect, point: tuple[int, int]) -> None:
+        """Begin to type."""
+        if not self.refusal():
+            self._begin()
+
+    def key(self, event: Event) -> bool:
+        """Type a character, or choose what was typed."""
+        if self.refusal() or event.mod & (pygame.KMOD_CTRL | pygame.KMOD_ALT | pygame.KMOD_META):
+            return False
+        if self.typed is None:
+            if event.key not in ENTER and (not event.unicode or event.unicode not in FIRST_CHARACTERS):
+                return False
+            self._begin()
+            return event.key in ENTER or self._type(event)
+        if event.key in ENTER or event.key == pygame.K_TAB:
+            self._choose_typed()
+            return event.key in ENTER
+        if event.key == pygame.K_ESCAPE:
+            self.typed = None
+            return True
+        return self._type(event)
+
+    def _begin(self) -> None:
+        self.typed = ""
+        if self.begin:
+            self.begin()
+
+    def _choose_typed(self) -> None:
+        typed, self.typed = self.typed, None
+        if typed:
+            self.choose(typed)
+
+    def _type(self, event: Event) -> bool:
+        """Append a character, or delete the last one. Return whether the key does that."""
+        typed = self.typed or ""
+        if event.key == pygame.K_BACKSPACE:
+            self.typed = (typed or self.value())[:-1]
+        elif event.unicode and event.unicode.isprintable():
+            self.typed = (typed + event.unicode)[:MAX_TYPED]
+        return event.key == pygame.K_BACKSPACE or bool(event.unicode and event.unicode.isprintable())
+
+    def leave(self) -> None:
+        """Forget what was typed."""
+        self.typed = None
+
+
+@dataclass(eq=False)
+class Slider(Widget):
+    """Chooses one of some values in ascending order. value: the current one, which may be between two of them.
+
+    at_once: a drag of the mouse chooses all the time; else at its end. refusal: why no other value can be chosen, or
+    nothing. remedy: what a click does about that; remedy_tip: the same in words.
+    """
+
+    name: str
+    does: str
+    values: Sequence[float]
+    value: Callable[[], float]
+    choose: Callable[[float], None]
+    unit: str = ""
+    at_once: bool = True
+    width: float = SLIDER_WIDTH
+    refusal: Callable[[], str] = str
+    remedy: Callable[[], None] | None = None
+    remedy_tip: str = ""
+    dragged: int | None = None  # the value that the mouse has dragged it to and has not chosen yet
+
+    follows_mouse = True
+
+    @property
+    def tip(self) -> str:
+        """What it sets, and its value; or why it cannot, and what a click does about that."""
+        refusal = self.refusal()
+        return f"{refusal}\n{self.remedy_tip}".rstrip() if refusal else f"{self.does}: {self._value_text()}"
+
+    def _value_text(self) -> str:
+        value = self.value() if self.dragged is None else self.values[self.dragged]
+        return "fastest" if value == math.inf else f"{value:g}{self.unit}"
+
+    @property
+    def look(self) -> object:
+        """The value shown."""
+        return self.value(), self.unit, self.dragged, self.refusal()
+
+    def height(self, width: int, text_height: int) -> int:
+        """Return the height of its text and its track, px."""
+        return round(2.5 * text_height)
+
+    def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
+        """Draw its name and value over a track with a knob, grey if no other value can be chosen."""
+        ink, accent = (theme.dim, theme.dim) if self.refusal() else (theme.ink, theme.accent)
+        track = self._track(place)
+        line = Rect(track.x, place.y, track.width, round(1.4 * text_height))
+        value_width = text_width(self._value_text(), text_height)
+        write(surface, self.name, line, theme.dim, text_height)
+        write(surface, self._value_text(), line.move(line.width - value_width, 0), ink, text_height)
+        x = track.x + round(track.width * self._nearest() / max(1, len(self.values) - 1))
+        bar = Rect(track.x, track.centery - THICKNESS // 2, track.width, THICKNESS)
+        pygame.draw.rect(surface, theme.line, bar, border_radius=THICKNESS // 2)
+        pygame.draw.rect(surface, accent, (bar.x, bar.y, x - bar.x, THICKNESS), border_radius=THICKNESS // 2)
+        rgb = (accent.r, accent.g, accent.b)
+        knob = dot(round(text_height * (0.55 if hot else 0.45)), rgb, rgb)
+        surface.blit(knob, knob.get_rect(center=(x, track.centery)))
+
+    def press(self, place: Rect, point: tuple[int, int]) -> None:
+        """Choose the value at a point of the track."""
+        if self.refusal():
+            return
+        track = self._track(place)
+        share = min(max((point[0] - track.x) / track.width, 0.0), 1.0)
+        index = round(share * (len(self.values) - 1))
+        if self.at_once:
+            self._choose(index)
+        else:
+            self.dragged = index
+
+    def release(self) -> None:
+        """Choose the value that the mouse dragged it to."""
+        if self.remedy and self.refusal():
+            self.remedy()
+        elif self.dragged is not None:
+            index, self.dragged = self.dragged, None
+            self._choose(index)
+
+    def key(self, event: Event) -> bool:
+        """Choose the previous or next value if the key is an arrow."""
+        if self.refusal():
+            if event.key in ENTER:
+                self.release()
+            return event.key in ARROWS or event.key in ENTER
+        if event.key in ARROWS:
+            self._choose(min(max(self._nearest() + ARROWS[event.key], 0), len(self.values) - 1))
+        return event.key in ARROWS
+
+    def _choose(self, index: int) -> None:
+        if self.values[index] != self.value():
+            self.choose(self.values[index])
+
+    def _nearest(self) -> int:
+        """Return the index of the value nearest to the current one."""
+        if self.dragged is not None:
+            return self.dragged
+        now = self.value()
+        if now in self.values:  # infinity has no distance to itself
+            return self.values.index(now)
+        return min(range(len(self.values)), key=lambda index: abs(self.values[index] - now))
+
+    @staticmethod
+    def _track(place: Rect) -> Rect:
+        pad = place.height // 3
+        return Rect(
+            place.x + pad, place.y + round(0.55 * place.height), place.width - 2 * pad, round(0.35 * place.height)
+        )
