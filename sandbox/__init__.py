@@ -2,13 +2,22 @@
 
     load        reads a scene: a TOML file, or a bundled scene
     from_space  returns the scene of a live pymunk.Space
+    to_space    returns the pymunk.Space of a scene
     lint        returns what is wrong in how a live pymunk.Space is set up
+    save_space  writes a live pymunk.Space to a file: bodies, all shapes, all constraints, settings
+    load_space  returns the pymunk.Space in such a file
     write       writes a scene file
+    dump        does the same as write: what it writes, load reads
     simulate    runs a scene in one engine or several, and returns trajectories
+    Simulation  runs a scene step by step, in a loop of your own
     compare     runs a scene in several engines, and returns how far they are apart, since when, and why
+    advise      tries other settings of Pymunk on a scene, and returns which are better
     verify      scores engines against what scenes expect
     sweep       runs a scene with many seeds, rates, engines and settings, and returns a table
     watch       records what a live pymunk.Space does, and compares it with the exact reference
+    scenes      returns the bundled scenes
+    engines     returns what each engine supports
+    to_dataframe  returns a pandas table of contacts, of a ledger, a trajectory or a comparison
 
 >>> import sandbox
 >>> sandbox.simulate("article", "article", seconds=1).position.shape  # steps + 1, balls, x and y
@@ -24,14 +33,19 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from sandbox.engines import Engine
     from sandbox.engines.engine import Traits
+    from sandbox.engines.pymunk import to_space
+    from sandbox.engines.support import engines
     from sandbox.errors import Refused, SandboxError, SpaceWarning
     from sandbox.run.trajectory import Trajectory
-    from sandbox.scene import Scene, load, write
+    from sandbox.scene import Scene, dump, load, scenes, write
     from sandbox.scene.from_pymunk import from_space
-    from sandbox.scripting.calls import compare, simulate, sweep, verify
+    from sandbox.scripting.calls import advise, compare, simulate, sweep, verify
     from sandbox.scripting.comparison import Comparison
-    from sandbox.scripting.results import Scores, SweepTable
+    from sandbox.scripting.data_frames import to_dataframe
+    from sandbox.scripting.results import Advice, Scores, SweepTable
+    from sandbox.scripting.simulation import Simulation
     from sandbox.scripting.watch import watch
+    from sandbox.space.files import load_space, save_space
     from sandbox.space.findings import Finding
     from sandbox.space.lint import lint
     from sandbox.state import Contacts, State
@@ -39,6 +53,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = [
+    "Advice",
     "Comparison",
     "Contacts",
     "Engine",
@@ -47,24 +62,34 @@ __all__ = [
     "SandboxError",
     "Scene",
     "Scores",
+    "Simulation",
     "SpaceWarning",
     "State",
     "SweepTable",
     "Traits",
     "Trajectory",
     "__version__",
+    "advise",
     "compare",
+    "dump",
+    "engines",
     "from_space",
     "lint",
     "load",
+    "load_space",
+    "save_space",
+    "scenes",
     "simulate",
     "sweep",
+    "to_dataframe",
+    "to_space",
     "verify",
     "watch",
     "write",
 ]
 
 _MODULES: Final = {
+    "Advice": "scripting.results",
     "Comparison": "scripting.comparison",
     "Contacts": "state",
     "Engine": "engines",
@@ -73,17 +98,26 @@ _MODULES: Final = {
     "SandboxError": "errors",
     "Scene": "scene",
     "Scores": "scripting.results",
+    "Simulation": "scripting.simulation",
     "SpaceWarning": "errors",
     "State": "state",
     "SweepTable": "scripting.results",
     "Traits": "engines.engine",
     "Trajectory": "run.trajectory",
+    "advise": "scripting.calls",
     "compare": "scripting.calls",
+    "dump": "scene",
+    "engines": "engines.support",
     "from_space": "scene.from_pymunk",
     "lint": "space.lint",
     "load": "scene",
+    "load_space": "space.files",
+    "save_space": "space.files",
+    "scenes": "scene",
     "simulate": "scripting.calls",
     "sweep": "scripting.calls",
+    "to_dataframe": "scripting.data_frames",
+    "to_space": "engines.pymunk",
     "verify": "scripting.calls",
     "watch": "scripting.watch",
     "write": "scene",

@@ -37,6 +37,7 @@ PUSH: Final = np.dtype(
 
 
 _NOT_GIVEN: Final = np.empty(0)
+MEETS_ALL: Final = (0, 0xFFFFFFFF, 0xFFFFFFFF)  # the filter of a ball that passes through no other
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,13 +120,15 @@ class States(NamedTuple):
 class Bodies:
     """The properties of the balls, which do not change while a scene runs: (n,) each.
 
-    radius: px; mass: kg; elasticity and friction: the ball's factor of the pair's product.
+    radius: px; mass: kg; elasticity and friction: the ball's factor of the pair's product; filters: (n, 3), the group,
+    categories and mask of a `pymunk.ShapeFilter`, which says what balls pass through each other.
     """
 
     radius: Floats
     mass: Floats
     elasticity: Floats
     friction: Floats
+    filters: Integers
 
     def __len__(self) -> int:
         return len(self.radius)
@@ -134,6 +137,11 @@ class Bodies:
     def moment(self) -> Floats:
         """The moments of inertia of uniform discs, m r²/2: (n,) kg px²."""
         return self.mass * self.radius**2 / 2
+
+    @property
+    def are_filtered(self) -> bool:
+        """Whether a ball has a filter."""
+        return bool((self.filters != MEETS_ALL).any())
 
 
 class Damping(NamedTuple):

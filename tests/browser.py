@@ -28,7 +28,8 @@ KEYS = {" ": ("Space", 32), "ArrowLeft": ("ArrowLeft", 37), "ArrowRight": ("Arro
 }  # fmt: skip
 
 DRAWN = "[...document.querySelectorAll('.chart')].every((chart) => chart.firstElementChild?.shadowRoot)"
-READY = f"document.readyState === 'complete' && globalThis.Bokeh?.documents[0]?.is_idle && {DRAWN}"
+CHARTS = f"(!document.querySelector('.chart') || globalThis.Bokeh?.documents[0]?.is_idle && {DRAWN})"
+READY = f"document.readyState === 'complete' && {CHARTS}"
 
 
 class Browser:

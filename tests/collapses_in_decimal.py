@@ -63,8 +63,12 @@ def rest_on(table: Table, touches: Sequence[Touch], discs: set[int]) -> str:
                 return "in a corner"
             disc.lie(face, table.gravity, stuck=abs(face.along(disc.vx, disc.vy) + disc.radius * disc.spin) < TINY)
     for touch in touches:
+        disc = table.discs[touch.first]
+        is_beside = touch.second < 0 and disc.face and disc.face.wall is not walls[touch.second]
+        if is_beside and touch.first in discs and disc.ax * touch.nx + disc.ay * touch.ny > TINY:
+            return "in a corner"  # it slides into the other wall
         if touch.second >= 0:
-            a, b = table.discs[touch.first], table.discs[touch.second]
+            a, b = disc, table.discs[touch.second]
             if (a.ax - b.ax) * touch.nx + (a.ay - b.ay) * touch.ny > TINY:
                 return "on a disc"
     return "on a wall's end" if on_end else ""

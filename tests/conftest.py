@@ -7,7 +7,7 @@ import platform
 import re
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -36,6 +36,15 @@ _NO_SKIPS = os.environ.get("SANDBOX_NO_SKIPS", "")
 PROGRAMS_REQUIRED, LIBRARIES_REQUIRED = _NO_SKIPS in ("programs", "all"), _NO_SKIPS == "all"
 
 
+SHARING: Final = (  # files whose tests share comparisons, pages or a window, that take seconds to make
+    "tests/engines/test_determinism.py",
+    "tests/report/",
+    "tests/slow/test_stress.py",
+    "tests/sweeps/test_sweep.py",
+    "tests/view/test_desktop.py",
+)
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Compile the kernels of new sources once, before several processes need them."""
     starts_workers = getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput")
@@ -43,9 +52,26 @@ def pytest_configure(config: pytest.Config) -> None:
         kernel_cache.fill()
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Give a process all tests of a file of SHARING, and of others one test after another."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Scheduling(LoadScopeScheduling):  # type: ignore[misc]  # xdist ships no types
+        def _split_scope(self, nodeid: str) -> str:
+            return nodeid.partition("::")[0] if nodeid.startswith(SHARING) else nodeid
+
+    return Scheduling(config, log)
+
+
 def sizes(normal: int, *, slow: int) -> list[Any]:
     """Return two sizes of one test to parametrize it with: the slow one runs only with `pytest -m slow`."""
     return [normal, pytest.param(slow, marks=pytest.mark.slow)]
+
+
+def sample(values: Iterable[Any], every: int) -> list[Any]:
+    """Return values to parametrize a test with, one in so many by default; the others are marked as wide."""
+    return [pytest.param(value, marks=pytest.mark.wide if k % every else ()) for k, value in enumerate(values)]
 
 
 def require(*programs: str) -> None:
@@ -79,6 +105,15 @@ def _no_process_left() -> Iterator[None]:
     for process in multiprocessing.active_children():
         process.terminate()
         process.join()
+
+
+@pytest.fixture(autouse=True)
+def _light_theme() -> Iterator[None]:
+    """Begin each test in the light theme, whatever a window of the test before has chosen."""
+    yield
+    from sandbox.view.theme import theme
+
+    theme.use(dark=False)
 
 
 @pytest.fixture
@@ -126,8 +161,8 @@ def memory_screen(working_folder: Path, monkeypatch: pytest.MonkeyPatch, _few_ob
     """
     from window_driver import IdleWorker
 
-    from sandbox.view.guard import Guard
     from sandbox.view.layers import Layer
+    from sandbox.view.notice import Guard
 
     monkeypatch.setattr("sandbox.view.case_so_far.CaseWorker", IdleWorker)
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")

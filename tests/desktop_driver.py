@@ -13,6 +13,7 @@ import numpy as np
 import pygame
 import pytest
 from pygame import Rect
+from pygame.event import Event
 from window_driver import WorkerHere, drag, hover, pixels, point, press
 
 from sandbox.report.case import OtherContact
@@ -21,7 +22,8 @@ from sandbox.scene.model import Scene
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import CONTROLS, Panel
 from sandbox.view.layout import WIDE, Layout
-from sandbox.view.widgets.slider import Slider
+from sandbox.view.widgets.fields import Slider
+from sandbox.view.widgets.group import Placed
 from sandbox.view.window import Window
 
 KEYSYMS: Final = {",": "comma", ".": "period", "<": "less", ">": "greater", "Enter": "Return"}  # by names of keys
@@ -112,9 +114,9 @@ class Desktop:
 
     @property
     def size(self) -> tuple[int, int]:
-        """The size of the window."""
+        """The size of the window; 0, 0 while it is exchanged for another, as for full screen."""
         geometry = dict(line.split("=") for line in self.xdo("getwindowgeometry", "--shell", self.window).splitlines())
-        return int(geometry["WIDTH"]), int(geometry["HEIGHT"])
+        return int(geometry.get("WIDTH", 0)), int(geometry.get("HEIGHT", 0))
 
     @property
     def layout(self) -> Layout:
@@ -230,13 +232,31 @@ class Mirror:
 
     def place_of(self, text: str) -> Rect:
         """Return the place of the widget that shows a text, or has it as its name."""
+        return self._placed(text)[1]
+
+    def _placed(self, text: str) -> Placed:
         texts = ((getattr(widget, "text", ""), getattr(widget, "name", "")) for widget, _ in self.window._placed)
         number = next(k for k, shown in enumerate(texts) if text in shown)
-        return self.window._placed[number][1]
+        return self.window._placed[number]
 
     def click(self, text: str) -> None:
         """Click a widget in both windows."""
-        self._drag(self.place_of(text).center, self.place_of(text).center)
+        place = self.bring_into_sight(text).center
+        self._drag(place, place)
+
+    def bring_into_sight(self, text: str) -> Rect:
+        """Scroll the column to a widget in both windows, if it is out of sight; return its place."""
+        widget, place = self._placed(text)
+        while widget.seen_in and not widget.seen_in.collidepoint(place.center):
+            self._turn_the_wheel(self.window.layout.panel.center, up=place.y < widget.seen_in.y)
+            widget, place = self._placed(text)
+        return place
+
+    def _turn_the_wheel(self, at: tuple[int, int], *, up: bool) -> None:
+        """Scroll what is at a point by a notch, in both windows."""
+        self._desktop.xdo("mousemove", "--window", self._desktop.window, *at, "click", 4 if up else 5)
+        hover(self.window, at)
+        self.window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=1 if up else -1, flipped=False))
 
     def click_at(self, x: float, y: float) -> None:
         """Click a place of the first pane, in both windows."""

@@ -1,6 +1,6 @@
 """The documents are true: their commands print the output below them, their examples run, their links resolve.
 
-    SANDBOX_WRITE_DOCS=1 .venv/bin/pytest -q tests/test_docs.py
+    SANDBOX_WRITE_DOCS=1 .venv/bin/pytest -q -m "" tests/test_docs.py
 
 writes into the documents what their commands print, the keys of the window, the labels of causes, and the pictures.
 
@@ -9,6 +9,7 @@ A block whose first line is a comment such as `# mine.toml` is a file for all co
 A comment `# exit code 1` after a command is the exit code that it must have; without one it is 0.
 """
 
+import itertools
 import json
 import os
 import re
@@ -16,26 +17,33 @@ import runpy
 import shutil
 import subprocess
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import NamedTuple
+from types import SimpleNamespace
+from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 
 import numpy as np
+import pygame
 import pytest
 from browser import chromium
-from conftest import LIBRARIES_REQUIRED, Command
+from conftest import LIBRARIES_REQUIRED, Command, sample
 from PIL import Image, ImageSequence
+from typer.main import get_command
 
 from sandbox.bench.parts import PARTS
 from sandbox.bench.window import finer_gas
+from sandbox.cli.commands import app
 from sandbox.judge.causes import Cause
 from sandbox.run.inputs import Start, load_inputs, write_inputs
 from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
+from sandbox.space.changes import CALLS, NAMES
+from sandbox.space.evidence import STEP_RULES
+from sandbox.space.findings import Rule
 from sandbox.space.rules import RULES
 from sandbox.view.controls import HELP
 
@@ -45,7 +53,7 @@ README = ROOT / "README.md"
 PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```\n(?:\n?^```text\n(.*?)^```\n)?", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"# ([\w-]+\.(?:toml|py))\n")
-NOT_RUN = ("python3 -m venv", ".venv/bin/", "pip install", ".ci/", "SANDBOX_WRITE_DOCS")  # sets up, or runs the tests
+NOT_RUN = ("python3 -m venv", ".venv/bin/", "pip ", ".ci/", "SANDBOX_WRITE_DOCS")  # sets up, or runs the tests
 PACKAGE = "pyproject.toml"
 MISTAKEN = "broken.toml"  # its errors are what a page shows
 FRAGMENT = {"arena": {"size": [800, 600]}, "balls": [{"radius": 20, "position": [100 + 50 * k, 100]} for k in range(2)]}
@@ -109,6 +117,7 @@ def files(page: Path) -> dict[str, str]:
 
 
 COMMANDS = list(dict.fromkeys(commands()))
+OF_README, OF_PAGES = ([block for block in COMMANDS if (block.page == README) is wanted] for wanted in (True, False))
 EXAMPLES = [block for block in blocks("python") if not FILE.match(block.text)]
 BLOCKS = [*blocks("toml"), *blocks("python")]
 SET_UP = re.findall(r"^python3 -m venv .*$", README.read_text(), re.MULTILINE)
@@ -134,13 +143,13 @@ def put_files(page: Path, folder: Path) -> None:
 def test_there_are_documents() -> None:
     assert {page.stem for page in PAGES} == {
         *("README", "comparing", "developing", "engines", "faq", "formats", "method", "python", "scenes", "sweeps"),
-        *("window", "your-program"),
+        *("installing", "teaching", "window", "your-program"),
     }
     assert len(COMMANDS) > 40
     assert len(EXAMPLES) > 5
 
 
-@pytest.mark.parametrize("block", COMMANDS, ids=str)
+@pytest.mark.parametrize("block", [*OF_README, *sample(OF_PAGES, 6)], ids=str)
 def test_every_command_prints_what_stands_there(
     block: Block, tmp_path: Path, command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -212,6 +221,42 @@ def test_the_python_examples_run(
         [test() for name, test in tests.items() if name.startswith("test_")]
 
 
+@pytest.mark.parametrize("name", ["game.py", "bouncing.py"])
+def test_a_loop_draws_what_it_simulates(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """For 90 frames, in which a mouse drags the first ball of the game to a point; then the window is closed."""
+    program = tmp_path / name
+    program.write_text(files(ROOT / "docs" / "python.md")[name])
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    monkeypatch.setattr(pygame.time, "Clock", lambda: SimpleNamespace(tick=lambda rate: None))
+    frames, start, end = itertools.count(1), (150, 175), (500, 100)
+    happening: dict[int, Any] = {
+        1: pygame.event.Event(pygame.MOUSEBUTTONDOWN, button=1, pos=start),
+        2: pygame.event.Event(pygame.MOUSEMOTION, pos=end, rel=(0, 0), buttons=(1, 0, 0)),
+        90: pygame.event.Event(pygame.QUIT),
+    }
+
+    def flip() -> None:
+        if event := happening.get(next(frames)):
+            pygame.event.post(event)
+
+    monkeypatch.setattr(pygame.display, "flip", flip)
+    try:
+        ran = runpy.run_path(str(program))
+        if name == "game.py":
+            [centre, *_] = ran["simulation"].state.position
+            assert np.hypot(*(centre - end)) < 5
+            assert ran["screen"].get_at([round(x) for x in end])[:3] == pygame.Color(ran["scene"].colors[0])[:3]
+            assert pygame.display.get_caption()[0] == f"{ran['hits']} hits"
+            assert ran["hits"] > 0
+        else:
+            assert len(ran["watched"].trajectory.time) == 91
+            assert "elasticity" in {entry.cause.key for entry in ran["watched"].comparison["space"].ledger}
+            position = ran["ball"].position
+            assert ran["screen"].get_at([round(x) for x in position])[:3] != (255, 255, 255)
+    finally:
+        pygame.display.quit()
+
+
 @pytest.mark.parametrize("block", blocks("toml"), ids=str)
 def test_every_scene_is_valid(block: Block) -> None:
     found = FILE.match(block.text)
@@ -253,6 +298,12 @@ def test_every_page_is_in_the_contents() -> None:
         assert f"(docs/{page.name})" in README.read_text()
 
 
+def test_every_command_answers_a_question() -> None:
+    questions = (ROOT / "docs" / "faq.md").read_text().partition("\n## By symptom")[0]
+    answers = set(re.findall(r"^\| .*`sandbox (\w+)", questions, re.MULTILINE))
+    assert answers == set(get_command(app).commands)  # type: ignore[attr-defined]
+
+
 def test_the_readme_is_short() -> None:
     assert len(README.read_text().split()) <= 1_500
 
@@ -266,10 +317,19 @@ def test_the_keys_are_those_of_the_window() -> None:
     check_table("window.md", "| key | does |\n|---|---|\n", [f"| {keys} | {does} |" for keys, does in HELP])
 
 
-def test_every_rule_of_the_linter_is_in_its_table() -> None:
-    head = "| rule | sure | symptom |\n|---|---|---|\n"
-    rows = [f"| `{rule.key}` | {rule.certainty} | {rule.symptom.format('X')} |" for rule in RULES]
+@pytest.mark.parametrize(("title", "rules"), [("how it is set up", RULES), ("what its steps show", STEP_RULES)])
+def test_every_rule_for_a_space_is_in_its_table(title: str, rules: Sequence[Rule[Any]]) -> None:
+    head = f"| rule: {title} | sure | symptom |\n|---|---|---|\n"
+    rows = [f"| `{rule.key}` | {rule.certainty} | {rule.symptom.format('X')} |" for rule in rules]
     check_table("your-program.md", head, rows)
+
+
+def test_every_change_of_pymunk_that_has_a_hint_is_in_its_table() -> None:
+    names: dict[tuple[int, str], list[str]] = {}
+    for old, change in {**NAMES, **CALLS}.items():
+        names.setdefault((-change.since, change.instead), []).append(f"`{old}`")
+    rows = [f"| {', '.join(names[key])} | {-key[0]} | {key[1]} |" for key in sorted(names, key=lambda key: key[0])]
+    check_table("your-program.md", "| in older programs | error since | instead |\n|---|---|---|\n", rows)
 
 
 def test_every_cause_is_explained() -> None:

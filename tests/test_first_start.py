@@ -15,8 +15,9 @@ from typing import Any
 import pytest
 
 from sandbox.cli.progress import _TerminalCompiler
-from sandbox.compiled import NotCompiledYet, _Cache, between_frames, entry
+from sandbox.compiled import NotCompiledYet, between_frames, entry
 from sandbox.engines import can_run
+from sandbox.jit import _Cache
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn, warnings
@@ -81,6 +82,7 @@ def note_loaded() -> set[tuple[str, str, str]]:
     return loaded
 
 
+@pytest.mark.wide
 def test_small_calls_run_in_python_to_the_same_bits_when_nothing_is_compiled(tmp_path: Path) -> None:
     code = """
 import json
@@ -108,11 +110,13 @@ def test_a_short_trace_ends_without_compiling(tmp_path: Path) -> None:
     assert not list(tmp_path.rglob("*.nb*"))
 
 
+@pytest.mark.wide
 def test_the_parts_call_every_kernel_that_the_bundled_scenes_need() -> None:
     code = """
 import json
 from sandbox.analysis.comparison import compare
 from sandbox.engines import can_run
+from sandbox.jit import _Cache
 from sandbox.scene.files import bundled, load
 from sandbox.scene.spawn import spawn, warnings
 from sandbox.view.compilation import COMPUTATION, DRAWING
@@ -150,6 +154,7 @@ def compilations() -> Iterator[list[Compilation]]:
         each.stop()
 
 
+@pytest.mark.wide
 def test_the_part_that_is_waited_for_comes_first(compilations: list[Compilation], tmp_path: Path) -> None:
     files = [tmp_path / str(number) for number in range(3)]
     compilation = Compilation(parts(*(partial(file.touch) for file in files)), at_once=1)
@@ -176,6 +181,7 @@ def test_so_many_parts_are_compiled_at_once(compilations: list[Compilation]) -> 
     assert not compilation.is_running
 
 
+@pytest.mark.wide
 def test_a_part_that_fails_is_not_waited_for(compilations: list[Compilation]) -> None:
     compilation = Compilation(parts(partial(os._exit, 3), partial(os._exit, 0)), at_once=2)
     compilations.append(compilation)
@@ -196,7 +202,7 @@ def test_only_a_window_does_without_kernels(
     def one() -> int:
         return 1
 
-    monkeypatch.setattr("sandbox.compiled._Cache._load", lambda *_: None)
+    monkeypatch.setattr("sandbox.jit._Cache._load", lambda *_: None)
     monkeypatch.setattr(compiler, "note_missing", lambda module: None)
     monkeypatch.setattr(compiler, "wait", waited.append)
     monkeypatch.setattr("sandbox.compiled._compiler", compiler)

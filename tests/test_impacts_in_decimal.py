@@ -138,6 +138,7 @@ def errors(discs: Sequence[Disc], expected: Floats, found: Floats) -> tuple[floa
     return float(np.abs(found - expected).max() / np.abs(before).max()), abs(wrong - at_end) / at_start
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("count", sizes(6, slow=100))
 @pytest.mark.parametrize("draw", DRAWS)
 def test_exact_leaves_the_velocities_and_the_energy_of_impacts_one_by_one(draw: Draw, count: int) -> None:

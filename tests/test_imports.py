@@ -23,19 +23,19 @@ MODULES: Final = {
     if file.parent != ROOT or not file.name.startswith("__")
 }
 PLAIN: Final = ("bench.engines", "bench.window")  # benchmarks of plain Pymunk and pygame, for comparison
-LIBRARIES: Final = {  # library -> the modules and folders that may import it; numpy and numba are imported everywhere
-    "pydantic": ("scene", "run", "analysis.documents", "view"),
+LIBRARIES: Final = {  # library -> the modules and folders that may import it; numpy is imported everywhere
+    "pydantic": ("scene", "run", "space", "analysis.documents", "view"),
     "pydantic_core": ("scene",),
     "tomlkit": ("scene.files",),
-    "pandas": ("run.trajectory",),
+    "pandas": ("run.trajectory", "scripting.comparison", "scripting.data_frames"),
     "PIL": ("scene", "view"),
     "matplotlib": ("report.plot",),
-    "llvmlite": ("compiled",),
+    "llvmlite": ("jit",),
+    "numba": ("jit", "space.memory"),
     "pymunk": (
         "engines.pymunk",
         "engines.space_reader",
         "scene.from_pymunk",
-        "scripting.hints",
         "scripting.trial",
         "scripting.watch",
         "space",
@@ -48,6 +48,7 @@ LIBRARIES: Final = {  # library -> the modules and folders that may import it; n
     "jinja2": ("report",),
     "pygame": ("view", "bench.window", "scripting.headless"),
     "av": ("view",),
+    "pytest": ("scripting.pytest_plugin",),
     "rich": ("cli", "report", "text"),
     "typer": ("cli",),
 }
@@ -114,7 +115,7 @@ def test_engines_do_not_import_each_other(module: str) -> None:
 @pytest.mark.parametrize("module", MODULES)
 def test_a_library_is_imported_only_where_the_table_allows(module: str) -> None:
     libraries = {top(name) for name in imported(MODULES[module])} - sys.stdlib_module_names
-    for library in libraries - {"sandbox", "numpy", "numba"}:
+    for library in libraries - {"sandbox", "numpy"}:
         assert any(is_within(module, place) for place in LIBRARIES.get(library, ())), f"{module} imports {library}"
 
 
@@ -123,11 +124,22 @@ def test_a_library_is_imported_only_where_the_table_allows(module: str) -> None:
     [
         ("sandbox", set()),
         ("sandbox.cli.commands", {"typer", "rich"}),
-        ("sandbox.analysis.comparison", {"numpy", "numba", "llvmlite", "pydantic", "pydantic_core", "tomlkit", "PIL"}),
+        ("sandbox.analysis.comparison", {"numpy", "pydantic", "pydantic_core", "tomlkit", "PIL"}),
     ],
     ids=["surface", "command line", "comparison"],
 )
 def test_heavy_libraries_are_loaded_only_when_needed(module: str, allowed: set[str]) -> None:
     program = f"import sys, {module}; print(*{{name.split('.')[0] for name in sys.modules}})"
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert set(ran.stdout.split()) & {*LIBRARIES, "numpy", "numba"} <= allowed
+    assert set(ran.stdout.split()) & {*LIBRARIES, "numpy"} <= allowed
+
+
+@pytest.mark.wide
+@pytest.mark.parametrize("command", ["check article", "schema", "schema compare", "scenes", "--help", "--version"])
+def test_commands_that_run_nothing_need_neither_a_compiler_nor_an_engine(command: str) -> None:
+    program = "import atexit, sys; atexit.register(lambda: print(*sys.modules, file=sys.stderr))"
+    program += f"; sys.argv[1:] = {command.split()}; from sandbox.cli import main; main()"
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    loaded = set(ran.stderr.split())
+    assert "sandbox.cli.commands" in loaded
+    assert loaded.isdisjoint({"numba", "llvmlite", "pymunk", "pygame", "bokeh"})

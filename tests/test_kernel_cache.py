@@ -7,6 +7,7 @@ from typing import Any, cast
 import kernel_cache
 import pytest
 
+from sandbox import jit
 from sandbox.engines.exact import event_loop
 
 CALLER = "from numba import njit\nfrom sandbox.laws import LIMIT\n"
@@ -37,6 +38,6 @@ def test_only_code_that_kernels_use_changes_the_digest(tmp_path: Path, file: str
 
 
 def test_numba_keeps_kernels_in_the_folder_of_these_sources() -> None:
-    folder, kernel = str(kernel_cache.folder()), cast("Any", event_loop.run)
+    folder, function = str(kernel_cache.folder()), cast("Any", event_loop.run).__wrapped__
     assert os.environ["NUMBA_CACHE_DIR"] == folder
-    assert kernel.stats.cache_path.startswith(folder)
+    assert jit.dispatcher(function, print).stats.cache_path.startswith(folder)

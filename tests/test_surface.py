@@ -1,6 +1,8 @@
 """The Python surface: its names, its types, and what importing it costs."""
 
 import pydoc
+import re
+import shutil
 import subprocess
 import sys
 from importlib.metadata import version
@@ -9,12 +11,17 @@ from pathlib import Path
 
 import pytest
 from conftest import LIBRARIES_REQUIRED
+from test_docs import files
 from test_example_notebook import CODE
 
 import sandbox
 
-VERBS = ("compare", "from_space", "lint", "load", "simulate", "sweep", "verify", "watch", "write")
+VERBS = (
+    *("advise", "compare", "dump", "engines", "from_space", "lint", "load", "load_space", "save_space", "scenes"),
+    *("simulate", "sweep", "to_dataframe", "to_space", "verify", "watch", "write"),
+)
 CLASSES = (
+    "Advice",
     "Comparison",
     "Contacts",
     "Engine",
@@ -23,12 +30,15 @@ CLASSES = (
     "SandboxError",
     "Scene",
     "Scores",
+    "Simulation",
     "SpaceWarning",
     "State",
     "SweepTable",
     "Traits",
     "Trajectory",
 )
+DOCS = Path(__file__).parents[1] / "docs"
+EXAMPLES, PAGE = DOCS / "examples", DOCS / "python.md"
 HEAVY = ("numpy", "numba", "pydantic", "pymunk", "pygame", "bokeh", "rich", "typer")
 
 
@@ -46,7 +56,8 @@ def test_help_lists_the_verbs_and_the_classes() -> None:
     text = pydoc.plain(pydoc.render_doc(sandbox))
     functions = text[text.index("\nFUNCTIONS\n") : text.index("\nDATA\n")]
     for verb in VERBS:
-        assert f"\n    {verb}(" in functions
+        # Two are not shown as such: dump is there as write, and engines is a module that can be called.
+        assert f"\n    {verb}" in functions or verb == "engines"
         assert f"    {verb} " in text[: text.index("\nPACKAGE CONTENTS\n")]
     for name in CLASSES:
         assert f"\n    class {name}(" in text or f"\n    {name} = " in text
@@ -58,8 +69,14 @@ def test_importing_the_sandbox_imports_no_library() -> None:
 
 
 USER = """
+import warnings
+
+import numpy as np
+import pymunk
+
 import sandbox
-from sandbox import Comparison, Contacts, Engine, Refused, SandboxError, Scene, Scores, State, SweepTable, Trajectory
+from sandbox import Advice, Comparison, Contacts, Engine, Refused, SandboxError, Scene, Scores, Simulation, State
+from sandbox import SweepTable, Trajectory
 
 
 class Mine:
@@ -104,6 +121,54 @@ def drop(height: float) -> Scene:
     )
 
 
+def play(scene: Scene) -> Trajectory:
+    simulation = Simulation(scene, "pymunk", seed=3)
+
+    @simulation.on_contact
+    def bounce(contact: np.void) -> None:
+        simulation.kick(int(contact["first"]), (0, -20))
+
+    simulation.grab(0, simulation.state.position[0])
+    simulation.move((100, 100))
+    simulation.step()
+    simulation.release()
+    hits: Contacts = simulation.contacts
+    print(len(hits), simulation.scene.colors, [given.do for given in simulation.inputs])
+    simulation.reset(4)
+    with sandbox.watch(sandbox.to_space(scene)) as watched:
+        watched.step(1 / 60)
+    watched.trajectory.save("run.npz")
+    sandbox.dump(scene, "mine.toml")
+    return Trajectory.load("run.npz")
+
+
+def advice() -> list[str]:
+    comparison = sandbox.compare("oblique")
+    ledger = comparison["pymunk"].ledger
+    tables = [sandbox.to_dataframe(ledger), sandbox.to_dataframe(comparison.runs["pymunk"].contacts)]
+    tables += [comparison.to_dataframe(), sandbox.simulate("oblique", Mine).to_dataframe()]
+    found: Advice = sandbox.advise("oblique", seconds=1)
+    print(found.recommendation, found.table(), found.best.gap_rms, [trial.changes for trial in found], len(tables))
+    accepting = [name for name, support in sandbox.engines().items() if "gravity" in support.accepts]
+    return [*accepting, *(scene.title for scene in sandbox.scenes().values()), *comparison.keys()]
+
+
+def space_of(scene: Scene) -> list[sandbox.Finding]:
+    space = sandbox.to_space(scene)
+    print(sandbox.from_space(space, size=(400, 300)).gravity)
+    return sandbox.lint(space, dt=1 / 60)
+
+
+class Soft(Mine):
+    traits = sandbox.Traits(soft=True)
+
+
+def kept(space: pymunk.Space) -> None:
+    warnings.simplefilter("ignore", sandbox.SpaceWarning)
+    sandbox.save_space(space, "level.json")
+    sandbox.write(sandbox.from_space(sandbox.load_space("level.json"), skip=True), "level.toml")
+
+
 def impulses(engine: Engine) -> Contacts:
     engine.step()
     return engine.contacts()
@@ -118,23 +183,53 @@ WRONG = (
     ("sandbox.simulate(sandbox.load('article'))", 'No overload variant of "simulate" matches argument type "Scene"'),
     ("sandbox.compare(sandbox.load('article')).gap", '"Comparison" has no attribute "gap"'),
     ("sandbox.Scene(arena=3, balls=[])", 'Argument "arena" to "Scene" has incompatible type "int"'),
+    ("sandbox.Simulation('article')", 'Missing positional argument "engine" in call to "Simulation"'),
+    ("sandbox.engines()['exact'].gravity", '"Support" has no attribute "gravity"'),
     ("sandbox.Scene(arena={}, balls=[], sped=3)", 'Unexpected keyword argument "sped" for "Scene"'),
 )
 
 
-def test_a_user_s_mypy_sees_types(tmp_path: Path) -> None:
-    """One run of mypy for all: without a cache it takes half a minute."""
-    if find_spec("mypy") is None:
-        (pytest.fail if LIBRARIES_REQUIRED else pytest.skip)("needs mypy")
+def test_the_program_of_a_user_has_every_name() -> None:
+    assert set(re.findall(r"\w+", USER)) >= set(sandbox.__all__)
+
+
+@pytest.fixture
+def programs(tmp_path: Path) -> Path:
+    """Return a folder with programs of users: wrong.py has an error on each line after the first, the others none."""
     (tmp_path / "right.py").write_text(USER)
     (tmp_path / "notebook.py").write_text("\n".join(CODE))
+    shutil.copytree(EXAMPLES, tmp_path / "examples")
+    for name in ("game.py", "bouncing.py"):
+        (tmp_path / name).write_text(files(PAGE)[name])
     wrong = "\n".join(["import sandbox", *(line for line, _ in WRONG)])
     (tmp_path / "wrong.py").write_text(f"{wrong}\n")
+    return tmp_path
+
+
+def errors_of(checker: str, folder: Path, *options: str) -> list[str]:
+    """Return the lines with errors that a type checker prints."""
+    if find_spec(checker) is None:
+        (pytest.fail if LIBRARIES_REQUIRED else pytest.skip)(f"needs {checker}")
+    command = [sys.executable, "-m", checker, *options, "."]
+    out = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False).stdout.splitlines()
+    return [line for line in out if re.search(r" error: | - error: ", line)]
+
+
+@pytest.mark.wide
+def test_a_user_s_mypy_sees_types(programs: Path) -> None:
+    """One run of mypy for all: without a cache it takes half a minute."""
     cache = Path(__file__).parents[1] / ".pytest_cache" / "mypy"
-    command = [sys.executable, "-m", "mypy", f"--cache-dir={cache}", "--strict", "--no-pretty", "."]
-    out = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False).stdout.splitlines()
-    errors = [line for line in out if ": error: " in line]
-    assert len(errors) == len(WRONG), out
+    errors = errors_of("mypy", programs, f"--cache-dir={cache}", "--strict", "--no-pretty")
+    assert len(errors) == len(WRONG), errors
     for number, (error, (_, message)) in enumerate(zip(errors, WRONG, strict=True), 2):
         assert error.startswith(f"wrong.py:{number}: error: ")
         assert message in error
+
+
+@pytest.mark.wide
+def test_a_user_s_pyright_sees_types(programs: Path) -> None:
+    """By basedpyright, which brings the pyright of editors with all that it needs."""
+    (programs / "pyrightconfig.json").write_text('{"typeCheckingMode": "standard"}')
+    errors = errors_of("basedpyright", programs, "--pythonpath", sys.executable)
+    found = [re.search(r"([\w.]+):(\d+):\d+ - error: ", error) for error in errors]
+    assert [match and match.groups() for match in found] == [("wrong.py", str(n)) for n in range(2, len(WRONG) + 2)]

@@ -11,11 +11,12 @@ from sandbox.errors import SandboxError
 from sandbox.report.case import Case
 from sandbox.report.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.run.inputs import Input
-from sandbox.view import case_worker
+from sandbox.view.case_so_far import CaseWorker, answer
 from sandbox.view.controls import Action, Panel
 from sandbox.view.header import tip_of
 from sandbox.view.layers import Layer
-from sandbox.view.widgets.slider import Slider
+from sandbox.view.space_window import SpaceWindow
+from sandbox.view.widgets.fields import Slider
 from sandbox.view.window import Window
 
 THREE_BALLS: Final = (
@@ -35,7 +36,7 @@ CODES: Final = {
 CONTROL: Final = {"undo": "\x1a", "redo": "\x19", "save": "\x13", "open": "\x0f"}  # what Ctrl makes of Z, Y, S, O
 
 
-class WorkerHere(case_worker.CaseWorker):
+class WorkerHere(CaseWorker):
     """Does its tasks in this process, at once."""
 
     def __init__(self) -> None:
@@ -43,7 +44,7 @@ class WorkerHere(case_worker.CaseWorker):
         self._so_far = ComparisonSoFar()
 
     def ask(self, run: RunSoFar, page: str | None = None) -> None:
-        self.is_busy, self._answer = True, case_worker.answer(self._so_far, (run, page))
+        self.is_busy, self._answer = True, answer(self._so_far, (run, page))
 
     def poll(self) -> Case | SandboxError | None:
         was_busy, self.is_busy = self.is_busy, False
@@ -53,14 +54,14 @@ class WorkerHere(case_worker.CaseWorker):
         self.is_busy = False
 
 
-class IdleWorker(case_worker.CaseWorker):
+class IdleWorker(CaseWorker):
     """Compares nothing."""
 
     def ask(self, run: RunSoFar, page: str | None = None) -> None:
         pass
 
 
-def press(window: Window, *keys: str, shift: bool = False) -> None:
+def press(window: Window | SpaceWindow, *keys: str, shift: bool = False) -> None:
     """Press keys by their names, or by what they type."""
     for key in keys:
         code, typed = (CODES[key], "") if key in CODES else (0, CONTROL.get(key, key))

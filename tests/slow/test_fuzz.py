@@ -325,7 +325,7 @@ def is_small(scene: Scene, inputs: list[Input]) -> bool:
 FUZZ = settings(suppress_health_check=list(HealthCheck))
 
 
-@pytest.mark.parametrize("cases", sizes(100, slow=10_000))
+@pytest.mark.parametrize("cases", sizes(50, slow=10_000))
 def test_every_scene_file_loads_or_is_rejected(folder: Path, compiled: None, summary: Summary, cases: int) -> None:
     @settings(FUZZ, max_examples=cases)
     @given(SCENE_FILES)
@@ -337,7 +337,7 @@ def test_every_scene_file_loads_or_is_rejected(folder: Path, compiled: None, sum
     every_file()
 
 
-@pytest.mark.parametrize("cases", sizes(100, slow=10_000))
+@pytest.mark.parametrize("cases", sizes(50, slow=10_000))
 def test_every_inputs_file_loads_or_is_rejected(folder: Path, compiled: None, summary: Summary, cases: int) -> None:
     @settings(FUZZ, max_examples=cases)
     @given(st.sampled_from(["article", "funnel", "newtons-cradle", "truths/chain-of-five"]), RECORDINGS)
@@ -378,6 +378,7 @@ TRAPS = {
 }
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("content", TRAPS.values(), ids=TRAPS)
 def test_a_file_made_to_take_long_does_not(folder: Path, compiled: None, summary: Summary, content: str) -> None:
     file = folder / "mine.toml"

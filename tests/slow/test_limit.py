@@ -12,6 +12,7 @@ from sandbox.analysis.comparison import compare
 from sandbox.scene.files import load
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("doublings", sizes(4, slow=6))
 @pytest.mark.parametrize(
     ("name", "seed", "seconds"),

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from conftest import scene_of, sizes
+from virial import virial_series
 
 from sandbox.analysis.gas import (
     compressibility,
@@ -13,7 +14,6 @@ from sandbox.analysis.gas import (
     pair_compressibility,
     speed_distance,
     virial_pressure,
-    virial_series,
     wall_pressure,
 )
 from sandbox.engines.exact.engine import ExactEngine
@@ -54,6 +54,7 @@ def test_four_discs_have_the_pressure_of_the_virial_theorem() -> None:
     assert speed_distance(np.concatenate(velocities)) < 0.005
 
 
+@pytest.mark.wide
 def test_ten_thousand_discs_have_the_pressure_and_contact_rate_of_theory() -> None:
     """At packing fraction 0.2: Z = 1.57036 by the virial series, and Enskog's contact rate."""
     scene = gas(10_000, 0.2)
@@ -111,6 +112,7 @@ def closed(corners: list[tuple[float, float]]) -> list[tuple[tuple[float, float]
     return list(zip(corners, corners[1:] + corners[:1], strict=True))
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("least", sizes(100_000, slow=1_000_000))
 @pytest.mark.parametrize("shape", ["funnel", "comb", "polygon"])
 def test_no_ball_leaks_through_thin_walls_at_10_000_px_a_second(shape: str, least: int) -> None:

@@ -80,6 +80,7 @@ class Monkey(RuleBasedStateMachine):
         self.folder = TemporaryDirectory()
         self.patch.chdir(self.folder.name)
         self.patch.setenv("SDL_VIDEODRIVER", "dummy")
+        self.patch.setattr("sandbox.view.notice.Guard.strict", True)  # what fails in the drawing fails the test
         self.patch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # one step per frame, on any machine
         for name, text in FILES.items():
             Path(name).write_bytes(text)
@@ -310,6 +311,7 @@ def watch(monkey: type[Monkey], examples: int) -> None:
     )
 
 
+@pytest.mark.wide
 def test_whatever_the_input_the_run_equals_its_replay() -> None:
     watch(Monkey, 3)
 

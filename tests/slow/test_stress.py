@@ -120,6 +120,7 @@ def numbers(document: Any) -> Iterator[float]:
         yield document
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize(("stress", "engine"), RUNS)
 def test_nothing_is_nan(stress: str, engine: str) -> None:
     run = compared(stress).runs[engine]
@@ -134,6 +135,7 @@ def test_nothing_is_nan(stress: str, engine: str) -> None:
     assert sum(entry.energy for entry in run.figures.ledger) == pytest.approx(change, abs=1e-9 * run.energy.max())
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize(("stress", "engine"), RUNS)
 def test_every_ball_outside_the_arena_is_reported(stress: str, engine: str) -> None:
     run = compared(stress).runs[engine]
@@ -144,6 +146,7 @@ def test_every_ball_outside_the_arena_is_reported(stress: str, engine: str) -> N
     assert (f" in {engine}, the first " in reported) == bool(run.escape)
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("stress", SCENES)
 def test_the_table_of_a_comparison_has_no_nan_and_no_inf(stress: str, capsys: pytest.CaptureFixture[str]) -> None:
     print_comparison(compared(stress), console())
