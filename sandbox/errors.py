@@ -6,7 +6,7 @@ import json
 import re
 import signal
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Final
 
 from sandbox.text import printable
@@ -71,11 +71,19 @@ class SpaceWarning(UserWarning):
 
 
 class Terminated(BaseException):
-    """A signal ends the program. A write to a closed pipe counts as SIGPIPE, which Python itself ignores."""
+    """A signal ends the program. A write to a closed pipe counts as SIGPIPE, which Python itself ignores.
 
-    def __init__(self, number: int) -> None:
+    when_lost: called with the signal's number if this is dropped before anything has set it to None.
+    """
+
+    def __init__(self, number: int, when_lost: Callable[[int], None] | None = None) -> None:
         super().__init__(number)
         self.number = number
+        self.when_lost = when_lost
+
+    def __del__(self) -> None:
+        if self.when_lost:
+            self.when_lost(self.number)
 
 
 def traceback_beyond(error: BaseException, *files: str) -> str:

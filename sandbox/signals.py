@@ -12,18 +12,38 @@ from sandbox.errors import Terminated
 
 _of_thread = threading.local()
 SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, *((signal.SIGHUP,) if sys.platform != "win32" else ()))
+RETRY: Final = 0.01  # s after which a signal is raised again
 
 
 @contextmanager
 def signals_as_exceptions() -> Iterator[None]:
-    """Raise Terminated at a signal, except for those that are ignored, as under nohup, or not handled by Python."""
+    """Raise Terminated at a signal, except for those that are ignored, as under nohup, or not handled by Python.
+
+    C ignores an exception in a callback, as in those of `Space.debug_draw`. What is lost so is raised again.
+    """
     handlers = {each: signal.getsignal(each) for each in SIGNALS}
     before = {each: handler for each, handler in handlers.items() if handler not in (signal.SIG_IGN, None)}
+    is_active = True
+
+    def terminate(number: int, _frame: FrameType | None) -> None:
+        signal.signal(number, signal.SIG_DFL)  # a second signal ends the program at once
+        raise Terminated(number, when_lost)
+
+    def when_lost(number: int) -> None:
+        if is_active:
+            signal.signal(number, terminate)
+            threading.Timer(RETRY, raise_again, [number]).start()  # after the callback, or in another one
+
+    def raise_again(number: int) -> None:
+        if is_active:
+            signal.raise_signal(number)
+
     for each in before:
-        signal.signal(each, _terminate)
+        signal.signal(each, terminate)
     try:
         yield
     finally:
+        is_active = False
         for each, handler in before.items():
             signal.signal(each, handler)
 
@@ -85,8 +105,3 @@ def checkpoint() -> None:
     event: threading.Event | None = getattr(_of_thread, "abandoned", None)
     if event and event.is_set():
         raise Abandoned
-
-
-def _terminate(number: int, _frame: FrameType | None = None) -> None:
-    signal.signal(number, signal.SIG_DFL)  # a second signal ends the program at once
-    raise Terminated(number)

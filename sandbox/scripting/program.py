@@ -97,6 +97,7 @@ def _end_of(program: Program, trials: Trials) -> End:
     except Terminated as error:
         if error.number not in (signal.SIGTERM, getattr(signal, "SIGHUP", None)):  # nothing can be written any more
             raise
+        error.when_lost = None
         return End("terminated", 128 + error.number)
     except SandboxError:
         raise

@@ -7,10 +7,12 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn
 
+import pymunk
 import pytest
 from conftest import without_notice
 from forked import exit_code_of, forked, main_with
@@ -21,7 +23,7 @@ from sandbox.errors import Terminated
 from sandbox.files import whole_file
 from sandbox.run.inputs import Grab, load_inputs
 from sandbox.scene.files import load
-from sandbox.signals import SIGNALS
+from sandbox.signals import SIGNALS, signals_as_exceptions
 from sandbox.sweeps import plan
 from sandbox.sweeps.workers import run_here
 
@@ -224,3 +226,36 @@ def test_a_signal_in_a_kernel_ends_the_program() -> None:
     with Path("stderr").open("wb") as error:
         assert exit_code_of(forked(kernel, error=error.fileno())) == -signal.SIGINT
     assert Path("stderr").read_bytes() == b""
+
+
+def in_a_callback_of_c(act: Callable[[], None]) -> None:
+    """There cffi ignores exceptions."""
+    space = pymunk.Space()
+    space.add(body := pymunk.Body(1, 1), pymunk.Circle(body, 10))
+    body.position_func = lambda *_: act()
+    space.step(0.1)
+
+
+def where_all_is_caught(act: Callable[[], None]) -> None:
+    with suppress(BaseException):
+        act()
+
+
+@pytest.mark.parametrize("lose", [in_a_callback_of_c, where_all_is_caught])
+def test_a_signal_that_is_lost_is_raised_again(
+    lose: Callable[[Callable[[], None]], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "unraisablehook", lambda _: None)  # pytest's own keeps exceptions
+    until = time.monotonic() + 10
+
+    def run() -> None:
+        for _ in range(3):
+            lose(lambda: signal.raise_signal(signal.SIGTERM))
+            assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
+        while time.monotonic() < until:
+            lose(lambda: time.sleep(0.001))
+            time.sleep(0.001)
+
+    with pytest.raises(Terminated), signals_as_exceptions():
+        run()
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
