@@ -194,7 +194,7 @@ def test_a_signal_ends_the_processes_that_compile(number: signal.Signals, monkey
         assert program.poll() is None
         time.sleep(0.01)
     os.killpg(program.pid, number)
-    output, _ = program.communicate(timeout=5)  # until all that have its output have ended
+    output, _ = program.communicate(timeout=30)  # until all that have its output have ended
     assert (program.returncode, without_notice(output)) == (-number, "")
 
 
