@@ -44,7 +44,6 @@ EXACT_LAWS: Final = 10  # laws that are exact: with contacts at a step's ends or
 LEAN_LEFT_OVER: Final = 1e-3  # of a change of velocity, that a slowly converging fit to many contacts may leave
 MAX_TRIED: Final = 24  # balls of a part of which more than the exact steps are computed from contact to contact
 PUSHED_WAYS: Final = 3  # times at which overlaps are pushed apart, see `_unpush`
-PUSHES: Final = 2 * PUSHED_WAYS  # ways to push apart: by the inverse masses, or half each
 
 
 class Part(NamedTuple):
@@ -635,6 +634,15 @@ def _note_deepest(group: Group, touch: NDArray[Any], part: Record, least: float)
 
 
 @kernel
+def _has_one_mass(ball: NDArray[Any]) -> bool:
+    """Return whether all balls have the same mass: pushes by the inverse masses are then by half each."""
+    for i in range(1, len(ball)):  # noqa: SIM110  # kernels have no generators
+        if ball[i].mass != ball[0].mass:
+            return False
+    return True
+
+
+@kernel
 def _explain(
     desk: Desk, group: Group, laws: NDArray[Any], bases: int, scratch: Scratch, part: Record, floor: float
 ) -> None:
@@ -642,10 +650,11 @@ def _explain(
     k, dt = len(group.ball), group.dt
     start, shift, end = Group(desk.start[:k], group.piece, dt), desk.shift[:k], desk.end[:k]
     part.pushed, part.elastic, part.leans = 0.0, 0.0, 0
-    for turn in range(1 + 2 * bases * PUSHES):  # once without pushes, whatever the flight, and once with them
-        way = (turn - 1) % PUSHES
-        part.base = max(0, turn - 1) // PUSHES % bases
-        with_pushes = turn > bases * PUSHES
+    ways = PUSHED_WAYS if _has_one_mass(group.ball) else 2 * PUSHED_WAYS
+    for turn in range(1 + 2 * bases * ways):  # once without pushes, whatever the flight, and once with them
+        way = (turn - 1) % ways
+        part.base = max(0, turn - 1) // ways % bases
+        with_pushes = turn > bases * ways
         law, pushes = laws[EXACT_LAWS + part.base], 2
         part.pushed = 0.0
         if turn == 0:

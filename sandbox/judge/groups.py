@@ -358,4 +358,6 @@ def scratch_for(balls: int) -> Scratch:
         room_for_contacts(),
         np.zeros(1),
         np.array([law((0.0, 0.0))], LAW),
+        np.zeros(balls),
+        np.zeros(balls, np.int64),
     )

@@ -74,7 +74,9 @@ class Scratch(NamedTuple):
 
     ball: (k,) BALL; met: (MAX_EVENTS,) MET; tally: (2,), their number, and 1 if the step cannot be computed here;
     touch: (some,) TOUCH, contacts that are solved together; gap: (k,) zeros; room: for that;
-    elastic: (1,) kg px²/s², what restitution does; plain: (1,) LAW, that of contacts that a law has right.
+    elastic: (1,) kg px²/s², what restitution does; plain: (1,) LAW, that of contacts that a law has right;
+    time: (k,) s from now, of the first contact of each ball with a wall or a later ball; partner: (k,), that ball, or
+    ~piece.
     """
 
     ball: NDArray[np.void]
@@ -85,12 +87,14 @@ class Scratch(NamedTuple):
     room: Room
     elastic: Floats
     plain: NDArray[np.void]
+    time: Floats
+    partner: NDArray[np.int64]
 
 
 @kernel
 def scratch_of(s: Scratch, k: int) -> Scratch:
     """Return what a step of only k balls works in."""
-    return Scratch(s.ball[:k], s.met, s.tally, s.touch, s.gap, s.room, s.elastic, s.plain)
+    return Scratch(s.ball[:k], s.met, s.tally, s.touch, s.gap, s.room, s.elastic, s.plain, s.time, s.partner)
 
 
 @kernel
@@ -133,58 +137,83 @@ def _times(law: Record, first: int, second: int) -> int:
 @kernel
 def _time_to_pair(law: Record, a: Record, b: Record, left: float) -> float:
     """Return when two balls touch (s), if that is within the time left."""
+    if _is_missed(law, a.number, b.number) or pass_through(a.filter, b.filter):
+        return NEVER
     rx, ry = b.x - a.x, b.y - a.y
     reach = a.radius + b.radius + _offset(law, a.number, b.number)
-    vx, vy = b.vx - a.vx, b.vy - a.vy
-    if abs(rx) > reach + left * (abs(vx) + left * abs(b.ax - a.ax)):
+    vx, vy, ax, ay = b.vx - a.vx, b.vy - a.vy, b.ax - a.ax, b.ay - a.ay
+    if abs(rx) > reach + left * (abs(vx) + left * abs(ax)) or abs(ry) > reach + left * (abs(vy) + left * abs(ay)):
         return NEVER
-    if abs(ry) > reach + left * (abs(vy) + left * abs(b.ay - a.ay)):
+    rounding = 1e-12 * math.hypot(rx, ry) * (abs(a.vx) + abs(a.vy) + abs(b.vx) + abs(b.vy))
+    touch, press = rx * rx + ry * ry <= reach * reach, rx * ax + ry * ay < 0
+    if touch and not press and -(rx * vx + ry * vy) <= rounding:
         return NEVER
-    if rx * rx + ry * ry <= reach * reach and -(rx * vx + ry * vy) <= 1e-12 * math.hypot(rx, ry) * (
-        abs(a.vx) + abs(a.vy) + abs(b.vx) + abs(b.vy)
-    ):
-        return NEVER  # they touch, and approach by rounding at most
-    return float(time_to_touch(rx, ry, vx, vy, b.ax - a.ax, b.ay - a.ay, reach, NEVER))
+    return float(time_to_touch(rx, ry, vx, vy, ax, ay, reach, NEVER))
 
 
 @kernel
-def _next_contact(group: Group, law: Record, ball: NDArray[np.void], left: float) -> tuple[float, int, int]:
-    """Return the first contact within a time (s): when, of which ball, and with which ball or ~piece of wall.
+def _is_sooner(law: Record, time: float, best: float, left: float) -> bool:
+    """Return whether a contact comes before the best so far, within a time (s).
 
-    Of those within TIE of each other the first by number, or the last if the law reverses the order.
+    Of those within TIE of each other the first by number does, or the last if the law reverses the order.
     """
-    best, i_best, j_best = NEVER, -1, 0
-    for i in range(len(ball)):
-        a = ball[i]
-        for p in range(len(group.piece)):
-            piece = group.piece[p]
-            if a.carrier == p or _is_missed(law, a.number, ~piece.wall):
-                continue
-            if a.carrier >= 0 and group.piece[a.carrier].wall == piece.wall:
-                continue
-            time = time_to_piece(_motion(a), a.radius + _offset(law, a.number, ~piece.wall), piece, False)
-            if time <= left and (time < best - TIE or (law.order == Order.REVERSED and time <= best + TIE)):
-                best, i_best, j_best = time, i, ~p
-        for j in range(i + 1, len(ball)):
-            if _is_missed(law, a.number, ball[j].number) or pass_through(a.filter, ball[j].filter):
-                continue
-            time = _time_to_pair(law, a, ball[j], left)
-            if time <= left and (time < best - TIE or (law.order == Order.REVERSED and time <= best + TIE)):
-                best, i_best, j_best = time, i, j
-    return best, i_best, j_best
+    return bool(time <= left and (time < best - TIE or (law.order == Order.REVERSED and time <= best + TIE)))
 
 
 @kernel
-def _fly(ball: NDArray[np.void], time: float) -> None:
-    """Let all balls fly, slide or roll for a time (s)."""
-    for i in range(len(ball)):
-        b = ball[i]
+def _plan(group: Group, law: Record, scratch: Scratch, i: int, left: float) -> None:
+    """Find a ball's first contact with a wall or a later ball, within a time (s)."""
+    ball, best, partner = scratch.ball, NEVER, 0
+    a = ball[i]
+    for p in range(len(group.piece)):
+        piece = group.piece[p]
+        if a.carrier == p or _is_missed(law, a.number, ~piece.wall):
+            continue
+        if a.carrier >= 0 and group.piece[a.carrier].wall == piece.wall:
+            continue
+        time = time_to_piece(_motion(a), a.radius + _offset(law, a.number, ~piece.wall), piece, False)
+        if _is_sooner(law, time, best, left):
+            best, partner = time, ~p
+    for j in range(i + 1, len(ball)):
+        time = _time_to_pair(law, a, ball[j], left)
+        if _is_sooner(law, time, best, left):
+            best, partner = time, j
+    scratch.time[i], scratch.partner[i] = best, partner
+
+
+@kernel
+def _plan_again(group: Group, law: Record, scratch: Scratch, changed: int, left: float) -> None:
+    """Find the first contacts that a ball's new velocity changes: its own, and those of earlier balls with it."""
+    ball = scratch.ball
+    for i in range(changed):
+        with_it = scratch.partner[i] == changed
+        if with_it or _time_to_pair(law, ball[i], ball[changed], left) <= min(left, scratch.time[i] + TIE):
+            _plan(group, law, scratch, i, left)
+    _plan(group, law, scratch, changed, left)
+
+
+@kernel
+def _next_contact(law: Record, scratch: Scratch, left: float) -> tuple[float, int]:
+    """Return the first contact within a time (s): when, and which ball has planned it, or -1."""
+    best, who = NEVER, -1
+    for i in range(len(scratch.ball)):
+        if _is_sooner(law, scratch.time[i], best, left):
+            best, who = scratch.time[i], i
+    return best, who
+
+
+@kernel
+def _fly(scratch: Scratch, time: float) -> None:
+    """Let all balls fly, slide or roll for a time (s), so that their first contacts are sooner by that."""
+    for i in range(len(scratch.ball)):
+        b = scratch.ball[i]
         b.x += time * (b.vx + time * b.ax / 2)
         b.y += time * (b.vy + time * b.ay / 2)
         b.vx += time * b.ax
         b.vy += time * b.ay
         b.spin += time * b.turning
         b.slips_for -= time
+        scratch.time[i] -= time
 
 
 @kernel
@@ -499,29 +528,41 @@ def _on_faces(group: Group, ball: NDArray[np.void]) -> bool:
 
 
 @kernel
+def _let_roll(group: Group, law: Record, b: Record) -> None:
+    """Let a ball that slides on a face roll from now on."""
+    p = np.int64(b.carrier)
+    nx, ny, _ = normal_to(b, group.piece[p])
+    b.spin = -(b.vy * nx - b.vx * ny) / b.radius
+    _carry(group, law, b, p, nx, ny)
+
+
+@kernel
 def _run_in_time(group: Group, law: Record, scratch: Scratch, dt: float) -> bool:
     """Do a step from contact to contact. Returns whether it came to its end."""
     ball, left = scratch.ball, dt
+    for i in range(len(ball)):
+        _plan(group, law, scratch, i, left)
     for _ in range(MAX_EVENTS + EVENTS_PER_BALL * len(ball)):
-        time, i, j = _next_contact(group, law, ball, left)
+        time, i = _next_contact(law, scratch, left)
         rolls, who = _end_of_slip(group, law, ball, left)
-        if who >= 0 and rolls < time:
-            _fly(ball, rolls)
-            left -= rolls
-            b = ball[who]
-            p = np.int64(b.carrier)
-            nx, ny, _ = normal_to(b, group.piece[p])
-            b.spin = -(b.vy * nx - b.vx * ny) / b.radius
-            _carry(group, law, b, p, nx, ny)
-            continue
-        if i < 0:
-            _fly(ball, left)
+        if who < 0 or rolls >= time:
+            rolls, who = time, -1
+        if who < 0 and i < 0:
+            _fly(scratch, left)
             return bool(scratch.tally[1] == 0 and _on_faces(group, ball))
-        _fly(ball, time)
-        left -= time
+        _fly(scratch, rolls)
+        left -= rolls
+        if who >= 0:
+            _let_roll(group, law, ball[who])
+            _plan_again(group, law, scratch, who, left)
+            continue
+        j = scratch.partner[i]
         _resolve_in_time(group, law, scratch, i, j, dt - left)
         if scratch.tally[1]:
             return False
+        _plan_again(group, law, scratch, i, left)
+        if j >= 0:
+            _plan_again(group, law, scratch, j, left)
     return False
 
 

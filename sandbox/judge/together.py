@@ -219,12 +219,13 @@ def _solve_state(ball: NDArray[Any], touch: NDArray[Any], state: Integers, matri
 
     Contacts get their `wish` of closing speed and `slide_wish` of slip changed to 0.
     """
-    size = 0
+    size, rough = 0, 0
     for c in range(len(touch)):
         t = touch[c]
         t.place = size
         size += 0 if state[c] == OPEN else 2 if state[c] == STICKING and t.mu > 0 else 1
-    if size > len(matrix):
+        rough = max(rough, 1 if t.mu > 0 else 0)
+    if size > min(len(matrix), (2 + rough) * len(ball)):  # more than what balls can do makes them singular
         return False
     for c in range(len(touch)):
         if state[c] == OPEN:

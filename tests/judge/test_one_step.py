@@ -54,6 +54,29 @@ def test_it_is_the_exact_engine_s_step(more: str) -> None:
     assert contacts > 3
 
 
+def test_a_ball_that_presses_on_another_is_seen_whatever_else_happens() -> None:
+    """One lies on the floor, one leans on it: no sequence of impacts, with a third that hits the floor or without."""
+    lying, leaning = "radius = 10\nposition = [100, 290]", "radius = 10\nposition = [91, 273]"
+    falling = "radius = 10\nposition = [300, 285]\nvelocity = [0, 600]"
+    for balls in ((lying, leaning), (lying, leaning, falling)):
+        scene = scene_of(*balls, size="[400, 300]\noverlap = 1\nelasticity = 0.5", more="gravity = [0, 900]")
+        assert np.isnan(step(scene, spawn(scene))).all()
+
+
+def test_a_step_of_many_is_that_of_each_few_alone() -> None:
+    """Ten falling pairs, each of which meets and hits a wall, in one box and one by one."""
+    rng, pairs = np.random.default_rng(1), []
+    for k in range(10):
+        x, y = 30 + 40 * k, rng.uniform(100, 102, 2)
+        ball = "radius = 10\nelasticity = 0.7\nfriction = 0.5\nposition = [{}, {}]\nvelocity = [{}, {}]"
+        pairs.append([ball.format(x, 287, *rng.uniform(-99, 99, 2)), ball.format(x, 266 + y[0] - 100, 0, 300 + y[1])])
+    options = {"size": "[430, 300]\nfriction = 0.5", "more": "gravity = [0, 900]"}
+    together = scene_of(*(ball for pair in pairs for ball in pair), **options)
+    alone = [scene_of(*pair, **options) for pair in pairs]
+    parts = np.concatenate([step(scene, spawn(scene)) for scene in alone])
+    assert step(together, spawn(together)) == pytest.approx(parts, abs=1e-9)
+
+
 def velocities(**fields: float) -> Floats:
     """Return the velocities along x after a ball of 1 kg at 120 px/s has met one of 3 kg at rest, head-on."""
     scene = scene_of(*TWO)
