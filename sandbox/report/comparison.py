@@ -62,7 +62,7 @@ def page(comparison: Comparison, trials: Sequence[Trial] = (), *, in_notebook: b
     return render(
         "comparison.html",
         charts(comparison),
-        ["player.js", "impacts.js"],
+        ["playback.js", "player.js", "impacts.js"],
         comparison.runs,
         units=scene.units,
         in_notebook=in_notebook,

@@ -25,7 +25,6 @@
   const differences = [...document.querySelectorAll("[data-time]")]; // their buttons, in order of time
   differences.sort((a, b) => a.dataset.time - b.dataset.time);
   let frame = 0;
-  let playing = false;
   let chosen = null; // the button of the selected difference
   const cursors = [];
 
@@ -204,27 +203,10 @@
     return found < 0 ? last : found;
   }
 
-  function setPlaying(value) {
-    playing = value;
-    play.textContent = playing ? "Pause" : "Play";
-    if (!playing) return;
-    let time = frame < last ? times[frame] : 0;
-    let next = frame < last ? frame : 0;
-    let before = null;
-    const tick = (now) => {
-      if (!playing) return;
-      if (before !== null) time += ((now - before) / 1000) * speed.value;
-      before = now;
-      while (next < last && times[next + 1] <= time + slight) next++;
-      if (next !== frame) show(next);
-      if (frame < last) requestAnimationFrame(tick);
-      else setPlaying(false);
-    };
-    requestAnimationFrame(tick);
-  }
+  const playback = playbackOf(times, play, speed, () => frame, show);
 
   function seek(wanted) {
-    setPlaying(false);
+    playback.stop();
     show(wanted);
   }
 
@@ -258,7 +240,7 @@
   // Input
 
   const keys = {
-    " ": () => setPlaying(!playing),
+    " ": playback.toggle,
     ArrowLeft: () => seek(frame - 1),
     ArrowRight: () => seek(frame + 1),
     Home: () => seek(0),
@@ -283,7 +265,7 @@
     choose(button);
     element("player").parentElement.scrollIntoView();
   });
-  play.addEventListener("click", () => setPlaying(!playing));
+  play.addEventListener("click", playback.toggle);
   element("back").addEventListener("click", () => seek(frame - 1));
   element("on").addEventListener("click", () => seek(frame + 1));
   scrubber.addEventListener("input", () => seek(Number(scrubber.value)));

@@ -20,7 +20,6 @@
     const [left, bottom, width, height] = data.view;
     const last = data.times.length - 1;
     let frame = 0;
-    let playing = false;
     let chosen = null;
 
     // The pose of a body: x, y and angle; undefined if it is not there.
@@ -138,28 +137,10 @@
       draw();
     }
 
-    function setPlaying(value) {
-      playing = value;
-      play.textContent = playing ? "Pause" : "Play";
-      if (!playing) return;
-      if (frame === last) show(0);
-      let clock = data.times[frame];
-      let before = null;
-      const tick = (now) => {
-        if (!playing) return;
-        if (before !== null) clock += ((now - before) / 1000) * speed.value;
-        before = now;
-        let next = frame;
-        while (next < last && data.times[next + 1] <= clock) next++;
-        if (next !== frame) show(next);
-        if (frame < last) requestAnimationFrame(tick);
-        else setPlaying(false);
-      };
-      requestAnimationFrame(tick);
-    }
+    const playback = playbackOf(data.times, play, speed, () => frame, show);
 
     function seek(wanted) {
-      setPlaying(false);
+      playback.stop();
       show(wanted);
     }
 
@@ -172,7 +153,7 @@
     }
 
     scrubber.max = last;
-    play.addEventListener("click", () => setPlaying(!playing));
+    play.addEventListener("click", playback.toggle);
     scrubber.addEventListener("input", () => seek(Number(scrubber.value)));
     outlines?.addEventListener("change", draw);
     for (const button of section.querySelectorAll("li [data-time]")) {
@@ -187,7 +168,7 @@
     }
     new ResizeObserver(fit).observe(canvas);
     show(0);
-    return { seek, toggle: () => setPlaying(!playing), at: () => frame, last };
+    return { seek, toggle: playback.toggle, at: () => frame, last };
   }
 
   const data = JSON.parse(document.getElementById("data").textContent);

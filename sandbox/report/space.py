@@ -47,7 +47,7 @@ def page(title: str, spaces: Sequence[PlayedSpace]) -> str:
     return render(
         "space.html",
         [],
-        ["space.js"],
+        ["playback.js", "space.js"],
         [],
         data=[_data(space, MAX_NUMBERS // len(spaces)) for space in spaces],
         title=title,
