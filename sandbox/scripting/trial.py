@@ -18,7 +18,7 @@ from sandbox.scripting.diagnosis import Diagnosis
 from sandbox.scripting.exact import AgainstExact
 from sandbox.space.balance import Balance
 from sandbox.space.contents import Contents, StepLengths, is_static
-from sandbox.space.evidence import Evidence
+from sandbox.space.evidence import MET_RULES, STEP_RULES, Evidence
 from sandbox.space.findings import Fault, worst_first
 from sandbox.space.lint import Linter
 from sandbox.space.mechanics import Rows
@@ -27,13 +27,12 @@ from sandbox.space.recording import Recording
 from sandbox.space.rules import (
     MAX_MASS_RATIO,
     RULE_OF,
+    RULES,
     mass_ratio,
     may_change_contacts,
     moved_static,
     not_finite,
-    passing_speeds,
     set_by_handler,
-    too_fast,
 )
 
 MAX_SPACES: Final = 10  # that are diagnosed
@@ -42,6 +41,7 @@ STEPS_PER_SAMPLE: Final = 10  # between looks at what touches, and at static bod
 MAX_RAISED: Final = 100  # times that a program may catch the end of its run
 TIME_ROUNDING: Final = 1e-9  # s
 
+BEFORE_RUN: Final = [rule for rule in RULES if rule.key not in {each.key for each in MET_RULES}]
 _GIVEN_BY_SHAPES: Final = ["shape_a", "shape_b", "elasticity", "friction", "surface_velocity"]  # of contacts
 _original_step: Final = pymunk.Space.step
 
@@ -54,16 +54,12 @@ class Trial:
         self.recording = _recording_of(space)
         self.changed = True  # something was added since the last step, or steps are of another length
         self._step, self._line = step, ""
-        self._linter = Linter(space, origins, StepLengths())
+        self._linter = Linter(space, origins, StepLengths(), RULES if self.recording is None else BEFORE_RUN)
         self._contents: Contents | None = None
         self._looked_at = self._steps = 0
         self._most = [0, 0, 0]  # bodies, shapes and joints at one time
-        self._ids = np.empty(0, np.uintp)
         self._bodies: dict[int, pymunk.Body] = {}
         self._numbers, self._masses = np.empty(0, np.uintp), np.empty(0)  # ids of bodies, sorted, and their masses
-        self._passing: dict[int, float] = {}  # px/s, by id
-        self._thresholds = np.empty(0)  # px/s, of each body
-        self._fast = np.empty(0, bool)  # those that were faster after the last step
         self._noticed: dict[str, list[Fault]] = {}  # by rules of steps
         self._contacts: set[Any] = set()  # pairs of shapes, with elasticity and friction, that were looked at
         self._statics: dict[pymunk.Body, tuple[pymunk.Vec2d, float]] = {}
@@ -91,7 +87,7 @@ class Trial:
             evidence = Evidence(
                 self.recording, Contents(self.space, self._linter.origins, self._linter.steps), self._noticed
             )
-            findings = sorted([*findings, *evidence.findings()], key=worst_first)
+            findings = sorted([*findings, *evidence.findings_of((*MET_RULES, *STEP_RULES))], key=worst_first)
             energy = Balance(evidence.ledger)
         return Diagnosis(
             number=number,
@@ -118,8 +114,6 @@ class Trial:
             self._bodies = {body.id: body for body in self._contents.bodies}
             self._numbers = np.array(sorted(self._bodies), np.uintp)
             self._masses = np.array([self._bodies[number].mass for number in sorted(self._bodies)])
-            self._passing = {body.id: speed for body, speed in passing_speeds(self._contents).items()}
-            self._ids = np.empty(0, np.uintp)  # thresholds are read again
             for shape in self._contents.shapes:
                 if shape.body and is_static(shape.body):
                     self._statics.setdefault(shape.body, (shape.body.position, shape.body.angle))
@@ -128,39 +122,21 @@ class Trial:
         if not self.recording:
             return
         bodies = self.recording.steps[-1].after.bodies
-        ids = bodies["id"]
-        if not np.array_equal(ids, self._ids):
-            self._ids = ids.copy()
-            self._fast = np.zeros(len(ids), bool)
-            self._thresholds = np.array([self._passing.get(body, math.inf) for body in ids.tolist()])
         with np.errstate(invalid="ignore", over="ignore"):
-            fast = np.hypot(*bodies["velocity"].T) > self._thresholds
             is_finite = np.isfinite(bodies["position"].sum(axis=1) + bodies["velocity"].sum(axis=1))
-        sampled = self._steps % STEPS_PER_SAMPLE == 0
-        for row in np.flatnonzero(fast & (sampled | ~self._fast)).tolist():
-            self._too_fast(int(ids[row]))
-        self._fast = fast
         for row in np.flatnonzero(~is_finite).tolist():
-            self._not_finite(int(ids[row]))
+            self._not_finite(int(bodies["id"][row]))
         if self.space._handlers and may_change_contacts(self.space):
             self._set_by_handler()
-        if sampled:
+        if self._steps % STEPS_PER_SAMPLE == 0:
             self._sample_touching(self.recording.steps[-1].after.contacts)
             self._sample_statics()
-            self._linter.confirm()
 
     def _new(self, rule: str, body: int) -> bool:
         """Return whether a body is to be reported for a rule: once."""
         is_new = (rule, body) not in self._reported and body in self._bodies
         self._reported.add((rule, body))
         return is_new
-
-    def _too_fast(self, number: int) -> None:
-        if self._contents and ("tunnelling", number) not in self._reported and number in self._bodies:
-            fault = too_fast(self._contents, self._bodies[number])
-            if fault:
-                self._reported.add(("tunnelling", number))
-                self._linter.add(RULE_OF["tunnelling"], fault, self.time)
 
     def _set_by_handler(self) -> None:
         """Look at contacts, each pair of shapes once with the same elasticity, friction and surface velocity."""

@@ -1,10 +1,10 @@
 """The contents of a Space as the rules of the linter read them."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 from weakref import WeakSet
 
 import numpy as np
@@ -47,14 +47,28 @@ class StepLengths:
         return self.longest or DEFAULT_DT
 
 
+class Meeting(NamedTuple):
+    """Two shapes that touched: since when, s, and the largest elasticity and friction that their contacts had."""
+
+    a: pymunk.Shape
+    b: pymunk.Shape
+    since: float
+    elasticity: float
+    friction: float
+
+
 @dataclass
 class Contents:
-    """What a Space has, and which of its shapes and bodies a rule has to look at: those added since the last time."""
+    """What a Space has, and which of its shapes and bodies a rule has to look at: those added since the last time.
+
+    met: the shapes that touched, in the order of time, also those that are gone; None before any step.
+    """
 
     space: pymunk.Space
     origins: Origins
     steps: StepLengths
     seen: WeakSet[Any] = field(default_factory=WeakSet)  # shapes, bodies and joints that rules have looked at
+    met: Sequence[Meeting] | None = None
 
     @cached_property
     def bodies(self) -> list[pymunk.Body]:
@@ -70,6 +84,15 @@ class Contents:
     def solid(self) -> list[pymunk.Shape]:
         """The shapes that collide."""
         return [shape for shape in self.shapes if not shape.sensor]
+
+    @cached_property
+    def partners(self) -> dict[pymunk.Shape, list[Meeting]]:
+        """What each shape met, in the order of time."""
+        partners: dict[pymunk.Shape, list[Meeting]] = {}
+        for meeting in self.met or ():
+            for shape in (meeting.a, meeting.b):
+                partners.setdefault(shape, []).append(meeting)
+        return partners
 
     @cached_property
     def shape_at(self) -> dict[int, pymunk.Shape]:

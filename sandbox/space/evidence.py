@@ -13,26 +13,30 @@ import pymunk
 from numpy.typing import NDArray
 
 from sandbox.space.causes import Cause
-from sandbox.space.contents import Contents, half_length, half_width, is_dynamic, is_static, shape_words
+from sandbox.space.contents import Contents, Meeting, half_length, half_width, is_dynamic, is_static, shape_words
 from sandbox.space.energy import Ledger, is_finite, ledger_of
 from sandbox.space.figures import (
+    Hit,
     Overlap,
     Residual,
     Stretch,
     escapes,
+    hits,
     jitter,
     joint_errors,
     joint_residuals,
     overlaps,
     residuals,
     stretches,
+    touches,
     wrong_bounces,
 )
 from sandbox.space.findings import BodyReport, Certainty, Fault, Finding, Rule
 from sandbox.space.mechanics import Floats
-from sandbox.space.memory import JointKind
-from sandbox.space.passages import Passages
+from sandbox.space.memory import JointKind, shape_address
+from sandbox.space.passages import Passage, Passages
 from sandbox.space.recording import Recording, Step
+from sandbox.space.rules import PRODUCT_RULES, RULE_OF, passing_words
 
 MAX_STRETCH: Final = 0.05  # of the joint's length, or half that of the bodies that it connects
 MAX_ANGLE: Final = 0.1  # rad, of a joint's angle off its law
@@ -69,14 +73,43 @@ class Evidence:
         return ledger_of(self.steps)
 
     def findings(self) -> list[Finding]:
+        """Return what the steps show."""
+        return self.findings_of(STEP_RULES)
+
+    def findings_of(self, rules: "Iterable[Rule[Evidence]]") -> list[Finding]:
         """Return one finding for each rule with faults."""
-        found = [(rule, faults) for rule in STEP_RULES if (faults := list(rule.find(self)))]
+        found = [(rule, faults) for rule in rules if (faults := list(rule.find(self)))]
         return [rule.finding(faults, _earliest(faults)) for rule, faults in found]
+
+    @cached_property
+    def shape_at(self) -> dict[int, pymunk.Shape]:
+        """The shapes by the address that contacts have for them, also those that are gone."""
+        return {int(shape_address(shape)): shape for shape in self.recording.roster.shapes if shape.body}
+
+    @cached_property
+    def after_run(self) -> Contents:
+        """What the Space has now, and which of its shapes touched."""
+        met = [
+            Meeting(self.shape_at[a], self.shape_at[b], step.end, elasticity, friction)
+            for a, b, step, elasticity, friction in touches(self.steps)
+            if a in self.shape_at and b in self.shape_at
+        ]
+        return replace(self.contents, met=met)
+
+    @cached_property
+    def passages(self) -> list[Passage]:
+        """The bodies that passed each other, each pair once."""
+        return list(Passages(self.recording, self.contents.space))
 
     @cached_property
     def overlaps(self) -> list[Overlap]:
         """The deepest overlap of each pair of bodies, the deepest first."""
         return overlaps(self.steps)
+
+    @cached_property
+    def too_deep(self) -> "list[tuple[_Deep, Fault]]":
+        """The overlaps that are too deep, and why."""
+        return [found for overlap in self.overlaps for found in _deep_overlap(self, overlap)]
 
     @cached_property
     def changed_by_callbacks(self) -> NDArray[np.bool_]:
@@ -195,35 +228,32 @@ class _Deep(Enum):
 
 
 def _too_deep(kind: _Deep) -> Callable[[Evidence], Iterator[Fault]]:
-    """Return a rule for overlaps that are too deep; not of bodies that came into the Space so."""
+    """Return a rule for overlaps that are too deep, of a kind."""
+    return lambda evidence: (fault for found, fault in evidence.too_deep if found is kind)
 
-    def find(evidence: Evidence) -> Iterator[Fault]:
-        slop = evidence.contents.space.collision_slop
-        for overlap in evidence.overlaps:
-            widths = filter(None, map(half_width, evidence.shapes(overlap.body_a, overlap.body_b)))
-            half = min(widths, default=math.inf)
-            pushed = evidence.pushed(overlap.steps, overlap.body_a, overlap.body_b)
-            for share, is_lasting in ((MAX_LASTING_DEPTH, True), (MAX_DEPTH, False)):
-                limit = slop + share * half
-                deep = overlap.depths > limit
-                steps = [evidence.steps[number] for number in overlap.steps[deep]]
-                if not steps or (sum(step.dt for step in steps) > LASTING) != is_lasting:
-                    continue
-                found = _Deep.LASTING if is_lasting else _Deep.AT_ONCE
-                found = _Deep.PUSHED if pushed[deep].mean() > 1 / 2 else found
-                if found is kind and not evidence.came_in(steps[0], overlap.body_a, overlap.body_b):
-                    worst = evidence.steps[overlap.steps[overlap.depths.argmax()]]
-                    what = f"{overlap.depth:.3g} px deep in {{}} at {worst.end:.3f} s"
-                    report = evidence.report((overlap.body_a, overlap.body_b), worst, what)
-                    yield Fault(overlap.depth / limit, report, f"{overlap.depth:.3g} px", since=steps[0].end)
 
-    return find
+def _deep_overlap(evidence: Evidence, overlap: Overlap) -> Iterator[tuple[_Deep, Fault]]:
+    """Yield why an overlap is too deep, if it is; not of bodies that came into the Space so."""
+    ends = overlap.body_a, overlap.body_b
+    half = min(filter(None, map(half_width, evidence.shapes(*ends))), default=math.inf)
+    pushed = evidence.pushed(overlap.steps, *ends)
+    for share, is_lasting in ((MAX_LASTING_DEPTH, True), (MAX_DEPTH, False)):
+        limit = evidence.contents.space.collision_slop + share * half
+        deep = overlap.depths > limit
+        steps = [evidence.steps[number] for number in overlap.steps[deep]]
+        if not steps or (sum(step.dt for step in steps) > LASTING) != is_lasting or evidence.came_in(steps[0], *ends):
+            continue
+        kind = _Deep.LASTING if is_lasting else _Deep.AT_ONCE
+        worst = evidence.steps[overlap.steps[overlap.depths.argmax()]]
+        report = evidence.report(ends, worst, f"{overlap.depth:.3g} px deep in {{}} at {worst.end:.3f} s")
+        fault = Fault(overlap.depth / limit, report, f"{overlap.depth:.3g} px", since=steps[0].end)
+        yield _Deep.PUSHED if pushed[deep].mean() > 1 / 2 else kind, fault
 
 
 def _passed(evidence: Evidence) -> Iterator[Fault]:
     """Bodies that passed each other: each body once."""
     reported: set[int] = set()
-    for passage in Passages(evidence.recording, evidence.contents.space):
+    for passage in evidence.passages:
         mover, target, step, way = passage.mover, passage.target, passage.step, passage.way
         light = next(body for body in (mover, target) if evidence.is_dynamic(body))
         if light in reported:
@@ -239,6 +269,37 @@ def _passed(evidence: Evidence) -> Iterator[Fault]:
             how = f"went {way:.3g} px through {{}} in the step"
         report = evidence.report((mover, target), step, f"{how}; {cures} prevents that")
         yield Fault(way / widest if widest else math.inf, report, since=step.end)
+
+
+def _too_fast(evidence: Evidence) -> Iterator[Fault]:
+    """Bodies that hit a wall, but did not pass it, so fast that a step could have carried them through: each pair once.
+
+    A step that begins up to its whole way before the wall ends beyond its middle, if that way is longer than half the
+    body and half the wall.
+    """
+    passed = {
+        (body, wall)
+        for each in evidence.passages
+        for body in (each.mover, each.target)
+        for wall in (each.shape, each.wall)
+    }
+    worst: dict[tuple[int, pymunk.Shape], tuple[float, Hit]] = {}
+    for hit in hits(evidence.steps):
+        wall = evidence.shape_at.get(hit.other)
+        if wall and wall.body and is_static(wall.body) and evidence.is_dynamic(hit.body):
+            pair, least = (hit.body, wall), (hit.reach + half_width(wall)) / hit.step.dt
+            is_worst = hit.speed > least * worst[pair][0] if pair in worst else hit.speed > least
+            if is_worst and pair not in passed and not evidence.came_in(hit.step, hit.body):
+                worst[pair] = hit.speed / least, hit
+    for (body, wall), (size, hit) in worst.items():
+        passing = passing_words(hit.speed / size, wall)
+        report = evidence.report((body,), hit.step, f"hit it at {hit.speed:.4g} px/s; {passing}")
+        yield Fault(size, report, since=hit.step.end)
+
+
+def _setting_after_run(rule: Rule[Contents]) -> Rule[Evidence]:
+    """Return a rule for how a Space is set up as one that looks at what touched in a run."""
+    return rule.found_by(lambda evidence: rule.find(evidence.after_run))
 
 
 def _noticed(rule: str) -> Callable[[Evidence], Iterator[Fault]]:
@@ -556,4 +617,8 @@ STEP_RULES: Final[tuple[Rule[Evidence], ...]] = (
         "If that is meant, nothing.",
         _noticed("set-by-handler"),
     ),
+)
+MET_RULES: Final[tuple[Rule[Evidence], ...]] = (  # for how a Space is set up, of which a run shows more
+    RULE_OF["tunnelling"].found_by(_too_fast),
+    *map(_setting_after_run, PRODUCT_RULES),
 )

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pymunk
@@ -73,6 +73,59 @@ def _by_pair(
     for rows in np.split(order, np.bincount(pair).cumsum()[:-1]) if len(order) else ():
         at, first = np.unique(number[rows], return_index=True)
         yield rows, at, first
+
+
+class Touch(NamedTuple):
+    """Two shapes that touched, by address: first in this step, with this elasticity and friction at most."""
+
+    shape_a: int
+    shape_b: int
+    step: Step
+    elasticity: float
+    friction: float
+
+
+def touches(steps: Sequence[Step]) -> list[Touch]:
+    """Return which shapes touched, in the order of time."""
+    contacts, number = _listed((step.after.contacts for step in steps), CONTACT)
+    found = []
+    for rows, at, _ in _by_pair(contacts, number, "shape"):
+        ends = int(contacts["shape_a"][rows[0]]), int(contacts["shape_b"][rows[0]])
+        largest = (float(contacts[name][rows].max()) for name in ("elasticity", "friction"))
+        found.append(Touch(*ends, steps[at[0]], *largest))
+    return sorted(found, key=lambda touch: touch.step.number)
+
+
+class Hit(NamedTuple):
+    """A point of a first contact, seen from a body: its id, its shape and the other one by address.
+
+    speed: px/s, of its centre of gravity along the contact's normal, relative to the other body's; reach: px, from the
+    centre of gravity to the point, along the normal.
+    """
+
+    step: Step
+    body: int
+    shape: int
+    other: int
+    speed: float
+    reach: float
+
+
+def hits(steps: Iterable[Step]) -> Iterator[Hit]:
+    """Yield the points of first contacts, as each of the two bodies sees them."""
+    for step in steps:
+        contacts = step.after.contacts
+        contacts = contacts[contacts["is_first"] == 1]
+        if not len(contacts):
+            continue
+        index, velocity = BodyIndex(step.before.bodies), with_static(step.before.bodies["velocity"])
+        between = velocity[index.rows(contacts["body_b"])] - velocity[index.rows(contacts["body_a"])]
+        speeds = np.abs(dot(between, contacts["normal"])).tolist()
+        for side, other in (("a", "b"), ("b", "a")):
+            reaches = np.abs(dot(contacts[f"arm_{side}"], contacts["normal"])).tolist()
+            ends = contacts[[f"body_{side}", f"shape_{side}", f"shape_{other}"]].tolist()
+            for end, speed, reach in zip(ends, speeds, reaches, strict=True):
+                yield Hit(step, *end, speed, reach)
 
 
 @dataclass(frozen=True)

@@ -73,18 +73,18 @@ class Finding:
 class Fault(NamedTuple):
     """One case of a fault.
 
-    size: to show the worst first; report: the body; detail: of the Space, for `{}`; lasts: returns whether it is still
-    there, of a fault that only counts if it stays; since: s of the Space's time, None if it was so before any step.
+    size: to show the worst first; report: the body; detail: of the Space, for `{}`; since: s of the Space's time, None
+    if it was so before any step.
     """
 
     size: float
     report: BodyReport | None
     detail: str = ""
-    lasts: Callable[[], bool] | None = None
     since: float | None = None
 
 
 Source = TypeVar("Source")  # what a rule reads
+Other = TypeVar("Other")
 
 
 class Rule(NamedTuple, Generic[Source]):
@@ -97,6 +97,10 @@ class Rule(NamedTuple, Generic[Source]):
     cause: str
     cure: str
     find: Callable[[Source], Iterator[Fault]]
+
+    def found_by(self, find: Callable[[Other], Iterator[Fault]]) -> "Rule[Other]":
+        """Return a rule with the same texts that reads something else."""
+        return Rule(self.key, self.weight, self.certainty, self.symptom, self.cause, self.cure, find)
 
     def finding(self, faults: Sequence[Fault], since: float | None) -> Finding:
         """Return the finding of all cases, of which there is at least one."""

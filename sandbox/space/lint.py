@@ -1,6 +1,7 @@
 """The linter: what is wrong with a Space, without a step of it."""
 
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 from weakref import WeakSet
@@ -42,11 +43,12 @@ def lint(space: pymunk.Space, *, dt: float | None = None) -> list[Finding]:
 
 @dataclass
 class Linter:
-    """Looks at a Space, and again at what was added since; collects what it finds."""
+    """Looks at a Space, and again at what was added since; collects what its rules find."""
 
     space: pymunk.Space
     origins: Origins
     steps: StepLengths
+    rules: Sequence[Rule[Contents]] = RULES
     _seen: WeakSet[Any] = field(default_factory=WeakSet)
     _faults: dict[str, list[Fault]] = field(default_factory=lambda: defaultdict(list))
     _since: dict[str, float | None] = field(default_factory=dict)
@@ -54,7 +56,7 @@ class Linter:
     def look(self, since: float | None) -> Contents:
         """Look for faults in what is new since the last time. since: s of the Space's time, None before any step."""
         contents = Contents(self.space, self.origins, self.steps, self._seen)
-        for rule in RULES:
+        for rule in self.rules:
             for fault in rule.find(contents):
                 self.add(rule, fault, since)
         self._seen.update(contents.shapes)
@@ -70,11 +72,6 @@ class Linter:
             faults[:] = [fault]
         elif len(faults) < MAX_FAULTS:
             faults.append(fault)
-
-    def confirm(self) -> None:
-        """Drop the faults that are gone and only count if they stay."""
-        for faults in self._faults.values():
-            faults[:] = [fault for fault in faults if fault.lasts is None or fault.lasts()]
 
     def findings(self) -> list[Finding]:
         """Return one finding for each rule with faults, worst first."""

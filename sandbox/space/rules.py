@@ -1,8 +1,7 @@
 """What the linter looks for in a Space: one function for each fault, and the table of rules that names them."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Callable, Iterator
 from itertools import combinations
 from typing import Any, Final
 
@@ -183,30 +182,36 @@ def _products(quantity: str, *, without_any_effect: bool) -> Callable[[Contents]
     """Return a rule for shapes with an elasticity or a friction, and partners that have none."""
 
     def find(contents: Contents) -> Iterator[Fault]:
-        with_value = [shape for shape in contents.solid if getattr(shape, quantity)]
-        if not any(map(contents.is_new, with_value)):
-            return
-        kinds: dict[object, list[pymunk.Shape]] = {}  # two of each kind stand for all
-        for shape in contents.solid:
-            kind = kinds.setdefault((shape.filter, body_of(shape).body_type, bool(getattr(shape, quantity))), [])
-            if len(kind) < 2:
-                kind.append(shape)
-        samples = [shape for kind in kinds.values() for shape in kind]
-        for shape in filter(contents.is_new, with_value):
+        shapes = dict.fromkeys((*filter(contents.is_new, contents.solid), *contents.partners))
+        with_value = [shape for shape in shapes if getattr(shape, quantity)]
+        samples = _samples(contents, quantity) if with_value else []
+        for shape in with_value:
             partners = [partner for partner in samples if _could_meet(shape, partner)]
-            without = [partner for partner in partners if not getattr(partner, quantity)]
-            if without and (len(without) == len(partners)) == without_any_effect:
-                value = f"{quantity} {getattr(shape, quantity):g}"
-                partner = f"{shape_words(without[0])} has {quantity} 0"
-                report = contents.report(body_of(shape), f"{value}, but a {partner}", shape)
-                yield Fault(getattr(shape, quantity), report, "", partial(_has_none, without, quantity))
+            has_no_effect = not any(getattr(partner, quantity) for partner in partners)
+            met = dict.fromkeys(partners) if contents.met is None else _met_without(contents, shape, quantity)
+            without = next((each for each in met.items() if not getattr(each[0], quantity)), None)
+            if without and has_no_effect == without_any_effect:
+                value, (partner, since) = getattr(shape, quantity), without
+                detail = f"{quantity} {value:g}, but a {shape_words(partner)} has {quantity} 0"
+                yield Fault(value, contents.report(body_of(shape), detail, shape), since=since)
 
     return find
 
 
-def _has_none(shapes: Sequence[pymunk.Shape], quantity: str) -> bool:
-    """Return whether shapes still have an elasticity, or a friction, of 0."""
-    return not any(getattr(shape, quantity) for shape in shapes)
+def _samples(contents: Contents, quantity: str) -> list[pymunk.Shape]:
+    """Return two shapes of each kind, which stand for all that another shape could meet."""
+    kinds: dict[object, list[pymunk.Shape]] = {}
+    for shape in contents.solid:
+        kind = kinds.setdefault((shape.filter, body_of(shape).body_type, bool(getattr(shape, quantity))), [])
+        if len(kind) < 2:
+            kind.append(shape)
+    return [shape for kind in kinds.values() for shape in kind]
+
+
+def _met_without(contents: Contents, shape: pymunk.Shape, quantity: str) -> dict[pymunk.Shape, float | None]:
+    """Return since when, s, a shape met others in contacts whose elasticity, or friction, was 0."""
+    meetings = [meeting for meeting in contents.partners.get(shape, ()) if not getattr(meeting, quantity)]
+    return {meeting.b if meeting.a is shape else meeting.a: meeting.since for meeting in meetings}
 
 
 def _could_meet(a: pymunk.Shape, b: pymunk.Shape) -> bool:
@@ -293,43 +298,33 @@ def _pushes_back(segment: pymunk.Segment, end: pymunk.Vec2d, beyond: pymunk.Vec2
     return depth_of(segment, disc) is not None
 
 
-def passing_speeds(contents: Contents) -> dict[pymunk.Body, float]:
-    """Return the speed from which a step carries each dynamic body past the middle of the thinnest wall, px/s."""
-    walls = [shape for shape in contents.solid if is_static(body_of(shape))]
-    thinnest: dict[pymunk.ShapeFilter, pymunk.Shape] = {}
-    for wall in sorted(walls, key=half_width):
-        thinnest.setdefault(wall.filter, wall)
-    speeds: dict[pymunk.Body, float] = {}
-    for body in filter(is_dynamic, contents.bodies):
-        shapes = contents.solid_of.get(id(body), [])
-        widths = [half_width(wall) for wall in thinnest.values() if any(may_collide(shape, wall) for shape in shapes)]
-        if widths:
-            speeds[body] = (max(map(half_width, shapes)) + min(widths)) / contents.steps.dt
-    return speeds
-
-
 def _too_fast(contents: Contents) -> Iterator[Fault]:
-    speeds = passing_speeds(contents) if contents.new_bodies else {}
+    """Bodies that will meet a wall so fast that a step can carry them through, if nothing bends their path."""
     for body in contents.new_bodies:
-        is_fast = speeds.get(body, math.inf) < body.velocity.length < math.inf
-        if is_fast and (fault := too_fast(contents, body)):
-            yield fault
+        shapes = contents.solid_of.get(id(body), [])
+        if not shapes or not 0 < body.velocity.length < math.inf:
+            continue
+        shape = max(shapes, key=half_width)
+        wall = _first_ahead(contents, body, shape)
+        if wall and is_static(body_of(wall)):
+            speed, passing = body.velocity.length, (half_width(shape) + half_width(wall)) / contents.steps.dt
+            if passing < speed:
+                how = f"{speed:.4g} px/s; {passing_words(passing, wall)}"
+                yield Fault(speed / passing if passing else math.inf, contents.report(body, how))
 
 
-def too_fast(contents: Contents, body: pymunk.Body) -> Fault | None:
-    """Return the fault of a body that will meet a wall so fast that a step can carry it through."""
-    shape = max(contents.solid_of[id(body)], key=half_width)
-    half, speed, start = half_width(shape), math.hypot(*body.velocity), body.position
-    for hit in contents.space.segment_query(start, start + body.velocity * LOOK_AHEAD, half, pymunk.ShapeFilter()):
-        wall = hit.shape
-        passing = (half + half_width(wall)) / contents.steps.dt
-        passes = not wall.sensor and is_static(body_of(wall)) and may_collide(shape, wall) and passing < speed
-        if passes:
-            detail = (
-                f"{speed:.4g} px/s; from {passing:.4g} px/s on, one step can carry it through a {shape_words(wall)}"
-            )
-            return Fault(speed / passing if passing else math.inf, contents.report(body, detail))
-    return None
+def _first_ahead(contents: Contents, body: pymunk.Body, shape: pymunk.Shape) -> pymunk.Shape | None:
+    """Return what a shape of a body will meet first on a straight path."""
+    start, end = body.position, body.position + body.velocity * LOOK_AHEAD
+    hits = contents.space.segment_query(start, end, half_width(shape), pymunk.ShapeFilter())
+    solid = [hit for hit in hits if hit.shape and not hit.shape.sensor and may_collide(shape, hit.shape)]
+    ahead = [hit for hit in solid if hit.alpha > 0]  # it does not yet touch them
+    return min(ahead, key=lambda hit: hit.alpha).shape if ahead else None
+
+
+def passing_words(passing: float, wall: pymunk.Shape) -> str:
+    """Say from which speed on, px/s, a step can carry a body through a wall."""
+    return f"from {passing:.4g} px/s on, one step can carry it through a {shape_words(wall)}"
 
 
 def set_by_handler(contents: Contents, contact: Any, time: float) -> Fault | None:
@@ -502,6 +497,23 @@ def _invalid_steps(contents: Contents) -> Iterator[Fault]:
 
 
 _MULTIPLIES: Final = "Pymunk multiplies the {0} of two shapes, and a new shape has {0} 0."
+PRODUCT_RULES: Final[tuple[Rule[Contents], ...]] = tuple(
+    Rule(
+        f"{quantity}-{'unused' if without_any_effect else 'zero'}",
+        0.4 if without_any_effect else 0.25,
+        Certainty.LIKELY if without_any_effect else Certainty.POSSIBLE,
+        symptom,
+        _MULTIPLIES.format(quantity),
+        f"Set shape.{quantity} on both shapes.",
+        _products(quantity, without_any_effect=without_any_effect),
+    )
+    for quantity, without_any_effect, symptom in (
+        ("elasticity", True, "Nothing bounces: an elasticity has no effect, as all it can meet has elasticity 0"),
+        ("friction", True, "Things slide as on ice: a friction has no effect, as all it can meet has friction 0"),
+        ("elasticity", False, "Some contacts do not bounce: one of the two shapes has elasticity 0"),
+        ("friction", False, "Some contacts slide as on ice: one of the two shapes has friction 0"),
+    )
+)
 RULES: Final[tuple[Rule[Contents], ...]] = (
     Rule(
         "mass",
@@ -700,23 +712,7 @@ RULES: Final[tuple[Rule[Contents], ...]] = (
         "segment.set_neighbors(previous_end, next_end) for each segment.",
         _cracks,
     ),
-    *(
-        Rule(
-            f"{quantity}-{'unused' if without_any_effect else 'zero'}",
-            0.4 if without_any_effect else 0.25,
-            Certainty.LIKELY if without_any_effect else Certainty.POSSIBLE,
-            symptom,
-            _MULTIPLIES.format(quantity),
-            f"Set shape.{quantity} on both shapes.",
-            _products(quantity, without_any_effect=without_any_effect),
-        )
-        for quantity, without_any_effect, symptom in (
-            ("elasticity", True, "Nothing bounces: an elasticity has no effect, as all it can meet has elasticity 0"),
-            ("friction", True, "Things slide as on ice: a friction has no effect, as all it can meet has friction 0"),
-            ("elasticity", False, "Some contacts do not bounce: one of the two shapes has elasticity 0"),
-            ("friction", False, "Some contacts slide as on ice: one of the two shapes has friction 0"),
-        )
-    ),
+    *PRODUCT_RULES,
     Rule(
         "sleep-on-joint",
         0.3,

@@ -329,10 +329,13 @@ def test_what_steps_show_is_found(working_folder: Path, command: Command, rule: 
     assert rule not in rules(diagnoses(command, "game.py")["spaces"][0])
 
 
-def test_a_friction_that_is_set_later_is_no_fault(working_folder: Path, command: Command) -> None:
+def test_a_friction_that_is_set_later_or_is_nowhere_needed_is_no_fault(working_folder: Path, command: Command) -> None:
+    """The disc needs 0.62 s to the wall."""
     write(working_folder, WALL + STEPS)
+    assert "friction-unused" not in rules(diagnoses(command, "game.py")["spaces"][0])
+    write(working_folder, WALL + 2 * STEPS)
     assert "friction-unused" in rules(diagnoses(command, "game.py")["spaces"][0])
-    write(working_folder, f"{WALL}{STEPS}    wall.friction = 1\n")
+    write(working_folder, f"{WALL}{STEPS}    wall.friction = 1\n{STEPS}")
     assert "friction-unused" not in rules(diagnoses(command, "game.py")["spaces"][0])
 
 

@@ -8,8 +8,10 @@ from typing import Any, NamedTuple
 import pymunk
 import pytest
 
+import sandbox
 from sandbox.scripting.watch import watch
 from sandbox.space.evidence import STEP_RULES
+from sandbox.space.findings import Finding
 from sandbox.space.rules import RULES
 
 DT = 1 / 60
@@ -886,3 +888,112 @@ def test_a_passage_is_named_with_its_wall_and_what_prevents_it() -> None:
     assert passage.since == pytest.approx(2 * DT)
     assert "through a segment of length 1000" in passage.bodies[0].detail
     assert "dt below 0.0045 s or a wall 90" in passage.bodies[0].detail
+
+
+def findings_of(game: Game) -> dict[str, Finding]:
+    watched = watch(game.space)
+    for number in range(game.steps):
+        game.before(number)
+        watched.step(game.dt(number))
+    return {finding.rule: finding for finding in watched.findings}
+
+
+def test_a_body_that_went_through_a_wall_is_not_said_to_be_able_to_as_well() -> None:
+    assert "tunnelling" in {finding.rule for finding in sandbox.lint(shot_through_a_wall().space)}
+    assert findings_of(shot_through_a_wall()).keys() & {"tunnelling", "passed-through"} == {"passed-through"}
+
+
+def test_a_wall_that_was_hit_too_fast_is_named_beside_the_one_that_was_passed() -> None:
+    """At 1560 px/s: 26 px a step, from 8.5 on; the ball goes on from the ceiling at 8 times that."""
+    space = world(gravity=0)
+    ceiling = wall(space, (-200, 0), (200, 0), elasticity=1)
+    wall(space, (-500, 200), (500, 200))
+    made = ball(space, 0, 56, 3.5, velocity=(0, -1560), elasticity=1)
+
+    def hasten(_: int) -> None:
+        made.velocity *= 8 if 0 < made.velocity.y < 2000 and made.position.y > 20 else 1
+
+    found = findings_of(Game(space, 7, hasten))
+    assert "through a segment of length 1000" in found["passed-through"].bodies[0].detail
+    [hit] = found["tunnelling"].bodies
+    assert hit.detail.startswith("hit it at 1560 px/s; from 510 px/s on")
+    assert f"a segment of length {2 * ceiling.b.x:g}" in hit.detail
+
+
+def hit_and_then_passed(steps: int) -> Game:
+    space = world(gravity=0)
+    wall(space, (-200, 0), (200, 0), elasticity=1)
+    made = ball(space, 0, 56, 3.5, velocity=(0, -1560), elasticity=1)
+
+    def turn_back(number: int) -> None:
+        if number == 5:
+            made.velocity = 0, -100 * made.position.y
+
+    return Game(space, steps, turn_back)
+
+
+@pytest.mark.parametrize(("steps", "rule"), [(5, "tunnelling"), (7, "passed-through")])
+def test_a_wall_that_was_hit_too_fast_and_then_passed_is_one_finding(steps: int, rule: str) -> None:
+    assert findings_of(hit_and_then_passed(steps)).keys() & {"tunnelling", "passed-through"} == {rule}
+
+
+@pytest.mark.parametrize("speed", [500, 2000, 2200, 2800])
+def test_what_flies_lengthwise_is_long(speed: float) -> None:
+    """An arrow of 60 x 4 px: its centre is beyond the middle of a wall of 10 px from 35 px a step on, 2100 px/s."""
+    space = world(gravity=0)
+    wall(space, (100, -100), (100, 100))
+    box(space, 66 - speed / 30, 0, (60, 4), velocity=(speed, 0))
+    assert ("tunnelling" in findings_of(Game(space, 3))) == (speed > 2100)
+
+
+def test_a_wall_behind_another_body_is_not_in_the_way() -> None:
+    def bullet_at_a_box(*, with_box: bool) -> set[str]:
+        space = world(gravity=0)
+        wall(space, (300, -100), (300, 100))
+        if with_box:
+            box(space, 150, 0, (40, 40))
+        ball(space, 0, 0, velocity=(1200, 0))
+        return {finding.rule for finding in sandbox.lint(space)}
+
+    assert bullet_at_a_box(with_box=False) == {"tunnelling"}
+    assert bullet_at_a_box(with_box=True) == set()
+
+
+def dropped_on_a_floor(*, meets: bool, of_handler: float | None = None) -> Game:
+    """A box that falls on a floor; there is a wall without friction and elasticity, which it may meet."""
+    space = ground()
+    wall(space, (60 if meets else 400, 0), (60 if meets else 400, 200), friction=0, elasticity=0)
+    box(space, 0, 184, velocity=(120, 0), friction=0.1)
+
+    def handle(arbiter: pymunk.Arbiter, _: pymunk.Space, __: object) -> None:
+        if of_handler is not None:
+            arbiter.friction = arbiter.restitution = of_handler
+
+    space.on_collision(0, 0, pre_solve=handle)
+    return Game(space, 40)
+
+
+def test_a_shape_without_friction_counts_once_something_touches_it() -> None:
+    zero = {"friction-zero", "elasticity-zero"}
+    assert findings_of(dropped_on_a_floor(meets=False)).keys() & zero == set()
+    found = findings_of(dropped_on_a_floor(meets=True))
+    assert found.keys() & zero == zero
+    assert "a segment of length 200 has friction 0" in found["friction-zero"].bodies[0].detail
+    since = found["friction-zero"].since
+    assert since
+    assert 45 / 120 <= since <= 0.6
+    assert findings_of(dropped_on_a_floor(meets=True, of_handler=0.5)).keys() & zero == set()
+    assert zero == {finding.rule for finding in sandbox.lint(dropped_on_a_floor(meets=False).space)}
+
+
+def test_a_shape_that_is_gone_when_the_run_ends_is_found_too() -> None:
+    space = ground(elasticity=0)
+    wall(space, (-500, 195), (-500, 0))
+    made = ball(space, 0, 150)
+
+    def remove(number: int) -> None:
+        if number == 29:
+            space.remove(made, *made.shapes)
+
+    [report] = findings_of(Game(space, 30, remove))["elasticity-zero"].bodies
+    assert report.kind == "a dynamic circle of radius 10"
