@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from textwrap import fill
 from typing import Final, TextIO
 
+from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, whole_file
 from sandbox.scripting.diagnosis import Diagnosis
 from sandbox.scripting.program import End, Program
@@ -102,6 +103,8 @@ class Report:
         """Check the limits, print what exceeds them, and return the exit code."""
         if all(limit is None for limit in self.limits.values()):
             return 0
+        if not diagnoses:
+            raise SandboxError(f"{self.program.name}: no limit can be checked: it stepped no pymunk.Space")
         exceeded = [
             f"Space {diagnosis.number}: {what}" for diagnosis in diagnoses for what in diagnosis.exceeded(**self.limits)
         ]

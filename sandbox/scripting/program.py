@@ -102,19 +102,35 @@ def _end_of(program: Program, trials: Trials) -> End:
     except SandboxError:
         raise
     except BaseException as error:
-        return End("exception", 1, _traceback_of(error), hint(error))
+        trace = _traceback_of(error)
+        if not any(link.stack for link in _linked(trace)):
+            raise SandboxError(f"{program.name}: cannot be run: {_why(error)}") from error
+        return End("exception", 1, "".join(trace.format()), hint(error))
     return End("time is up" if trials.out_of_time else "end")
 
 
-def _traceback_of(error: BaseException) -> str:
+def _traceback_of(error: BaseException) -> traceback.TracebackException:
     """Return the traceback that the program would have without the sandbox."""
     whole = traceback.TracebackException.from_exception(error)
-    link: traceback.TracebackException | None = whole
-    while link:
+    for link in _linked(whole):
         frames = [frame for frame in link.stack if not frame.filename.startswith((_SANDBOX, runpy.__file__, "<frozen"))]
         link.stack = traceback.StackSummary.from_list(frames)
+    return whole
+
+
+def _linked(trace: traceback.TracebackException) -> Iterator[traceback.TracebackException]:
+    """Yield a traceback and those of its causes."""
+    link: traceback.TracebackException | None = trace
+    while link:
+        yield link
         link = link.__cause__ or link.__context__
-    return "".join(whole.format())
+
+
+def _why(error: BaseException) -> str:
+    """Say why no line of a program was run."""
+    if isinstance(error, SyntaxError):
+        return f"{error.msg}, in line {error.lineno}" if error.lineno else error.msg
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
 def _join(before: set[threading.Thread]) -> None:

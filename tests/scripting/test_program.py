@@ -519,12 +519,37 @@ def test_the_hint_comes_after_the_traceback(working_folder: Path, command: Comma
         (["no.py"], "no.py: does not exist; for a module, write -m no"),
         (["scene.toml"], "scene.toml: is a scene, not a program; sandbox compare scene.toml compares engines"),
         (["."], ".: is a folder without __main__.py"),
+        (["-m", "nosuchmodule"], "nosuchmodule: cannot be run: No module named nosuchmodule"),
+        (["-m", "package.none"], "package.none: cannot be run: No module named package.none"),
+        (["syntax.py"], "syntax.py: cannot be run: '(' was never closed, in line 2"),
+        (["-m", "syntax"], "syntax: cannot be run: '(' was never closed, in line 2"),
+        (["binary.py"], "binary.py: cannot be run: source code string cannot contain null bytes"),
     ],
 )
 def test_what_is_no_program_is_refused(
     working_folder: Path, command: Command, arguments: list[str], message: str
 ) -> None:
+    (working_folder / "syntax.py").write_text("import pymunk\nspace = pymunk.Space(\n")
+    (working_folder / "binary.py").write_bytes(b"\0ELF")
+    (working_folder / "package").mkdir()
+    (working_folder / "package" / "__init__.py").touch()
     assert command("watch", *arguments) == (2, "", f"{message}\n")
+
+
+@pytest.mark.parametrize("line", ["import syntax", "import nosuchmodule", "compile('(', 'text', 'exec')"])
+def test_a_program_that_imports_what_is_none_has_its_traceback(
+    working_folder: Path, command: Command, line: str
+) -> None:
+    (working_folder / "syntax.py").write_text("import pymunk\nspace = pymunk.Space(\n")
+    write(working_folder, f"{line}\n")
+    code, _, err = command("watch", "game.py")
+    assert (code, f'game.py", line {ADDED + 3}, in <module>' in err, "runpy" in err) == (1, True, False)
+
+
+def test_a_limit_of_a_program_without_a_space_cannot_be_checked(working_folder: Path, command: Command) -> None:
+    write(working_folder, "")
+    code, _, err = command("watch", "--max-drift", "0.1", "game.py")
+    assert (code, err) == (2, "game.py: no limit can be checked: it stepped no pymunk.Space\n")
 
 
 def test_options_after_the_program_are_its_own(working_folder: Path, command: Command) -> None:
