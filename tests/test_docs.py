@@ -45,6 +45,7 @@ from sandbox.space.changes import CALLS, NAMES
 from sandbox.space.evidence import STEP_RULES
 from sandbox.space.findings import Rule
 from sandbox.space.rules import RULES
+from sandbox.space.standing import COMPARED_RULES
 from sandbox.view.controls import HELP
 
 ROOT = Path(__file__).parent.parent
@@ -317,7 +318,14 @@ def test_the_keys_are_those_of_the_window() -> None:
     check_table("window.md", "| key | does |\n|---|---|\n", [f"| {keys} | {does} |" for keys, does in HELP])
 
 
-@pytest.mark.parametrize(("title", "rules"), [("how it is set up", RULES), ("what its steps show", STEP_RULES)])
+@pytest.mark.parametrize(
+    ("title", "rules"),
+    [
+        ("how it is set up", RULES),
+        ("what its steps show", STEP_RULES),
+        ("what the comparison with finer steps shows", COMPARED_RULES),
+    ],
+)
 def test_every_rule_for_a_space_is_in_its_table(title: str, rules: Sequence[Rule[Any]]) -> None:
     head = f"| rule: {title} | sure | symptom |\n|---|---|---|\n"
     rows = [f"| `{rule.key}` | {rule.certainty} | {rule.symptom.format('X')} |" for rule in rules]

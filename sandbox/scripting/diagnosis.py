@@ -2,7 +2,7 @@
 
 import math
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any, Final
@@ -15,7 +15,7 @@ from sandbox.scripting.exact import AgainstExact
 from sandbox.scripting.finer import AgainstFiner
 from sandbox.space.balance import Balance
 from sandbox.space.evidence import Evidence
-from sandbox.space.findings import Finding
+from sandbox.space.findings import Finding, worst_first
 from sandbox.space.mechanics import Floats
 from sandbox.text import counted, printable
 
@@ -28,7 +28,8 @@ class Diagnosis:
     """What a Space did while it was recorded, and what is wrong with it.
 
     number: of the Space, from 1; line: of the program, that stepped it first; seconds: of its time; bodies, shapes,
-    joints: the most at one time; energy, evidence: None without a recording. Comparing it may take a minute.
+    joints: the most at one time; seen: the findings that need no comparison, worst first; energy, evidence: None
+    without a recording. Comparing it may take a minute.
     """
 
     number: int
@@ -38,7 +39,7 @@ class Diagnosis:
     bodies: int
     shapes: int
     joints: int
-    findings: tuple[Finding, ...]
+    seen: tuple[Finding, ...]
     energy: Balance | None
     evidence: Evidence | None
     against_exact: AgainstExact
@@ -47,6 +48,12 @@ class Diagnosis:
     def against_finer(self) -> AgainstFiner | None:
         """The comparison with finer steps, of a Space that `exact` does not run; computed when first asked for."""
         return None if self.evidence is None or self.against_exact.comparison else AgainstFiner.of(self.evidence)
+
+    @cached_property
+    def findings(self) -> tuple[Finding, ...]:
+        """All findings, worst first, also those of the comparison."""
+        compared = self.against_finer.findings(self.seen) if self.against_finer else []
+        return tuple(sorted([*self.seen, *compared], key=worst_first))
 
     @property
     def heading(self) -> str:
@@ -73,17 +80,16 @@ class Diagnosis:
         )
 
     def lines(self, width: int) -> Iterator[str]:
-        """Yield the text, in so many columns; the findings come before anything is compared."""
+        """Yield the text, in so many columns; what needs no comparison comes before it."""
         yield from textwrap.wrap(self.heading, width, subsequent_indent="  ")
         yield ""
-        if not self.findings:
+        first = self.seen or self.findings
+        if not first:
             yield f"No faults found in how it is set up{' and in its steps' if self.energy else ''}."
             yield ""
-        for number, finding in enumerate(self.findings[:MAX_FINDINGS], 1):
-            yield from _finding(number, finding, width)
-            yield ""
-        if len(self.findings) > MAX_FINDINGS:
-            yield f"and {counted(len(self.findings) - MAX_FINDINGS, 'further finding')}; --json has all of them"
+        yield from _numbered(first[:MAX_FINDINGS], 1, width)
+        if len(first) > MAX_FINDINGS:
+            yield f"and {counted(len(first) - MAX_FINDINGS, 'further finding')}; --json has all of them"
             yield ""
         if self.energy:
             yield from self.energy.lines()
@@ -93,6 +99,9 @@ class Diagnosis:
         for paragraph in self.against_finer.paragraphs() if self.against_finer else ():
             yield ""
             yield from textwrap.wrap(printable(paragraph), width)
+        if rest := [finding for finding in self.findings if finding not in first]:
+            yield ""
+            yield from _numbered(rest, len(first) + 1, width)
 
     def exceeded(self, max_gap: float | None, max_drift: float | None, max_energy_error: float | None) -> Iterator[str]:
         """Yield which limits are exceeded, by how much and since when. Raises SandboxError if one cannot be checked."""
@@ -144,6 +153,13 @@ def _over(limit: float, what: str, unit: str, values: tuple[Floats, Floats]) -> 
     if len(over := np.flatnonzero(largest > limit)):
         since = f"first at {times[over[0]]:.3f} s"
         yield f"{what} {largest[-1]:.6g}{unit} exceeds the limit of {limit:g}{unit}, {since}"
+
+
+def _numbered(findings: Sequence[Finding], start: int, width: int) -> Iterator[str]:
+    """Yield the lines of findings, each with an empty line after it."""
+    for number, finding in enumerate(findings, start):
+        yield from _finding(number, finding, width)
+        yield ""
 
 
 def _finding(number: int, finding: Finding, width: int) -> Iterator[str]:

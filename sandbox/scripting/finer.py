@@ -1,14 +1,15 @@
 """The comparison of a Space with itself in finer steps, in words and as JSON."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
 from sandbox.errors import SandboxError
 from sandbox.space.evidence import Evidence
-from sandbox.space.findings import BodyReport
+from sandbox.space.findings import BodyReport, Finding, found_by
 from sandbox.space.finer import Finer, Tried, finer, functions
 from sandbox.space.replay import Numbers
+from sandbox.space.standing import COMPARED_RULES, Compared
 from sandbox.text import listed
 
 ENOUGH: Final = 0.9  # of the error: what costs more and removes more is not recommended
@@ -32,6 +33,13 @@ class AgainstFiner:
             return cls(evidence, finer(evidence.recording))
         except SandboxError as error:
             return cls(evidence, None, str(error))
+
+    def findings(self, seen: Iterable[Finding]) -> list[Finding]:
+        """Return what the comparison shows. seen: what else was found."""
+        if self.finer is None:
+            return []
+        named = {finding.rule: {body.index for body in finding.bodies} for finding in seen}
+        return found_by(COMPARED_RULES, Compared(self.evidence, self.finer, named))
 
     def paragraphs(self) -> Iterator[str]:
         """Yield it as text, a paragraph each."""

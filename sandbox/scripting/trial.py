@@ -19,7 +19,7 @@ from sandbox.scripting.exact import AgainstExact
 from sandbox.space.balance import Balance
 from sandbox.space.contents import Contents, StepLengths, is_static
 from sandbox.space.evidence import MET_RULES, STEP_RULES, Evidence
-from sandbox.space.findings import Fault, worst_first
+from sandbox.space.findings import Fault, found_by, worst_first
 from sandbox.space.lint import Linter
 from sandbox.space.mechanics import Rows
 from sandbox.space.origins import Origins, program_line
@@ -87,7 +87,7 @@ class Trial:
             evidence = Evidence(
                 self.recording, Contents(self.space, self._linter.origins, self._linter.steps), self._noticed
             )
-            findings = sorted([*findings, *evidence.findings_of((*MET_RULES, *STEP_RULES))], key=worst_first)
+            findings = sorted([*findings, *found_by((*MET_RULES, *STEP_RULES), evidence)], key=worst_first)
             energy = Balance(evidence.ledger)
         return Diagnosis(
             number=number,
@@ -97,7 +97,7 @@ class Trial:
             bodies=bodies,
             shapes=shapes,
             joints=joints,
-            findings=tuple(findings),
+            seen=tuple(findings),
             energy=energy,
             evidence=evidence,
             against_exact=against_exact,

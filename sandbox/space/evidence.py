@@ -1,7 +1,7 @@
 """What the recorded steps of a Space show: the rules that look at them, and the account of its energy."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 from functools import cached_property
@@ -31,7 +31,7 @@ from sandbox.space.figures import (
     touches,
     wrong_bounces,
 )
-from sandbox.space.findings import BodyReport, Certainty, Fault, Finding, Rule
+from sandbox.space.findings import BodyReport, Certainty, Fault, Finding, Rule, found_by
 from sandbox.space.mechanics import Floats
 from sandbox.space.memory import JointKind, shape_address
 from sandbox.space.passages import Passage, Passages
@@ -74,12 +74,7 @@ class Evidence:
 
     def findings(self) -> list[Finding]:
         """Return what the steps show."""
-        return self.findings_of(STEP_RULES)
-
-    def findings_of(self, rules: "Iterable[Rule[Evidence]]") -> list[Finding]:
-        """Return one finding for each rule with faults."""
-        found = [(rule, faults) for rule in rules if (faults := list(rule.find(self)))]
-        return [rule.finding(faults, _earliest(faults)) for rule, faults in found]
+        return found_by(STEP_RULES, self)
 
     @cached_property
     def shape_at(self) -> dict[int, pymunk.Shape]:
@@ -186,10 +181,6 @@ class Evidence:
             return "the Space's static body"
         report = self.contents.report(body, "")
         return report.kind if report.index is None else f"body {report.index}, {report.kind},"
-
-
-def _earliest(faults: Iterable[Fault]) -> float | None:
-    return min((fault.since for fault in faults if fault.since is not None), default=None)
 
 
 def _stretched(evidence: Evidence) -> Iterator[Fault]:

@@ -1,6 +1,6 @@
 """Findings: what is wrong with a Space, since when, with which bodies, why, and what to change."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, Generic, NamedTuple, TypeVar
@@ -113,3 +113,13 @@ class Rule(NamedTuple, Generic[Source]):
 def worst_first(finding: Finding) -> tuple[float, float]:
     """Return the key by which findings are sorted: the weight, then the time."""
     return -finding.weight, -1.0 if finding.since is None else finding.since
+
+
+def found_by(rules: Iterable[Rule[Source]], source: Source) -> list[Finding]:
+    """Return one finding for each rule with faults, since the earliest of them."""
+    findings = []
+    for rule in rules:
+        if faults := list(rule.find(source)):
+            since = min((fault.since for fault in faults if fault.since is not None), default=None)
+            findings.append(rule.finding(faults, since))
+    return findings

@@ -13,6 +13,7 @@ from sandbox.scripting.watch import watch
 from sandbox.space.evidence import STEP_RULES
 from sandbox.space.findings import Finding
 from sandbox.space.rules import RULES
+from sandbox.space.standing import COMPARED_RULES
 
 DT = 1 / 60
 
@@ -381,6 +382,15 @@ def creeps_down_a_slope() -> Game:
     return on_a_slope(1)
 
 
+def leaning_stack(offset: float = 6, substeps: int = 1) -> Game:
+    """Five boxes of 40 px, each further over the one below: those above its edge are 2.5 offsets off, less than 20."""
+    space = world()
+    wall(space, (-500, 405), (500, 405))
+    for k in range(5):
+        box(space, offset * k, 380 - 40 * k, (40, 40))
+    return Game(space, 240 * substeps, dt=lambda _: DT / substeps)
+
+
 def press() -> Game:
     """Six boxes, the upper ones up to 51 times as heavy, and two passes."""
     space = ground(2)
@@ -536,6 +546,7 @@ FAULTS: dict[Callable[[], Game], str] = {
     pyramid_of_one_pass: "sinks-in",
     tower_of_one_pass: "unsolved",
     creeps_down_a_slope: "creeps",
+    leaning_stack: "moves-on",
     press: "sinks-in",
     found_late: "deep-at-once",
     shaken: "jitters",
@@ -558,7 +569,7 @@ def test_a_known_fault_is_named(make: Callable[[], Game]) -> None:
 
 
 def test_each_rule_is_among_the_known_faults() -> None:
-    assert set(FAULTS.values()) == {*(rule.key for rule in RULES), *(rule.key for rule in STEP_RULES)}
+    assert set(FAULTS.values()) == {rule.key for rule in (*RULES, *STEP_RULES, *COMPARED_RULES)}
 
 
 # Spaces without a fault.
@@ -997,3 +1008,25 @@ def test_a_shape_that_is_gone_when_the_run_ends_is_found_too() -> None:
 
     [report] = findings_of(Game(space, 30, remove))["elasticity-zero"].bodies
     assert report.kind == "a dynamic circle of radius 10"
+
+
+def test_a_stack_that_topples_though_it_should_stand_is_named_with_its_top_first() -> None:
+    found = findings_of(leaning_stack())
+    assert found.keys() == {"moves-on"}
+    top, *_ = found["moves-on"].bodies
+    assert top.index == 4
+    since = found["moves-on"].since
+    assert since
+    assert since < 1
+
+
+@pytest.mark.parametrize(("offset", "substeps"), [(6, 8), (8, 1), (9, 1), (0, 8)])
+def test_a_stack_that_stands_or_that_nothing_could_hold_has_no_finding(offset: float, substeps: int) -> None:
+    """At 8 px, the middle of the upper four is above the edge; at 9, beyond it. With 8 substeps, 6 px stand, and 0 do not sway."""
+    assert findings_of(leaning_stack(offset, substeps)).keys() == set()
+
+
+def test_what_something_else_pushes_over_may_fall() -> None:
+    game = leaning_stack(offset=0)
+    ball(game.space, -200, 240, 12, velocity=(400, -200), mass=3)
+    assert "moves-on" not in findings_of(game)

@@ -1,0 +1,78 @@
+"""What stands in finer steps, but moves on in the program's own: it leans, slides or topples."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from sandbox.space.contents import half_width
+from sandbox.space.evidence import MAX_CREEP, Evidence
+from sandbox.space.findings import Certainty, Fault, Rule
+from sandbox.space.finer import Finer
+from sandbox.space.mechanics import Floats
+from sandbox.space.replay import Motion, distance
+
+STILL: Final = 0.05  # of the smaller half width of a body: what moves less stands
+SETTLING: Final = 0.5  # s, after which what came to rest in finer steps should rest in the program's too
+ALREADY_SAID: Final = ("creeps", "sinks-in", "unsolved")  # rules that name the same bodies for what they do
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A recording compared with finer steps. named: the bodies that other rules found, by rule and index."""
+
+    evidence: Evidence
+    finer: Finer
+    named: Mapping[str, set[int | None]]
+
+
+def _moves_on(compared: Compared) -> Iterator[Fault]:
+    """Bodies that move on by a part of their size since a time from which they stand in the reference, to its end."""
+    evidence, found = compared.evidence, compared.finer
+    steps, last = found.script.steps, len(found.error) - 1
+    is_known = found.is_light & (found.until > last)
+    for number, body in enumerate(found.script.roster.bodies):
+        half = min(filter(None, map(half_width, evidence.shapes(body.id))), default=math.inf)
+        start = _since(found, number, last, STILL * half) if is_known[number] else last
+        ways = _ways(found, found.script.recorded, number, start, slice(start, last + 1))
+        way = float(ways.max(initial=0.0))
+        if start < last and way > MAX_CREEP * half:
+            since = steps[start + int(np.argmax(ways > STILL * half))].end
+            what = f"moves {way:.3g} px from {since:.3f} to {steps[last].end:.3f} s"
+            report = evidence.report((body.id,), steps[last], what)
+            if not any(report.index in compared.named.get(rule, ()) for rule in ALREADY_SAID):
+                yield Fault(way / half, report, f"{way:.3g} px", since=since)
+
+
+def _since(found: Finer, body: int, last: int, still: float) -> int:
+    """Return the step from which a body should stand, as it does in the reference until the last step."""
+    moving = np.flatnonzero(_ways(found, found.reference, body, last, slice(0, last + 1)) > still)
+    if not len(moving):
+        return 0
+    ends = np.array([step.end for step in found.script.steps])
+    return int(np.searchsorted(ends, ends[moving[-1]] + SETTLING))
+
+
+def _ways(found: Finer, motion: Motion, body: int, at: int, window: slice) -> Floats:
+    """Return how far a body is in some steps from where it is in one, px."""
+    column = slice(body, body + 1)
+    moved = Motion(motion.place[window, column], motion.angle[window, column])
+    there = Motion(motion.place[at : at + 1, column], motion.angle[at : at + 1, column])
+    return distance(found.script.outlines[column], moved, there)[:, 0]
+
+
+COMPARED_RULES: Final[tuple[Rule[Compared], ...]] = (
+    Rule(
+        "moves-on",
+        0.65,
+        Certainty.CERTAIN,
+        "What stands in finer steps leans, slides or topples in the program's, by up to {}",
+        "The solver stops after space.iterations passes. What is then left over tilts and shifts bodies a little in "
+        "each step, until they fall.",
+        "Shorter steps (several space.step(dt / n) in a frame), or more space.iterations: the comparison with finer "
+        "steps says what each removes.",
+        _moves_on,
+    ),
+)
