@@ -1,6 +1,7 @@
 """A program without a window, and without waiting: dummy drivers, and clocks that let it run through."""
 
 import os
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -43,26 +44,34 @@ class Clock:
 
 @contextmanager
 def without_window(wait: Callable[[float], None]) -> Iterator[None]:
-    """Give programs no window, and let waiting functions return at once. wait: is called with the time instead, s."""
-    sleep = time.sleep
+    """Give programs no window, and let waiting functions return at once, unless they have threads.
 
-    def count_sleep(seconds: float) -> None:
+    wait: is called with the time before, s.
+    """
+    sleep, threads = time.sleep, threading.active_count()
+
+    def pause(seconds: float) -> None:
         wait(seconds)
-        sleep(0)  # other threads get their turn
+        has_threads = threading.active_count() > threads
+        sleep(seconds if has_threads else 0)  # what other threads do in that time takes it
 
-    def count_wait(milliseconds: int) -> int:
-        wait(milliseconds / 1000)
+    def pause_milliseconds(milliseconds: int) -> int:
+        pause(milliseconds / 1000)
         return milliseconds
 
     with ExitStack() as stack:
         stack.enter_context(patch.dict(os.environ, _DRIVERS))
-        stack.enter_context(patch("time.sleep", count_sleep))
+        stack.enter_context(patch("time.sleep", pause))
         try:
             import pygame  # noqa: PLC0415  (slow to import)
         except ImportError:
             pass
         else:
-            replaced: dict[str, Any] = {"Clock": partial(Clock, wait), "wait": count_wait, "delay": count_wait}
+            replaced: dict[str, Any] = {
+                "Clock": partial(Clock, pause),
+                "wait": pause_milliseconds,
+                "delay": pause_milliseconds,
+            }
             for name, substitute in replaced.items():
                 stack.enter_context(patch.object(pygame.time, name, substitute))
         yield

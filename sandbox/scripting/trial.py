@@ -207,6 +207,7 @@ class Trials:
         self.out_of_time = False
         self._raised = 0
         self._waited = 0.0  # s, since the last step
+        self._stepping = 0  # threads that do a step, the first of which may take minutes
 
     def __enter__(self) -> Self:
         self._patched = pymunk.Space.step, pymunk.Space.add
@@ -246,20 +247,24 @@ class Trials:
         if trial is None or not isinstance(dt, int | float | np.number):  # Pymunk says what is wrong with it
             _original_step(space, dt)
             return
-        self._waited = 0.0
         if self.out_of_time:
             self._stop()
         if self._keep_start and 0 < dt < math.inf:
             self._keep_start(space, float(dt))
             self._keep_start = None
-        trial.step(float(dt))
+        self._stepping += 1
+        try:
+            trial.step(float(dt))
+        finally:
+            self._stepping -= 1
+            self._waited = 0.0
         if trial.time >= self._seconds - TIME_ROUNDING:
             self.out_of_time = True
             self._stop()
 
     def wait(self, seconds: float) -> None:
         """Count time in which a program waits, in place of waiting; end it if it waits long without a step."""
-        self._waited += seconds
+        self._waited += 0.0 if self._stepping else seconds
         if not self._ended and self._waited > self._seconds:
             self.out_of_time = True
             self._stop()

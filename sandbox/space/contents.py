@@ -123,8 +123,8 @@ class Contents:
 
     def report(self, body: pymunk.Body, detail: str, shape: pymunk.Shape | None = None) -> BodyReport:
         """Name a body, by a shape of it, and what is wrong with it."""
-        shapes = self.solid_of.get(id(body), [])
-        shape = shape or next(iter(shapes), None)
+        solid = self.solid_of.get(id(body)) or [each for each in body.shapes if not each.sensor]  # if it is gone
+        shape = shape or next(iter(solid), None)
         kind = f"a {_KINDS[body.body_type]} {shape_words(shape) if shape else 'body without a shape'}"
         line = self.origins.line_of(body) or (self.origins.line_of(shape) if shape else "")
         place = place_of(shape) if shape and not is_dynamic(body) else body.position

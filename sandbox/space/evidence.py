@@ -138,10 +138,28 @@ class Evidence:
                         of_body.setdefault(body, []).append(number)
         return {name: {body: np.array(each) for body, each in of_body.items()} for name, of_body in steps.items()}
 
-    def pushed(self, steps: NDArray[np.intp], *ids: int) -> NDArray[np.bool_]:
-        """Return before which of some steps the program set the position or velocity of one of some bodies."""
-        numbers = [of_body[body] for of_body in self.set_by_program.values() for body in ids if body in of_body]
-        return np.isin(steps, np.concatenate(numbers)) if numbers else np.zeros(len(steps), bool)
+    def pushes_together(self, number: int, first: int, second: int) -> float:
+        """Return how far the program pushed two bodies into each other before a step, by its number, px.
+
+        That is by the position or velocity that it set, along the normal of their deepest contact in the step.
+        """
+        step, last = self.steps[number], self.steps[max(0, number - 1)].after
+        contacts, pushes = step.after.contacts, np.zeros(2)
+        pair = contacts[np.isin(contacts["body_a"], (first, second)) & np.isin(contacts["body_b"], (first, second))]
+        if last is step.before or not len(pair):
+            return 0.0
+        deepest = pair[pair["distance"].argmin()]
+        for side, sign in (("a", 1), ("b", -1)):
+            old, new = (rows[rows["id"] == deepest[f"body_{side}"]] for rows in (last.bodies, step.before.bodies))
+            for name, time in (("position", 1.0), ("velocity", step.dt)) if len(old) and len(new) else ():
+                pushes += sign * time * (new[name][0] - old[name][0])
+        return float(pushes @ deepest["normal"])
+
+    def lasts(self, steps: NDArray[np.intp]) -> bool:
+        """Return whether some steps, by their numbers, follow so closely that they are more than an impact."""
+        ends = np.array([self.steps[number].end for number in steps])
+        count = math.ceil(LASTING / self.steps[steps[0]].dt) if len(steps) else 0
+        return bool(len(steps)) and bool(((ends[count:] - ends[:-count]) < WITHIN).any())
 
     def came_in(self, step: Step, *ids: int) -> bool:
         """Return whether one of some bodies was not in the Space before a step."""
@@ -215,7 +233,7 @@ class _Deep(Enum):
 
     LASTING = auto()
     AT_ONCE = auto()  # in an impact
-    PUSHED = auto()  # by the program, which set the velocity or position of one before most of the steps
+    PUSHED = auto()  # by the program, further into each other before most of the steps
 
 
 def _too_deep(kind: _Deep) -> Callable[[Evidence], Iterator[Fault]]:
@@ -225,20 +243,20 @@ def _too_deep(kind: _Deep) -> Callable[[Evidence], Iterator[Fault]]:
 
 def _deep_overlap(evidence: Evidence, overlap: Overlap) -> Iterator[tuple[_Deep, Fault]]:
     """Yield why an overlap is too deep, if it is; not of bodies that came into the Space so."""
-    ends = overlap.body_a, overlap.body_b
+    ends, slop = (overlap.body_a, overlap.body_b), evidence.contents.space.collision_slop
     half = min(filter(None, map(half_width, evidence.shapes(*ends))), default=math.inf)
-    pushed = evidence.pushed(overlap.steps, *ends)
     for share, is_lasting in ((MAX_LASTING_DEPTH, True), (MAX_DEPTH, False)):
-        limit = evidence.contents.space.collision_slop + share * half
-        deep = overlap.depths > limit
-        steps = [evidence.steps[number] for number in overlap.steps[deep]]
-        if not steps or (sum(step.dt for step in steps) > LASTING) != is_lasting or evidence.came_in(steps[0], *ends):
+        limit = slop + share * half
+        deep = overlap.steps[overlap.depths > limit]
+        if not len(deep) or evidence.lasts(deep) != is_lasting:
             continue
-        kind = _Deep.LASTING if is_lasting else _Deep.AT_ONCE
-        worst = evidence.steps[overlap.steps[overlap.depths.argmax()]]
-        report = evidence.report(ends, worst, f"{overlap.depth:.3g} px deep in {{}} at {worst.end:.3f} s")
-        fault = Fault(overlap.depth / limit, report, f"{overlap.depth:.3g} px", since=steps[0].end)
-        yield _Deep.PUSHED if pushed[deep].mean() > 1 / 2 else kind, fault
+        first, worst = evidence.steps[deep[0]], evidence.steps[overlap.steps[overlap.depths.argmax()]]
+        if not evidence.came_in(first, *ends):
+            kind = _Deep.LASTING if is_lasting else _Deep.AT_ONCE
+            pushed = [evidence.pushes_together(number, *ends) > slop for number in deep.tolist()]
+            kind = _Deep.PUSHED if sum(pushed) > len(pushed) / 2 else kind
+            report = evidence.report(ends, worst, f"{overlap.depth:.3g} px deep in {{}} at {worst.end:.3f} s")
+            yield kind, Fault(overlap.depth / limit, report, f"{overlap.depth:.3g} px", since=first.end)
 
 
 def _passed(evidence: Evidence) -> Iterator[Fault]:
@@ -283,8 +301,8 @@ def _too_fast(evidence: Evidence) -> Iterator[Fault]:
             if is_worst and pair not in passed and not evidence.came_in(hit.step, hit.body):
                 worst[pair] = hit.speed / least, hit
     for (body, wall), (size, hit) in worst.items():
-        passing = passing_words(hit.speed / size, wall)
-        report = evidence.report((body,), hit.step, f"hit it at {hit.speed:.4g} px/s; {passing}")
+        what = f"hit a {shape_words(wall)} at {hit.speed:.4g} px/s; {passing_words(hit.speed / size)}"
+        report = evidence.report((body,), hit.step, what)
         yield Fault(size, report, since=hit.step.end)
 
 
@@ -311,16 +329,14 @@ def _unsolved_for_long(evidence: Evidence, residual: Residual, how: str) -> Iter
     """Yield the fault of a residual. how: what it means, by speed and time."""
     fall = evidence.fall[residual.steps]
     over = (residual.approach > fall) & (fall > 0) & ~evidence.changed_by_callbacks[residual.steps]
-    steps = [evidence.steps[number] for number in residual.steps[over]]
-    ends = np.array([step.end for step in steps])
-    count = math.ceil(LASTING / steps[0].dt) if steps else 0
-    if not steps or not ((ends[count:] - ends[:-count]) < WITHIN).any():
+    steps = residual.steps[over]
+    if not evidence.lasts(steps):
         return
     worst = int(np.flatnonzero(over)[residual.approach[over].argmax()])
     speed, end = residual.approach[worst], evidence.steps[residual.steps[worst]].end
     what = f"{how.format(f'{speed:.3g}', f'{end:.3f}')}; a step's gravity adds {fall[worst]:.3g}"
     report = evidence.report((residual.body_a, residual.body_b), evidence.step_at(end), what)
-    yield Fault(float(speed / fall[worst]), report, since=steps[0].end)
+    yield Fault(float(speed / fall[worst]), report, since=evidence.steps[steps[0]].end)
 
 
 def _creeping(evidence: Evidence) -> Iterator[Fault]:
@@ -528,7 +544,8 @@ STEP_RULES: Final[tuple[Rule[Evidence], ...]] = (
         Certainty.CERTAIN,
         "Stacks or joints give way: they carry less than what presses or pulls on them",
         "The solver stops after space.iterations passes, with its equations not yet fulfilled. High stacks, chains, "
-        "large differences of mass, and bodies between others that do not yield need more passes, or cannot be solved.",
+        "large differences of mass, moments that are too small, and bodies between others that do not yield need more "
+        "passes, or cannot be solved.",
         "Raise space.iterations, halve dt, bring masses nearer to each other.",
         _unsolved,
     ),

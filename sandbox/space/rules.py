@@ -309,7 +309,7 @@ def _too_fast(contents: Contents) -> Iterator[Fault]:
         if wall and is_static(body_of(wall)):
             speed, passing = body.velocity.length, (half_width(shape) + half_width(wall)) / contents.steps.dt
             if passing < speed:
-                how = f"{speed:.4g} px/s; {passing_words(passing, wall)}"
+                how = f"{speed:.4g} px/s; {passing_words(passing)} a {shape_words(wall)}"
                 yield Fault(speed / passing if passing else math.inf, contents.report(body, how))
 
 
@@ -322,9 +322,9 @@ def _first_ahead(contents: Contents, body: pymunk.Body, shape: pymunk.Shape) -> 
     return min(ahead, key=lambda hit: hit.alpha).shape if ahead else None
 
 
-def passing_words(passing: float, wall: pymunk.Shape) -> str:
+def passing_words(passing: float) -> str:
     """Say from which speed on, px/s, a step can carry a body through a wall."""
-    return f"from {passing:.4g} px/s on, one step can carry it through a {shape_words(wall)}"
+    return f"from {passing:.4g} px/s on, one step can carry it through"
 
 
 def set_by_handler(contents: Contents, contact: Any, time: float) -> Fault | None:
@@ -603,6 +603,16 @@ RULES: Final[tuple[Rule[Contents], ...]] = (
         _damping_outside,
     ),
     Rule(
+        "moment",
+        0.72,
+        Certainty.LIKELY,
+        "Bodies turn too easily or too hard: their moments do not fit their shapes",
+        "The second argument of Body(mass, moment) is a number that does not follow from shape and mass.",
+        "Body(), and shape.mass = ...: Pymunk computes the moment; or pymunk.moment_for_circle, moment_for_box, "
+        "moment_for_poly. float('inf') prevents turning.",
+        _moment,
+    ),
+    Rule(
         "dt-long",
         0.7,
         Certainty.LIKELY,
@@ -637,16 +647,6 @@ RULES: Final[tuple[Rule[Contents], ...]] = (
         "A joint does not stop its two bodies from colliding with each other.",
         "Set joint.collide_bodies = False, or a ShapeFilter with the same group on both shapes.",
         _overlaps(joined=True),
-    ),
-    Rule(
-        "moment",
-        0.6,
-        Certainty.LIKELY,
-        "Bodies turn too easily or too hard: their moments do not fit their shapes",
-        "The second argument of Body(mass, moment) is a number that does not follow from shape and mass.",
-        "Body(), and shape.mass = ...: Pymunk computes the moment; or pymunk.moment_for_circle, moment_for_box, "
-        "moment_for_poly. float('inf') prevents turning.",
-        _moment,
     ),
     Rule(
         "slop",

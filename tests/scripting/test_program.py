@@ -339,6 +339,28 @@ def test_a_friction_that_is_set_later_or_is_nowhere_needed_is_no_fault(working_f
     assert "friction-unused" not in rules(diagnoses(command, "game.py")["spaces"][0])
 
 
+IN_A_THREAD = """
+import threading, time
+def run():
+    while True:
+        space.step(1 / 60)
+        time.sleep(0.001)
+threading.Thread(target=run, daemon=True).start()
+"""
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")  # SystemExit ends the thread
+@pytest.mark.parametrize("wait", ["time.sleep(0.2)", "clock.tick(5)", "pygame.time.wait(200)"])
+def test_a_thread_steps_while_the_program_waits_without_a_window(
+    working_folder: Path, command: Command, wait: str
+) -> None:
+    """The program waits for 0.4 s in no time, if that is not given to its thread."""
+    loop = f"import pygame\nclock = pygame.time.Clock()\nwhile True:\n    {wait}\n"
+    write(working_folder, IN_A_THREAD + loop)
+    document = diagnoses(command, "--headless", "--seconds", "0.4", "game.py")
+    assert [(space["steps"], document["ended_by"]) for space in document["spaces"]] == [(24, "time is up")]
+
+
 def test_headless_programs_neither_wait_nor_need_a_display(working_folder: Path, command: Command) -> None:
     write(
         working_folder,
