@@ -25,6 +25,7 @@ from sandbox.space.figures import (
     jitter,
     joint_errors,
     joint_residuals,
+    normal_velocity,
     overlaps,
     residuals,
     stretches,
@@ -32,7 +33,7 @@ from sandbox.space.figures import (
     wrong_bounces,
 )
 from sandbox.space.findings import BodyReport, Certainty, Fault, Finding, Rule, found_by
-from sandbox.space.mechanics import Floats
+from sandbox.space.mechanics import Floats, Rows
 from sandbox.space.memory import JointKind, shape_address
 from sandbox.space.passages import Passage, Passages
 from sandbox.space.recording import Recording, Step
@@ -138,22 +139,25 @@ class Evidence:
                         of_body.setdefault(body, []).append(number)
         return {name: {body: np.array(each) for body, each in of_body.items()} for name, of_body in steps.items()}
 
-    def pushes_together(self, number: int, first: int, second: int) -> float:
+    def pushes_together(self, number: int, ends: tuple[int, int]) -> float:
         """Return how far the program pushed two bodies into each other before a step, by its number, px.
 
         That is by the position or velocity that it set, along the normal of their deepest contact in the step.
         """
         step, last = self.steps[number], self.steps[max(0, number - 1)].after
-        contacts, pushes = step.after.contacts, np.zeros(2)
-        pair = contacts[np.isin(contacts["body_a"], (first, second)) & np.isin(contacts["body_b"], (first, second))]
-        if last is step.before or not len(pair):
-            return 0.0
-        deepest = pair[pair["distance"].argmin()]
-        for side, sign in (("a", 1), ("b", -1)):
+        deepest, pushes = _deepest(step, ends), np.zeros(2)
+        for side, sign in (("a", 1), ("b", -1)) if last is not step.before else ():
             old, new = (rows[rows["id"] == deepest[f"body_{side}"]] for rows in (last.bodies, step.before.bodies))
             for name, time in (("position", 1.0), ("velocity", step.dt)) if len(old) and len(new) else ():
                 pushes += sign * time * (new[name][0] - old[name][0])
-        return float(pushes @ deepest["normal"])
+        return float(pushes @ deepest["normal"][0])
+
+    def is_impact(self, number: int, ends: tuple[int, int]) -> bool:
+        """Return whether two bodies went into each other in one step, by its number: by half their overlap at least."""
+        step = self.steps[number]
+        deepest = _deepest(step, ends)
+        way = abs(float(normal_velocity(deepest, step.before)[0])) * step.dt
+        return way > -float(deepest["distance"][0]) / 2
 
     def lasts(self, steps: NDArray[np.intp]) -> bool:
         """Return whether some steps, by their numbers, follow so closely that they are more than an impact."""
@@ -199,6 +203,13 @@ class Evidence:
             return "the Space's static body"
         report = self.contents.report(body, "")
         return report.kind if report.index is None else f"body {report.index}, {report.kind},"
+
+
+def _deepest(step: Step, ends: tuple[int, int]) -> Rows:
+    """Return the deepest contact of two bodies, by id, that touch in a step, as a table of one row."""
+    contacts = step.after.contacts
+    pair = contacts[np.isin(contacts["body_a"], ends) & np.isin(contacts["body_b"], ends)]
+    return pair[[pair["distance"].argmin()]]
 
 
 def _stretched(evidence: Evidence) -> Iterator[Fault]:
@@ -252,8 +263,9 @@ def _deep_overlap(evidence: Evidence, overlap: Overlap) -> Iterator[tuple[_Deep,
             continue
         first, worst = evidence.steps[deep[0]], evidence.steps[overlap.steps[overlap.depths.argmax()]]
         if not evidence.came_in(first, *ends):
-            kind = _Deep.LASTING if is_lasting else _Deep.AT_ONCE
-            pushed = [evidence.pushes_together(number, *ends) > slop for number in deep.tolist()]
+            is_impact = not is_lasting and evidence.is_impact(int(deep[0]), ends)
+            pushed = [evidence.pushes_together(number, ends) > slop for number in deep.tolist()]
+            kind = _Deep.AT_ONCE if is_impact else _Deep.LASTING
             kind = _Deep.PUSHED if sum(pushed) > len(pushed) / 2 else kind
             report = evidence.report(ends, worst, f"{overlap.depth:.3g} px deep in {{}} at {worst.end:.3f} s")
             yield kind, Fault(overlap.depth / limit, report, f"{overlap.depth:.3g} px", since=first.end)

@@ -283,8 +283,8 @@ def wrong_bounces(steps: Iterable[Step], tolerance: float = 0.05) -> list[Bounce
         contacts = contacts[(contacts["is_first"] == 1) & _are_alone(contacts, step.after)]
         if not len(contacts):
             continue
-        approach = -_normal_velocity(contacts, step.before)
-        separation = _normal_velocity(contacts, step.after)
+        approach = -normal_velocity(contacts, step.before)
+        separation = normal_velocity(contacts, step.after)
         least = 4 * np.linalg.norm(step.before.settings["gravity"]) * step.dt
         for row, v, u in zip(contacts, approach.tolist(), separation.tolist(), strict=True):
             if v > least and abs(u / v - row["elasticity"]) > tolerance:
@@ -303,7 +303,7 @@ def _are_alone(contacts: Rows, state: Snapshot) -> NDArray[np.bool_]:
     return ~(np.isin(contacts["body_a"], busy) | np.isin(contacts["body_b"], busy))
 
 
-def _normal_velocity(contacts: Rows, state: Snapshot) -> Floats:
+def normal_velocity(contacts: Rows, state: Snapshot) -> Floats:
     """Return the velocity at which the bodies of contacts part."""
     return dot(_velocity(contacts, state), contacts["normal"])
 

@@ -1070,3 +1070,13 @@ def test_a_body_that_is_gone_is_named_by_its_shape() -> None:
             space.remove(made, *made.shapes)
 
     assert findings_of(Game(space, 30, remove))["deep-at-once"].bodies[0].kind == "a dynamic circle of radius 10"
+
+
+def test_what_is_crushed_is_not_said_to_be_hit_too_fast() -> None:
+    """A block of 500 kg on two of 1 kg sinks in slowly, by some px a step."""
+    space = ground()
+    for k, mass in enumerate((1, 1, 500)):
+        box(space, 0, 175 - 40 * k, (40, 40), mass=mass)
+    found = findings_of(Game(space, 180))
+    assert "sinks-in" in found
+    assert "deep-at-once" not in found
