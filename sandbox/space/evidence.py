@@ -176,6 +176,11 @@ class Evidence:
         for body in filter(None, map(self.recording.body, ids)):
             yield from body.shapes
 
+    def half_width(self, *ids: int) -> float:
+        """Return the smallest half width of the shapes of those of some bodies that move by forces, px."""
+        shapes = self.shapes(*filter(self.is_dynamic, ids))
+        return min(filter(None, map(half_width, shapes)), default=math.inf)
+
     def report(self, ids: tuple[int, int] | tuple[int], step: Step, detail: str) -> BodyReport:
         """Name the first dynamic body of some, where it was after a step, and what is wrong with it.
 
@@ -255,7 +260,7 @@ def _too_deep(kind: _Deep) -> Callable[[Evidence], Iterator[Fault]]:
 def _deep_overlap(evidence: Evidence, overlap: Overlap) -> Iterator[tuple[_Deep, Fault]]:
     """Yield why an overlap is too deep, if it is; not of bodies that came into the Space so."""
     ends, slop = (overlap.body_a, overlap.body_b), evidence.contents.space.collision_slop
-    half = min(filter(None, map(half_width, evidence.shapes(*ends))), default=math.inf)
+    half = evidence.half_width(*ends)
     for share, is_lasting in ((MAX_LASTING_DEPTH, True), (MAX_DEPTH, False)):
         limit = slop + share * half
         deep = overlap.steps[overlap.depths > limit]
@@ -357,8 +362,7 @@ def _creeping(evidence: Evidence) -> Iterator[Fault]:
         lengths = np.array([evidence.steps[number].dt for number in residual.steps])
         slip = np.where(evidence.changed_by_callbacks[residual.steps], 0.0, residual.slip) * lengths
         way = abs(slip.sum())
-        widths = filter(None, map(half_width, evidence.shapes(residual.body_a, residual.body_b)))
-        if way > MAX_CREEP * min(widths, default=math.inf):
+        if way > MAX_CREEP * evidence.half_width(residual.body_a, residual.body_b):
             first, last = (evidence.steps[residual.steps[at]] for at in (0, -1))
             what = f"crept {way:.3g} px along {{}} in {last.end - first.time:.3g} s"
             report = evidence.report((residual.body_a, residual.body_b), last, what)

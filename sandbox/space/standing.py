@@ -1,13 +1,11 @@
 """What stands in finer steps, but moves on in the program's own: it leans, slides or topples."""
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from sandbox.space.contents import half_width
 from sandbox.space.evidence import MAX_CREEP, Evidence
 from sandbox.space.findings import Certainty, Fault, Rule
 from sandbox.space.finer import Finer
@@ -34,7 +32,7 @@ def _moves_on(compared: Compared) -> Iterator[Fault]:
     steps, last = found.script.steps, len(found.error) - 1
     is_known = found.is_light & (found.until > last)
     for number, body in enumerate(found.script.roster.bodies):
-        half = min(filter(None, map(half_width, evidence.shapes(body.id))), default=math.inf)
+        half = evidence.half_width(body.id)
         start = _since(found, number, last, STILL * half) if is_known[number] else last
         ways = _ways(found, found.script.recorded, number, start, slice(start, last + 1))
         way = float(ways.max(initial=0.0))

@@ -1080,3 +1080,13 @@ def test_what_is_crushed_is_not_said_to_be_hit_too_fast() -> None:
     found = findings_of(Game(space, 180))
     assert "sinks-in" in found
     assert "deep-at-once" not in found
+
+
+@pytest.mark.parametrize("kind", [None, pymunk.Body.STATIC, pymunk.Body.KINEMATIC])
+def test_a_thin_wall_is_judged_alike_whatever_body_it_is_on(kind: int | None) -> None:
+    """A ball of radius 20 that comes 8 px deep into a wall of 2 px, less than half its radius, in its second step."""
+    space = world()
+    on = space.static_body if kind is None else body(0, 0, kind=kind)
+    add(space, pymunk.Segment(on, (-500, 200), (500, 200), 1))
+    ball(space, 0, 179 - 8, 20, velocity=(0, 480))
+    assert findings_of(Game(space, 30)).keys() == set()
