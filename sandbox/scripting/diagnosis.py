@@ -51,8 +51,9 @@ class Diagnosis:
 
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
-        """All findings, worst first, also those of the comparison."""
-        compared = self.against_finer.findings(self.seen) if self.against_finer else []
+        """All findings, worst first, also those of the comparison with finer steps if `exact` has no part in it."""
+        against = None if self.against_exact.part else self.against_finer
+        compared = against.findings(self.seen) if against else []
         return tuple(sorted([*self.seen, *compared], key=worst_first))
 
     @property

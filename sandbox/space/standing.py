@@ -12,8 +12,7 @@ from sandbox.space.finer import Finer
 from sandbox.space.mechanics import Floats
 from sandbox.space.replay import Motion, distance
 
-STILL: Final = 0.05  # of the smaller half width of a body: what moves less stands
-SETTLING: Final = 0.5  # s, after which what came to rest in finer steps should rest in the program's too
+STILL: Final = 0.1  # of the smallest half width of a body: what moves less stands
 ALREADY_SAID: Final = ("creeps", "sinks-in", "unsolved")  # rules that name the same bodies for what they do
 
 
@@ -27,38 +26,27 @@ class Compared:
 
 
 def _moves_on(compared: Compared) -> Iterator[Fault]:
-    """Bodies that move on by a part of their size since a time from which they stand in the reference, to its end."""
+    """Bodies that move on by a part of their size, and stand in the reference from the start to the end."""
     evidence, found = compared.evidence, compared.finer
     steps, last = found.script.steps, len(found.error) - 1
     is_known = found.is_light & (found.until > last)
     for number, body in enumerate(found.script.roster.bodies):
         half = evidence.half_width(body.id)
-        start = _since(found, number, last, STILL * half) if is_known[number] else last
-        ways = _ways(found, found.script.recorded, number, start, slice(start, last + 1))
-        way = float(ways.max(initial=0.0))
-        if start < last and way > MAX_CREEP * half:
-            since = steps[start + int(np.argmax(ways > STILL * half))].end
+        ways = _ways(found, found.script.recorded, number)
+        way = float(ways.max()) if is_known[number] else 0.0
+        if way > MAX_CREEP * half and (_ways(found, found.reference, number) <= STILL * half).all():
+            since = steps[int(np.argmax(ways > STILL * half))].end
             what = f"moves {way:.3g} px from {since:.3f} to {steps[last].end:.3f} s"
             report = evidence.report((body.id,), steps[last], what)
             if not any(report.index in compared.named.get(rule, ()) for rule in ALREADY_SAID):
                 yield Fault(way / half, report, f"{way:.3g} px", since=since)
 
 
-def _since(found: Finer, body: int, last: int, still: float) -> int:
-    """Return the step from which a body should stand, as it does in the reference until the last step."""
-    moving = np.flatnonzero(_ways(found, found.reference, body, last, slice(0, last + 1)) > still)
-    if not len(moving):
-        return 0
-    ends = np.array([step.end for step in found.script.steps])
-    return int(np.searchsorted(ends, ends[moving[-1]] + SETTLING))
-
-
-def _ways(found: Finer, motion: Motion, body: int, at: int, window: slice) -> Floats:
-    """Return how far a body is in some steps from where it is in one, px."""
+def _ways(found: Finer, motion: Motion, body: int) -> Floats:
+    """Return how far a body is in each compared step from where it is in the first, px."""
     column = slice(body, body + 1)
-    moved = Motion(motion.place[window, column], motion.angle[window, column])
-    there = Motion(motion.place[at : at + 1, column], motion.angle[at : at + 1, column])
-    return distance(found.script.outlines[column], moved, there)[:, 0]
+    moved = Motion(motion.place[: len(found.error), column], motion.angle[: len(found.error), column])
+    return distance(found.script.outlines[column], moved, moved.first(1))[:, 0]
 
 
 COMPARED_RULES: Final[tuple[Rule[Compared], ...]] = (
