@@ -25,13 +25,13 @@ IN_TIME: Final[Fields] = {}
 class Fault(NamedTuple):
     """Something that can be wrong with contacts.
 
-    name: of the model; cause: one, or that of a value below the right one and that of others; says: a sentence, or that
-    of a negative value and that of others, with `value`, `figure`, `size`, `degrees` and `unit`; fields: of LAW, fixed;
-    dimension: of the parameter; span: the least, the right and the largest value of the
-    parameter, None if it has none; of: the fields that get the parameter, by default that of the model's name; kind: of
-    contacts that can have it; rough: whether it is of friction or spin; in_radii: whether its span is in radii of the
-    smallest ball; odd: whether another model that explains a step as well is more likely; always: whether an engine
-    that does so does it in every contact.
+    name: of the model; cause: one, or that of a value below the right one and that of others; says: a sentence, or
+    that of a negative value and that of others, with `value`, `figure`, `share`, `size`, `degrees` and `unit`;
+    fields: those of LAW that are fixed; dimension: of the parameter; span: the least, the right and the largest
+    value of the parameter, None if it has none; of: the fields that get the parameter, by default that of the
+    model's name; kind: of contacts that can have it; rough: whether it is of friction or spin; in_radii: whether
+    its span is in radii of the smallest ball; odd: whether another model that explains a step as well is more
+    likely; always: whether an engine that does so does it in every contact.
     """
 
     name: str
@@ -66,9 +66,11 @@ class Fault(NamedTuple):
         says = self.says if isinstance(self.says, str) else self.says[value >= 0]
         [value] = units.scaled(self.dimension, value)
         figure = f"{0.0 if abs(value) < 1e-6 else value:.4g}"
+        share = f"{figure} of" if 0 < float(figure) <= 1 else "none of" if figure == "0" else f"{figure} times"
         return says.format(
             value=value,
             figure=figure,
+            share=share,
             size=f"{abs(value):.4g}",
             degrees=f"{abs(math.degrees(value)):.4g}",
             unit=units.name(self.dimension),
@@ -96,15 +98,15 @@ _MORE: Final = "The coefficient of friction is {size} more than the scene's."
 _LESS: Final = "The coefficient of friction is {size} less than the scene's."
 _FURTHER: Final = "After the contact, each is put {size} {unit} further from the other."
 _NEARER: Final = "After the contact, each is put {size} {unit} nearer to the other."
-_FIRST: Final = "The first ball gets {figure} of its impulse, and the second all: momentum is not kept."
-_SECOND: Final = "The second ball gets {figure} of its impulse, and the first all: momentum is not kept."
+_FIRST: Final = "The first ball gets {share} its impulse, and the second all: momentum is not kept."
+_SECOND: Final = "The second ball gets {share} its impulse, and the first all: momentum is not kept."
 _TANGENTS: Final = (
     "The two swap what their velocities have along the tangent, and keep what they have along the normal."
 )
 
 FAULTS: Final = (
-    Fault("impulse", _SIZE, (_PULLS, "The impulse is {figure} of what is due."), span=(-1.0, 1.0, 3.0)),
-    Fault("restitution", _SIZE, (_PARTS, "The restitution is {figure} of the scene's."), span=(-1.0, 1.0, 2.0)),
+    Fault("impulse", _SIZE, (_PULLS, "The impulse is {share} what is due."), span=(-1.0, 1.0, 3.0)),
+    Fault("restitution", _SIZE, (_PARTS, "The restitution is {share} the scene's."), span=(-1.0, 1.0, 2.0)),
     Fault("full restitution", Cause.LARGE, "The restitution is 1, whatever the scene's elasticity.", {"constant": 1}),
     Fault("no restitution", Cause.SMALL, "The restitution is 0, whatever the scene's elasticity.", {"constant": 0}),
     Fault(
@@ -127,18 +129,16 @@ FAULTS: Final = (
     Fault(
         "brake",
         _VELOCITY,
-        "The wall brakes the ball along itself, by {figure} of its impulse.",
+        "The wall brakes the ball along itself, by {share} its impulse.",
         span=(0.0, 0.0, 1.0),
         kind=Scope.WALLS,
     ),
-    Fault(
-        "slope", _VELOCITY, "The speed along the contact becomes {figure} of what it should be.", span=(-1.5, 1.0, 2.0)
-    ),
-    Fault("friction", FRICTION, "Friction is {figure} of what it should be.", span=(-2.0, 1.0, 4.0), rough=True),
+    Fault("slope", _VELOCITY, "The speed along the contact becomes {share} what it should be.", span=(-1.5, 1.0, 2.0)),
+    Fault("friction", FRICTION, "Friction is {share} what it should be.", span=(-2.0, 1.0, 4.0), rough=True),
     Fault(
         "coefficient",
         FRICTION,
-        "The coefficient of friction is {figure} of the scene's.",
+        "The coefficient of friction is {share} the scene's.",
         span=(0.0, 1.0, 5.0),
         rough=True,
     ),
@@ -153,7 +153,7 @@ FAULTS: Final = (
     Fault(
         "turning",
         _VELOCITY,
-        "Friction turns the balls by {figure} of what it should.",
+        "Friction turns the balls by {share} what it should.",
         span=(-2.0, 1.0, 3.0),
         of=("first_turns", "second_turns"),
         rough=True,

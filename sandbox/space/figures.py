@@ -52,8 +52,8 @@ def overlaps(steps: Iterable[Step]) -> list[Overlap]:
     contacts, number = contacts[deep], number[deep]
     found = []
     for rows, at, first in _by_pair(contacts, number, "body"):
-        a, b = sorted((int(contacts["body_a"][rows[0]]), int(contacts["body_b"][rows[0]])))
-        found.append(Overlap(a, b, at, np.maximum.reduceat(-contacts["distance"][rows], first)))
+        ends = int(contacts["body_a"][rows[0]]), int(contacts["body_b"][rows[0]])
+        found.append(Overlap(*ends, at, np.maximum.reduceat(-contacts["distance"][rows], first)))
     return sorted(found, key=lambda overlap: -overlap.depth)
 
 
@@ -66,9 +66,13 @@ def _listed(of_step: Iterable[Rows], kind: np.dtype[Any]) -> tuple[Rows, NDArray
 def _by_pair(
     contacts: Rows, number: NDArray[np.intp], of: str
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]]:
-    """Yield the rows of each pair of bodies or shapes by step, the numbers of these steps, and where each begins."""
+    """Yield the rows of each pair of bodies or shapes by step, the numbers of these steps, and where each begins.
+
+    Pairs come in the order of their first contacts: the ids are addresses, whose order differs from run to run.
+    """
     ends = np.sort(np.stack([contacts[f"{of}_a"], contacts[f"{of}_b"]], axis=1), axis=1)
-    pair = np.unique(ends, axis=0, return_inverse=True)[1].ravel()
+    _, begin, pair = np.unique(ends, axis=0, return_index=True, return_inverse=True)
+    pair = begin.argsort().argsort()[pair.ravel()]
     order = np.lexsort((number, pair))
     for rows in np.split(order, np.bincount(pair).cumsum()[:-1]) if len(order) else ():
         at, first = np.unique(number[rows], return_index=True)

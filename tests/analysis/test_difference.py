@@ -178,7 +178,7 @@ def test_two_per_cent_too_much_impulse(first_of: First) -> None:
     one = first_of("TooMuch", ROW)
     assert one is not None
     assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, 1, Cause.LARGE)
-    assert one.because.startswith("The impulse is 1.02 of what is due.")
+    assert one.because.startswith("The impulse is 1.02 times what is due.")
     assert one.after is not None
     assert one.after[0][0] == pytest.approx(-0.02 * 240)
     assert one.should_after == ((0.0, 0.0), (240.0, 0.0))
@@ -293,7 +293,7 @@ def test_one_pixel_of_overshoot_thrown_away(first_of: First) -> None:
             ("The impulse is 0.25 of what is due.", "the diameter, 8 px: a restitution of -0.5."),
         ),
         (2, Cause.SMALL, ("The restitution is 0, whatever the scene's elasticity.",)),
-        (0.5, Cause.LARGE, ("The impulse is 2 of what is due.", "the diameter, 1 px: a restitution of 3.")),
+        (0.5, Cause.LARGE, ("The impulse is 2 times what is due.", "the diameter, 1 px: a restitution of 3.")),
     ],
 )
 def test_the_article_s_divisor_is_named_with_its_restitution(

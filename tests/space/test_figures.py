@@ -60,6 +60,19 @@ def test_the_deepest_overlap_is_the_way_that_a_ball_went_too_far() -> None:
     assert {worst[0].body_a, worst[0].body_b} == {body.id, space.static_body.id}
 
 
+def test_overlaps_that_are_equally_deep_come_in_the_order_of_their_contacts() -> None:
+    """Not in that of their bodies' addresses, which is another in every run."""
+    space = pymunk.Space()
+    space.add(pymunk.Segment(space.static_body, (-10, 0), (1000, 0), 0))
+    for number in (7, 2, 9, 4, 1, 8, 3, 6, 0, 5):
+        ball(space, 100 * number, 19, (0, -600))
+    recording = record(space, 1)
+    [step] = recording
+    ends = step.after.contacts[["body_a", "body_b"]].tolist()
+    assert len(ends) == 10
+    assert [(overlap.body_a, overlap.body_b) for overlap in overlaps(recording)] == ends
+
+
 def test_each_joint_s_error_is_that_of_its_law() -> None:
     """Free bodies are put where each law is broken by a known amount; joints without force leave them there."""
     space = pymunk.Space()
