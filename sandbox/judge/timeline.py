@@ -15,7 +15,7 @@ from sandbox.judge.fit import Outcome
 from sandbox.judge.judge import Judge
 from sandbox.judge.models import BY_NAME, FAULTS
 from sandbox.judge.touching import StepError
-from sandbox.judge.words import NO_SINGLE_ERROR, found_range, of_outcome, summed
+from sandbox.judge.words import NO_SINGLE_ERROR, found_range, of_changes, of_outcome, summed
 from sandbox.state import Floats
 
 MODELS: Final = ["", *(fault.name for fault in FAULTS)]  # the likelier first, of those that tell the same
@@ -133,6 +133,10 @@ class Timeline:
             sign = 1 if cause == Cause.LATE else -1
             depths = [sign * error.depth for error in errors if error.depth and sign * error.depth > 0]
             because = found_range(self._judge.scene, cause, depths) if len(depths) > 1 else because
+        elif not fault and cause in (Cause.UNREPORTED, Cause.TELEPORTED):
+            sizes = [(e.speed if cause == Cause.UNREPORTED else e.displacement) / e.times for e in errors]
+            is_habit = len({error.because for error in errors}) == 1
+            because = because if is_habit else of_changes(self._judge.scene, cause, because, sizes)
         return Suffered(cause, because, sum(error.times for error in errors), share)
 
 

@@ -121,6 +121,20 @@ def found_range(scene: Scene, cause: Cause, depths: Sequence[float]) -> str:
     return f"Contacts are found {when}, {found}, {median:.3g} at the median."
 
 
+def of_changes(scene: Scene, cause: Cause, first: str, sizes: Sequence[float]) -> str:
+    """Return the sentence on the first of many changes without a contact, with the range of all that are not 0.
+
+    sizes: of the mean change in each step, px/s, or px where balls are put elsewhere.
+    """
+    changes = [size for size in sizes if size > 0]
+    if len(changes) < 2:
+        return first
+    dimension = Dimension.VELOCITY if cause == Cause.UNREPORTED else Dimension.LENGTH
+    low, high = scene.units.scaled(dimension, min(changes), max(changes))
+    some = f"{low:.3g} to {high:.3g}" if high - low > ALIKE * high else f"{high:.3g}"
+    return f"{first[:-1]}; such changes are of {some} {scene.units.name(dimension)}."
+
+
 def of_missed(scene: Scene, contact: tuple[int, int], way: Floats, overlap_time: float, *, is_through: bool) -> str:
     """Return how two bodies passed each other without a contact.
 

@@ -222,6 +222,20 @@ def test_a_limit_of_speeds_that_balls_fall_at_is_no_damping() -> None:
     assert not any("multiplies" in error.because for error in timeline.errors)
 
 
+def test_changes_of_velocity_without_a_contact_are_said_with_their_range() -> None:
+    """A ball in flight is kicked three times, by 3, 5 and 9 px/s in changing directions, and put elsewhere twice."""
+    kicks = ((0, 0), (3, 0), (0, 0), (-3, 4), (0, 0), (0, -9), (0, 0))
+    position, velocity, rows = np.array([200.0, 200.0]), np.array([30.0, 20.0]), list[Row]()
+    for number, kick in enumerate(kicks):
+        position = position + velocity * DT + ((0.5, 0) if number in (2, 4) else (0, 0))
+        velocity = velocity + kick
+        rows.append(([position.tolist()], [velocity.tolist()]))
+    scene = scene_of("radius = 20\nposition = [200, 200]", size="[800, 600]")
+    said = {found.cause: found.because for found in judged(scene, *rows).suffered}
+    assert said[Cause.UNREPORTED].endswith("without a contact; such changes are of 3 to 9 px/s.")
+    assert said[Cause.TELEPORTED].endswith("; such changes are of 0.5 px.")
+
+
 @pytest.mark.parametrize(
     ("fault", "values", "said"),
     [
