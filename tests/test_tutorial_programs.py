@@ -90,6 +90,8 @@ def test_the_mistake_shows_in_the_program_s_scene(name: str) -> None:
         ("several_at_once", head_on((1, 4)), (-336 * 0.999**20, 24 * 0.999**20)),
         # that of masses 1 and 1/4, as the radii say
         ("mass_as_radius_squared", head_on((1, 1), (20, 10)), (2 * 168 - 240, 2 * 168 + 120)),
+        # and as 1 and 1/8
+        ("mass_as_radius_cubed", head_on((1, 1), (20, 10)), (2 * 200 - 240, 2 * 200 + 120)),
         # as equal masses
         ("masses_ignored", head_on((1, 4)), (-120, 240)),
         ("whole_velocities_swapped", head_on((1, 4)), (-120, 240)),

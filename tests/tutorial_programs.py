@@ -183,6 +183,7 @@ PROGRAMS: Final = {
         _program("impulse_without_restitution", _EQUAL, "small", "", 0.5, 50, 0),
         # Masses
         _program("mass_as_radius_squared", _UNEQUAL, "velocity"),
+        _program("mass_as_radius_cubed", _UNEQUAL, "velocity"),
         _program("masses_ignored", _UNEQUAL, "velocity"),
         _program("only_one_changed", _EQUAL, "velocity", "", 0),
         _program("pushed_by_half", _UNEQUAL, "pushed late"),

@@ -70,8 +70,9 @@ class Masses(IntEnum):
     OWN = 0
     SWAPPED = 1  # right impulse, applied to the other's mass
     EQUAL = 2
-    BY_AREA = 3  # radius squared
-    BY_RADIUS = 4
+    BY_RADIUS = 3
+    BY_AREA = 4  # radius squared
+    BY_VOLUME = 5  # radius cubed
 
 
 class Mixing(IntEnum):

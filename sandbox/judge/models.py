@@ -208,6 +208,14 @@ FAULTS: Final = (
         always=True,
     ),
     Fault(
+        "masses by volume",
+        _VELOCITY,
+        "Masses are taken as radius cubed.",
+        {"masses": Masses.BY_VOLUME},
+        kind=Scope.PAIRS,
+        always=True,
+    ),
+    Fault(
         "swap",
         _VELOCITY,
         "The two swap their whole velocities.",

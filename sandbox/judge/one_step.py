@@ -262,9 +262,9 @@ def _mass_in(law: Record, b: Record) -> float:
     """Return the mass that an impulse is computed with."""
     if law.masses <= Masses.SWAPPED:
         return float(b.mass)
-    if law.masses == Masses.BY_AREA:
-        return float(b.radius * b.radius)
-    return float(b.radius) if law.masses == Masses.BY_RADIUS else 1.0
+    if law.masses == Masses.EQUAL:
+        return 1.0
+    return float(b.radius ** (law.masses - Masses.BY_RADIUS + 1))
 
 
 @kernel
