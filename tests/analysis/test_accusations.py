@@ -306,7 +306,8 @@ def test_a_spin_that_is_wrong_shows_although_all_balls_are_in_their_places() -> 
     assert run.gap_max.max() < 1e-6
     one = run.figures.first_difference
     assert one is not None
-    assert (one.cause, one.because) == (Cause.UNEXPLAINED_IMPULSE, "Friction turns the balls by 2 times what it should.")
+    assert one.cause == Cause.UNEXPLAINED_IMPULSE
+    assert one.because == "Friction turns the balls by 2 times what it should."
 
 
 def test_a_contact_is_not_late_by_more_than_a_step_if_each_step_looks_for_it() -> None:
