@@ -175,45 +175,15 @@ FAULTS: Final = (
         {"twice": 1},
         odd=True,
     ),
-    Fault(
-        "masses swapped",
-        _VELOCITY,
-        "Each ball is accelerated as if it had the other's mass.",
-        {"masses": Masses.SWAPPED},
-        kind=Scope.PAIRS,
-        always=True,
-    ),
-    Fault(
-        "equal masses",
-        _VELOCITY,
-        "The impulse is that of equal masses.",
-        {"masses": Masses.EQUAL},
-        kind=Scope.PAIRS,
-        always=True,
-    ),
-    Fault(
-        "masses by area",
-        _VELOCITY,
-        "Masses are taken as radius squared.",
-        {"masses": Masses.BY_AREA},
-        kind=Scope.PAIRS,
-        always=True,
-    ),
-    Fault(
-        "masses by radius",
-        _VELOCITY,
-        "Masses are taken as the radius.",
-        {"masses": Masses.BY_RADIUS},
-        kind=Scope.PAIRS,
-        always=True,
-    ),
-    Fault(
-        "masses by volume",
-        _VELOCITY,
-        "Masses are taken as radius cubed.",
-        {"masses": Masses.BY_VOLUME},
-        kind=Scope.PAIRS,
-        always=True,
+    *(
+        Fault(name, _VELOCITY, says, {"masses": masses}, kind=Scope.PAIRS, always=True)
+        for name, says, masses in (
+            ("masses swapped", "Each ball is accelerated as if it had the other's mass.", Masses.SWAPPED),
+            ("equal masses", "The impulse is that of equal masses.", Masses.EQUAL),
+            ("masses by area", "Masses are taken as radius squared.", Masses.BY_AREA),
+            ("masses by radius", "Masses are taken as the radius.", Masses.BY_RADIUS),
+            ("masses by volume", "Masses are taken as radius cubed.", Masses.BY_VOLUME),
+        )
     ),
     Fault(
         "swap",
