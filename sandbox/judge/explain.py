@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.exact.support import normal_to, unit
 from sandbox.judge.causes import NEGLIGIBLE
-from sandbox.judge.groups import MAX_COMPUTED, Flown, differs, fill_ball, find_root, link
+from sandbox.judge.free_flight import BALL, fill_ball, fly, kept_in
+from sandbox.judge.groups import MAX_COMPUTED, Flown, differs, find_root, link
 from sandbox.judge.law import Slows, When
-from sandbox.judge.one_step import BALL, Group, Scratch, kept_in, move, run_law, scratch_of, slow
+from sandbox.judge.one_step import Group, Scratch, run_law, scratch_of
 from sandbox.judge.thresholds import LEFT_OVER
 from sandbox.judge.together import (
     Room,
@@ -116,19 +117,6 @@ def desk_for(n: int) -> Desk:
     after, end, exact, shift, solved = (np.zeros((n, width)) for width in (5, 5, 5, 2, 3))
     label, order, in_order = (np.zeros(n, np.int64) for _ in range(3))
     return Desk(ball, mine, start, work, after, end, exact, shift, solved, np.zeros(n), label, order, in_order)
-
-
-@kernel
-def _fly(law: Record, b: Record, dt: float) -> None:
-    """Do what a law does to a ball that touches nothing."""
-    dt *= law.clock
-    if law.slows_first == Slows.FIRST:
-        slow(law, b, dt)
-    move(law, b, dt)
-    b.x += law.dx
-    b.y += law.dy
-    if law.slows_first == Slows.LAST:
-        slow(law, b, dt)
 
 
 @kernel
@@ -287,7 +275,7 @@ def _shift_of(desk: Desk, group: Group, law: Record, how: int, shift: Floats) ->
     dt, work, largest = group.dt, desk.work, 0.0
     for i in range(len(group.ball)):
         work[i] = group.ball[i]
-        _fly(law, work[i], dt)
+        fly(law, work[i], dt)
         if how == 2:
             work[i].x = group.ball[i].x + dt * desk.after[i, 2]
             work[i].y = group.ball[i].y + dt * desk.after[i, 3]
@@ -388,7 +376,7 @@ def _solve(desk: Desk, group: Group, law: Record, scratch: Scratch, found: int, 
     kept = kept_in(law, dt) if law.slows_first == Slows.AFTER_MOVE and rebound else 1.0
     for i in range(k):
         work[i] = group.ball[i]
-        _fly(law, work[i], dt)
+        fly(law, work[i], dt)
     fall_x, fall_y = (law.gx * dt, law.gy * dt) if rebound else (0.0, 0.0)
     solve_together(work[:k], scratch.touch[:found], fall_x, fall_y, kept, scratch.room)
     for i in range(k):
@@ -402,7 +390,7 @@ def _fit(desk: Desk, group: Group, law: Record, touch: NDArray[Any], room: Room,
     k, dt, work, largest = len(group.ball), group.dt, desk.work, 0.0
     for i in range(k):
         work[i] = group.ball[i]
-        _fly(law, work[i], dt)
+        fly(law, work[i], dt)
         b = work[i]
         b.vx, b.vy, b.spin = desk.end[i, 2] - b.vx, desk.end[i, 3] - b.vy, desk.end[i, 4] - b.spin
         largest = max(largest, abs(b.vx), abs(b.vy), abs(b.spin) * b.radius)
@@ -515,7 +503,7 @@ def _flies_otherwise(group: Group, law: Record, work: NDArray[Any], floor: float
     for i in range(len(group.ball)):
         before, b = group.ball[i], work[i]
         b.x, b.y, b.vx, b.vy = before.x, before.y, before.vx, before.vy
-        _fly(law, b, dt)
+        fly(law, b, dt)
         off_x = b.x - before.x - dt * (before.vx + law.gx * dt / 2)
         off_y = b.y - before.y - dt * (before.vy + law.gy * dt / 2)
         if max(abs(off_x), abs(off_y)) > floor:

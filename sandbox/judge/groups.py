@@ -14,12 +14,12 @@ from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.exact.prediction import time_to_piece
 from sandbox.engines.exact.world import Motion
 from sandbox.engines.laws import NEVER, time_to_touch
+from sandbox.judge.free_flight import BALL, fill_ball
 from sandbox.judge.law import LAW, law
-from sandbox.judge.one_step import BALL, MET, Group, Scratch, run_law, scratch_of
+from sandbox.judge.one_step import MET, Group, Scratch, run_law, scratch_of
 from sandbox.judge.thresholds import MAX_EVENTS, NEAR, TIE
 from sandbox.judge.together import TOUCH, TOUCHES_PER_BALL, depth_in, room_for_contacts
 from sandbox.quantity import pass_through
-from sandbox.scene.model import Scene
 from sandbox.state import Bools, Floats, Integers, States
 
 MAX_COMPUTED: Final = 256  # balls of a group that is computed at all; a step of more is not judged
@@ -123,14 +123,6 @@ def _meets_wall(
         if time_to_piece(m, reach, piece[p], False) <= f.dt[step] + TIE:
             return True
     return False
-
-
-@kernel
-def fill_ball(b: Record, states: States, step: int, i: int) -> None:
-    """Set a ball's motion to that of a state."""
-    b.x, b.y = states.position[step, i, 0], states.position[step, i, 1]
-    b.vx, b.vy = states.velocity[step, i, 0], states.velocity[step, i, 1]
-    b.spin = states.spin[step, i]
 
 
 @kernel
@@ -326,17 +318,6 @@ def _sort(f: Flown, w: Work, step: int, gravity: tuple[float, float]) -> None:
             w.order[place] = w.order[place - 1]
             place -= 1
         w.order[place] = ball
-
-
-def balls_of(scene: Scene, more: int = 0) -> NDArray[np.void]:
-    """Return a scene's balls, (n + more,) BALL, without their motion."""
-    bodies = scene.bodies
-    ball = np.zeros(len(bodies) + more, BALL)
-    for name in ("radius", "mass", "elasticity", "friction"):
-        ball[name][: len(bodies)] = getattr(bodies, name)
-    ball["filter"][: len(bodies)] = bodies.filters
-    ball["number"][: len(bodies)] = np.arange(len(bodies))
-    return ball
 
 
 def work_for(n: int) -> Work:

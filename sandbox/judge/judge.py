@@ -32,8 +32,10 @@ from sandbox.judge.explain import (
     explain,
 )
 from sandbox.judge.fit import MET_KEPT, Outcome, Problem, Trial, laws_of, without_idle_faults
-from sandbox.judge.flight import Habit, find_habit, flown, misses, ways_to_fall
-from sandbox.judge.groups import FOUND, MAX_COMPUTED, Flown, balls_of, scratch_for, screen, work_for
+from sandbox.judge.flight import Flights, Habit, find_habit, flown, misses, ways_to_fall
+from sandbox.judge.free_flight import balls_of
+from sandbox.judge.groups import FOUND, MAX_COMPUTED, Flown, scratch_for, screen, work_for
+from sandbox.judge.kicks import of_kick
 from sandbox.judge.law import LAW, Scope, law
 from sandbox.judge.models import BY_NAME, FRICTION, Fields
 from sandbox.judge.one_step import MET, Group
@@ -148,10 +150,13 @@ class Judge:
         before, after = states.after_pushes(pushes).rows(slice(-1)), states.rows(slice(1, None))
         floor = self._floor(states, dt)
         if not self._knows_flight:
-            free = self._free_balls(before, after)
-            habit = find_habit(
-                self.scene.units, before, after, dt, self._gravity, floor, free, self._damping.per_second
-            )
+            flies = self._free_balls(before, after)
+            moves = np.maximum(length(before.velocity), length(after.velocity)) * dt[:, None] > floor
+            if (flies & moves).any() or not any(self._gravity):  # what stays where it is may be held there
+                flies &= moves
+            ball = self._ball[: len(self._bodies)]
+            flights = Flights(self.scene.units, ball, self._gravity, before, after, dt, floor, flies)
+            habit = find_habit(flights, self._damping.per_second)
             self.habit, self._knows_flight = habit or Habit({}), habit is not None
         exact = self._flown(before, dt, {})
         strange = self._strays(after, self._flown(before, dt, self.habit.fields), dt, floor)
@@ -406,9 +411,7 @@ class Judge:
 
     def _flown(self, before: States, dt: Floats, fields: Fields) -> States:
         """Return the states after steps of free flight. fields: of LAW, that are not exact."""
-        x, v = flown(before, dt, fields, self._gravity)
-        kept = fields.get("kept_spin", 1.0) * fields.get("left", 1.0) ** dt
-        return States(x, v, before.angle.copy(), kept[:, None] * before.spin)
+        return flown(self._ball[: len(self._bodies)], before, dt, self._gravity, fields)
 
     def _flown_in(self, f: Flown, step: int, fields: Fields) -> States:
         """Return the state after one step of free flight, as the only row. fields: as for `_flown`."""
@@ -418,7 +421,7 @@ class Judge:
     def _strays(self, after: States, at: States, dt: Floats, floor: float) -> Bools:
         """Return which balls are elsewhere than in other states, or turn otherwise: (steps, n)."""
         spun = np.abs(after.spin - at.spin) * self._bodies.radius * dt[:, None]
-        strays: Bools = np.maximum(misses(after, dt, (at.position, at.velocity)), spun) > floor
+        strays: Bools = np.maximum(misses(after, dt, at), spun) > floor
         return strays
 
     def _screen(self, f: Flown) -> tuple[np.ndarray, Integers, Floats]:
@@ -473,11 +476,11 @@ class Judge:
     def _kicked(self, f: Flown, step: int, ball: int) -> str:
         dv = f.after.velocity[step, ball] - f.exact.velocity[step, ball]
         spin = f.after.spin[step, ball] - f.exact.spin[step, ball]
-        when = f"in the step to {self._time(step):.3f} s, without a contact"
+        when = f"in the step to {self._time(step):.3f} s"
         if np.hypot(*dv) * f.dt[step] <= f.floor:
-            return f"The spin of ball {ball} changed by {spin:.3g} rad/s {when}."
-        change = self.scene.units.text(Dimension.VELOCITY, "({:.4g}, {:.4g})", *dv)
-        return f"The velocity of ball {ball} changed by {change} {when}."
+            return f"The spin of ball {ball} changed by {spin:.3g} rad/s {when}, without a contact."
+        should, after = (states.velocity[step, ball] for states in (f.exact, f.after))
+        return of_kick(self.scene.units, ball, should, after, when)
 
     def _put(self, f: Flown, step: int, ball: int) -> str:
         dx = f.after.position[step, ball] - f.exact.position[step, ball]
@@ -565,7 +568,7 @@ class Judge:
         way = dt * (np.maximum(length(v), length(w)) + dt * float(np.hypot(*self._gravity))) + length(y - x)
         by_wall = np.logical_or.reduceat(wall_distance(self.scene, x) <= radius + way, begins)
         before = States(*(a[rows, balls][:, None] for a in f.before))
-        given = self._flown(before, dt, self._given)
+        given = flown(self._ball[:1], before, dt, self._gravity, self._given)  # whose size does not matter
         at, fallen = given.position[:, 0] - centre, given.velocity[:, 0]
         turned = mass * (_cross(y - centre, w) - _cross(at, fallen))
         spun = moment * (f.after.spin[rows, balls] - given.spin[:, 0])

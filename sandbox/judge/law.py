@@ -55,6 +55,14 @@ class Slows(IntEnum):
     AFTER_MOVE = 3  # before gravity
 
 
+class Grid(IntEnum):
+    """What positions are kept in."""
+
+    FREE = 0
+    ROUNDED = 1  # to whole px
+    CUT = 2  # to whole px, towards 0
+
+
 class Scope(IntEnum):
     """Which contacts are wrong."""
 
@@ -145,14 +153,21 @@ LAW: Final = np.dtype(
         ("after", "i8"),  # 1: gravity changes velocities after the contacts
         ("left", "f8"),  # of velocities and spins, after a second
         ("kept", "f8"),  # of velocities, in a step
+        ("kept_y", "f8"),  # of their y, besides
+        (
+            "drag",
+            "f8",
+        ),  # times powers of px/s, px and kg: the share of its velocity that a ball loses in 1 s
+        ("by_speed", "i8"),
+        ("by_radius", "i8"),
+        ("by_mass", "i8"),
         ("kept_spin", "f8"),  # of spins
         ("slows_first", "i8"),  # when they are changed so: see Slows
         ("veer", "f8"),  # rad, by which velocities turn in a step
         ("clock", "f8"),  # times the length of the step
+        ("grid", "i8"),  # what a step's move does to positions: see Grid
         ("dx", "f8"),  # px, by which balls are put elsewhere after a step
         ("dy", "f8"),
-        ("dvx", "f8"),  # px/s, by which velocities change after a step
-        ("dvy", "f8"),
     ]
 )
 _RIGHT: Final[dict[str, Any]] = {
@@ -172,6 +187,7 @@ _RIGHT: Final[dict[str, Any]] = {
     "stops": -1,
     "left": 1.0,
     "kept": 1.0,
+    "kept_y": 1.0,
     "kept_spin": 1.0,
     "clock": 1.0,
 }

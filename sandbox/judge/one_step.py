@@ -18,6 +18,7 @@ from sandbox.engines.exact.prediction import time_to_piece
 from sandbox.engines.exact.support import normal_to, unit
 from sandbox.engines.exact.world import Motion
 from sandbox.engines.laws import NEVER, friction_impulse, time_to_touch
+from sandbox.judge.free_flight import kept_in, move, slow
 from sandbox.judge.law import Exchange, Masses, Mixing, Order, Place, Scope, Slows, When
 from sandbox.judge.thresholds import EVENTS_PER_BALL, MAX_EVENTS, TIE
 from sandbox.judge.together import Room, depth_in, find_touches, solve_together
@@ -25,26 +26,6 @@ from sandbox.quantity import pass_through
 from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Floats, Integers
 
-BALL: Final = np.dtype(
-    [
-        ("x", "f8"),  # px
-        ("y", "f8"),
-        ("vx", "f8"),  # px/s
-        ("vy", "f8"),
-        ("spin", "f8"),  # rad/s
-        ("ax", "f8"),  # px/s², what pulls at it
-        ("ay", "f8"),
-        ("turning", "f8"),  # rad/s², of a disc that slides
-        ("slips_for", "f8"),  # s, until it rolls
-        ("carrier", "i8"),  # piece of wall, or -1
-        ("number", "i8"),  # in the scene
-        ("radius", "f8"),  # px
-        ("mass", "f8"),  # kg
-        ("elasticity", "f8"),
-        ("friction", "f8"),
-        ("filter", "i8", (3,)),  # as in `Bodies`
-    ]
-)
 MET: Final = np.dtype(
     [
         ("time", "f8"),  # s since the step began
@@ -627,23 +608,6 @@ def _put_back(
 
 
 @kernel
-def move(law: Record, b: Record, dt: float) -> None:
-    """Move a ball as a step does whose contacts are found at its ends, and change its velocity."""
-    fall_x, fall_y = law.gx * dt, law.gy * dt
-    first = law.slows_first == Slows.BEFORE_MOVE
-    if first:
-        b.vx, b.vy = b.vx + fall_x, b.vy + fall_y
-        slow(law, b, dt)
-    theta = 0.0 if first else law.theta
-    b.x += dt * (b.vx + theta * fall_x)
-    b.y += dt * (b.vy + theta * fall_y)
-    if law.slows_first == Slows.AFTER_MOVE:
-        slow(law, b, dt)
-    if law.after == 0 and not first:
-        b.vx, b.vy = b.vx + fall_x, b.vy + fall_y
-
-
-@kernel
 def _run_one_by_one(group: Group, law: Record, scratch: Scratch, dt: float) -> None:
     """Do a step that moves each ball and resolves its contacts before the next one moves."""
     n, walls = len(scratch.ball), len(group.piece)
@@ -717,21 +681,6 @@ def _run_in_steps(group: Group, law: Record, scratch: Scratch, dt: float) -> Non
     for i in range(len(ball) if law.after == 1 else 0):
         ball[i].vx += law.gx * dt
         ball[i].vy += law.gy * dt
-
-
-@kernel
-def kept_in(law: Record, dt: float) -> float:
-    """Return the share of velocities that a law leaves in a step."""
-    return float(law.kept * law.left**dt)
-
-
-@kernel
-def slow(law: Record, b: Record, dt: float) -> None:
-    """Change a velocity as a law does in every step, with contacts and without."""
-    b.spin *= law.kept_spin * law.left**dt
-    kept = kept_in(law, dt)
-    c, s = kept * math.cos(law.veer), kept * math.sin(law.veer)
-    b.vx, b.vy = b.vx * c - b.vy * s + law.dvx, b.vx * s + b.vy * c + law.dvy
 
 
 @kernel

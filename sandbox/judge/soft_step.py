@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.exact.support import normal_to, unit
 from sandbox.engines.laws import NEVER, time_to_touch
+from sandbox.judge.free_flight import BALL
 from sandbox.judge.law import Order
-from sandbox.judge.one_step import BALL, Group
+from sandbox.judge.one_step import Group
 from sandbox.judge.thresholds import EVENTS_PER_BALL
 from sandbox.judge.together import depth_in
 from sandbox.quantity import pass_through

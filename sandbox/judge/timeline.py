@@ -13,6 +13,7 @@ import numpy as np
 from sandbox.judge.causes import Cause
 from sandbox.judge.fit import Outcome
 from sandbox.judge.judge import Judge
+from sandbox.judge.kicks import of_kicks
 from sandbox.judge.models import BY_NAME, FAULTS
 from sandbox.judge.touching import StepError
 from sandbox.judge.words import NO_SINGLE_ERROR, found_range, of_changes, of_outcome, summed
@@ -134,10 +135,19 @@ class Timeline:
             depths = [sign * error.depth for error in errors if error.depth and sign * error.depth > 0]
             because = found_range(self._judge.scene, cause, depths) if len(depths) > 1 else because
         elif not fault and cause in (Cause.UNREPORTED, Cause.TELEPORTED):
-            sizes = [(e.speed if cause == Cause.UNREPORTED else e.displacement) / e.times for e in errors]
-            is_habit = len({error.because for error in errors}) == 1
-            because = because if is_habit else of_changes(self._judge.scene, cause, because, sizes)
+            because = self._of_changes(cause, errors)
         return Suffered(cause, because, sum(error.times for error in errors), share)
+
+    def _of_changes(self, cause: Cause, errors: Sequence[StepError]) -> str:
+        """Return the sentence on changes without a contact: that of a habit, or what they have in common."""
+        scene, kicks = self._judge.scene, cause == Cause.UNREPORTED
+        common, times = Counter(error.because for error in errors).most_common(1)[0]
+        if 2 * times > len(errors):
+            return common
+        should, after = (np.array([v[0] for v in vs]) for vs in ([e.should for e in errors], [e.after for e in errors]))
+        sizes = [(e.speed if kicks else e.displacement) / e.times for e in errors]
+        alike = of_kicks(scene.units, should, after) if kicks else ""
+        return alike or of_changes(scene, cause, errors[0].because, sizes)
 
 
 def _model(error: StepError) -> str:

@@ -208,9 +208,9 @@ def fall(scene: Scene, steps: int, change: Callable[[Floats], Floats]) -> list[R
 
 
 def test_no_contact_is_blamed_for_what_is_wrong_with_the_flight() -> None:
-    """Drag with the square of the speed, which is no habit that the judge knows: bounces are right but late."""
+    """Drag with the cube of the speed, which is no habit that the judge knows: bounces are right but late."""
     scene = scene_of("radius = 20\nposition = [400, 130]", size="[800, 600]", more="gravity = [0, 900]")
-    rows = fall(scene, 200, lambda v: v - 1e-4 * DT * np.hypot(*v[0]) * v)
+    rows = fall(scene, 200, lambda v: v - 1e-7 * DT * np.hypot(*v[0]) ** 2 * v)
     assert {error.cause for error in judged(scene, *rows).errors} <= {Cause.UNREPORTED, Cause.UNKNOWN}
 
 

@@ -7,7 +7,8 @@ import pytest
 from conftest import scene_of
 
 from sandbox.engines.exact.engine import ExactEngine
-from sandbox.judge.groups import balls_of, scratch_for
+from sandbox.judge.free_flight import balls_of
+from sandbox.judge.groups import scratch_for
 from sandbox.judge.law import LAW, Exchange, Masses, Place, When, law
 from sandbox.judge.one_step import MET, Group, run_laws
 from sandbox.scene.model import Scene

@@ -12,7 +12,8 @@ import sandbox
 from sandbox.engines import create
 from sandbox.judge.causes import Cause
 from sandbox.judge.fit import Problem, Trial
-from sandbox.judge.groups import balls_of, scratch_for
+from sandbox.judge.free_flight import balls_of
+from sandbox.judge.groups import scratch_for
 from sandbox.judge.judge import Judge
 from sandbox.judge.law import When
 from sandbox.judge.one_step import Group
