@@ -383,12 +383,11 @@ def test_an_edited_file_runs_at_once_and_an_error_leaves_the_current_scene(deskt
     desktop.quit()
 
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "window.md"
-MAX_CLICKS = 4  # of a task
-TASKS = [
-    *("drag and throw", "pause", "step", "back", "gravity up", "add a ball", "draw a wall", "change a mass"),
-    *("other setting of Pymunk", "other engine", "zoom and back", "undo", "why", "save", "GIF"),
-]
+CLICKS = {  # a drag, or a value that is typed, counts as one
+    **{"drag and throw": 1, "pause": 1, "step": 1, "back": 1, "gravity up": 1, "add a ball": 2, "draw a wall": 2},
+    **{"change a mass": 4, "other setting of Pymunk": 2, "other engine": 3, "zoom and back": 3, "undo": 1, "why": 1},
+    **{"save": 2, "GIF": 4},
+}
 
 
 class Student(Mirror):
@@ -498,8 +497,4 @@ def test_fifteen_tasks_of_a_student_need_a_few_clicks_each(display: str, tmp_pat
     kinds = [type(one) for one in inputs if isinstance(one, SetGravity | AddBall | AddWall | ChangeBall)]
     assert kinds == [SetGravity, AddBall, AddWall]
     assert steps_of(inputs) > steps_of(load_inputs(next(tmp_path.glob("*.jsonl")), desktop.scene)) - 1
-    assert [*results] == TASKS
-    assert max(results.values()) <= MAX_CLICKS, results
-    table = "\n".join(f"| {task} | {clicks} |" for task, clicks in results.items())
-    print(table)
-    assert table in DOCUMENT.read_text("utf-8")
+    assert results == CLICKS
