@@ -55,7 +55,6 @@ PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```\n(?:\n?^```text\n(.*?)^```\n)?", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"# ([\w-]+\.(?:toml|py))\n")
 NOT_RUN = ("python3 -m venv", ".venv/bin/", "pip ", ".ci/", "SANDBOX_WRITE_DOCS")  # sets up, or runs the tests
-PACKAGE = "pyproject.toml"
 MISTAKEN = "broken.toml"  # its errors are what a page shows
 FRAGMENT = {"arena": {"size": [800, 600]}, "balls": [{"radius": 20, "position": [100 + 50 * k, 100]} for k in range(2)]}
 LABELS = {cause.key: cause.label for cause in Cause}
@@ -128,17 +127,8 @@ def put_files(page: Path, folder: Path) -> None:
     """Put into a folder what a page's commands and examples read."""
     shutil.copytree(ROOT / "docs" / "examples", folder / "docs" / "examples")
     write_inputs([Start(scene="article", seed=0, rate=60)], folder / "mouse.jsonl")
-    shown = files(page)
-    for name, text in shown.items():
+    for name, text in files(page).items():
         (folder / name).write_text(text)
-    if PACKAGE in shown:  # is found as if it were installed
-        project = tomllib.loads(shown[PACKAGE])["project"]
-        installed = folder / f"{project['name'].replace('-', '_')}-{project['version']}.dist-info"
-        installed.mkdir()
-        (installed / "METADATA").write_text(f"Name: {project['name']}\nVersion: {project['version']}\n")
-        for group, engines in project["entry-points"].items():
-            points = (f"{name} = {place}\n" for name, place in engines.items())
-            (installed / "entry_points.txt").write_text(f"[{group}]\n{''.join(points)}")
 
 
 def test_there_are_documents() -> None:
@@ -261,7 +251,7 @@ def test_a_loop_draws_what_it_simulates(name: str, tmp_path: Path, monkeypatch: 
 @pytest.mark.parametrize("block", blocks("toml"), ids=str)
 def test_every_scene_is_valid(block: Block) -> None:
     found = FILE.match(block.text)
-    if found and found[1] not in (MISTAKEN, PACKAGE):
+    if found and found[1] != MISTAKEN:
         parse(block.text, found[1])
     elif not found:
         Scene.model_validate(FRAGMENT | tomllib.loads(block.text))
