@@ -86,6 +86,9 @@ def test_the_mistake_shows_in_the_program_s_scene(name: str) -> None:
         ("substeps", head_on((1, 4)), (-336, 24)),
         ("moved_one_by_one", head_on((1, 4)), (-336, 24)),
         ("pushed_by_half", head_on((1, 4)), (-336, 24)),
+        ("pushed_first_only", head_on((1, 4)), (-336, 24)),
+        ("pushed_twice", head_on((1, 4)), (-336, 24)),
+        ("slowed_by_contacts", head_on((1, 4)), (0.9 * -336, 0.9 * 24)),
         ("centre_of_mass_formula", head_on((1, 4)), (-336, 24)),
         ("several_at_once", head_on((1, 4)), (-336 * 0.999**20, 24 * 0.999**20)),
         # that of masses 1 and 1/4, as the radii say
@@ -97,6 +100,7 @@ def test_the_mistake_shows_in_the_program_s_scene(name: str) -> None:
         ("whole_velocities_swapped", head_on((1, 4)), (-120, 240)),
         # both with the velocity of the centre of mass; Verlet's, which ignores masses, with the mean
         ("impulse_without_restitution", head_on((1, 4)), (-48, -48)),
+        ("merged", head_on((1, 4)), (-48, -48)),
         ("position_based", head_on((1, 4)), (-48, -48)),
         ("verlet", head_on((1, 4)), (60, 60)),
         # not at all; each turned round by itself; one only
@@ -258,6 +262,8 @@ def test_verlet_falls_as_semi_implicit_euler_does() -> None:
         ("substeps_of_a_whole_step", 4 * 90, 90),
         ("whole_pixels", 60, 90),  # 1 of 1.5 px a step
         ("slow_balls_stopped", 90, 90),
+        ("rolling_friction", 90 - 20 / 60 * 61 / 2, 70),  # 1/3 px/s less in each step, which it then moves
+        ("speeds_limited", 90, 90),
     ],
 )
 def test_a_second_of_straight_flight(name: str, way: float, speed: float) -> None:

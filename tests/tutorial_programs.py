@@ -108,6 +108,7 @@ velocity = [100, -40]
 """
 _LARGE_AND_SMALL: Final = _UNEQUAL.replace("radius = 25", "radius = 15")
 _INELASTIC: Final = _EQUAL.replace("radius = 20\n", "radius = 20\nelasticity = 0.6\n")
+_DIFFERENT: Final = _UNEQUAL.replace("mass = 1\n", "elasticity = 0.9\n").replace("mass = 2\n", "elasticity = 0.6\n")
 _BOX: Final = """seconds = 4
 [arena]
 size = [400, 300]
@@ -181,12 +182,17 @@ PROGRAMS: Final = {
         _program("centre_of_mass_formula", _INELASTIC, "large", "turned overshoot"),
         _program("parting_pairs_reversed", _INELASTIC, "turned large", "small"),
         _program("impulse_without_restitution", _EQUAL, "small", "", 0.5, 50, 0),
+        _program("merged", _UNEQUAL, "velocity"),
+        _program("slowed_by_contacts", _UNEQUAL, "velocity", "", 0.9),
+        _program("larger_elasticity", _DIFFERENT, "large"),
         # Masses
         _program("mass_as_radius_squared", _UNEQUAL, "velocity"),
         _program("mass_as_radius_cubed", _UNEQUAL, "velocity"),
         _program("masses_ignored", _UNEQUAL, "velocity"),
         _program("only_one_changed", _EQUAL, "velocity", "", 0),
         _program("pushed_by_half", _UNEQUAL, "pushed late"),
+        _program("pushed_first_only", _UNEQUAL, "pushed"),
+        _program("pushed_twice", _UNEQUAL, "pushed"),
         # Where contacts are found
         _program("one_radius", _LARGE_AND_SMALL, "early", "", 20, 5, 10),
         _program("bounding_boxes", "oblique", "early"),
@@ -205,7 +211,10 @@ PROGRAMS: Final = {
         _program("gravity_twice", _FALL, "gravity", "", 2, 1800, 100, 200),
         _program("several_at_once", _FALL, "gravity damping untold", "overshoot pushed"),
         _program("damped", _UNEQUAL, "damping untold", "", 0.99, 99, 1, 0.5472, 54.72, 45.28),
+        _program("air_drag", _UNEQUAL, "untold", "", 0.0005),
+        _program("rolling_friction", _UNEQUAL, "untold", "", 20),
         _program("slow_balls_stopped", _EQUAL, "untold"),
+        _program("speeds_limited", _UNEQUAL, "untold", "", 150),
         _program("energy_rescaled", _TWO_IN_A_BOX, "untold damping", "large velocity"),
         _program("fixed_dt", _UNEQUAL, "placed untold", "", 1.2, 20, 120, 0.02),
         _program("moved_twice", _FALL, "placed untold", "", 2, 100, 200),

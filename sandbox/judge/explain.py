@@ -44,6 +44,7 @@ LEANING: Final = 7  # balls that lean on each other, of which the exact step is 
 EXACT_LAWS: Final = 10  # laws that are exact: with contacts at a step's ends or not, and ties in either order
 LEAN_LEFT_OVER: Final = 1e-3  # of a change of velocity, that a slowly converging fit to many contacts may leave
 MAX_TRIED: Final = 24  # balls of a part of which more than the exact steps are computed from contact to contact
+TINY: Final = 1e-12  # px, of a ball that is not pushed
 PUSHED_WAYS: Final = 3  # times at which overlaps are pushed apart, see `_unpush`
 
 
@@ -310,7 +311,8 @@ def _unpush(
     """Explain places by pushes along the normals of what overlaps, all of which part it.
 
     way: 0: of what overlaps before the step, before its contacts are found; 1: of what overlaps after its move; 2: of
-    what overlaps before it, after a move at the velocity that contacts leave; 3 to 5: likewise, half each.
+    what overlaps before it, after a move at the velocity that contacts leave; 3 to 5: likewise, half each; 6 to 8:
+    likewise, of two balls, each by any share.
     allowed: whether there may be pushes; shift: (k, 2) px, written. Returns 0 if that fails, 1 if nothing is pushed,
     2 if something is.
     """
@@ -326,7 +328,7 @@ def _unpush(
         return 0
     touch, enough = scratch.touch[:found], max(2 * floor, LEFT_OVER * largest)
     for directly in range(2):
-        _begin_pushes(work[:k], touch, shift, way >= PUSHED_WAYS)
+        _begin_pushes(work[:k], touch, shift, way // PUSHED_WAYS)
         if directly == 1:
             fit_impulses(work[:k], touch, True, enough)
         elif not fit_directly(work[:k], touch, scratch.room):
@@ -337,22 +339,28 @@ def _unpush(
 
 
 @kernel
-def _begin_pushes(work: NDArray[Any], touch: NDArray[Any], shift: Floats, by_halves: bool) -> None:
-    """Let balls have their shifts for velocities, and contacts no friction. by_halves: whatever the masses."""
+def _begin_pushes(work: NDArray[Any], touch: NDArray[Any], shift: Floats, shares: int) -> None:
+    """Let balls have their shifts for velocities, and contacts no friction.
+
+    shares: 0: heavy balls are pushed less; 1: all alike; 2: as they are shifted.
+    """
+    for i in range(len(work)):
+        work[i].vx, work[i].vy, work[i].spin = shift[i, 0], shift[i, 1], 0.0
+        if shares > 0:
+            work[i].mass = 1.0 if shares == 1 else 1 / max(math.hypot(shift[i, 0], shift[i, 1]), TINY)
     for c in range(len(touch)):
         t = touch[c]
         t.mu = 0.0
-        if by_halves:
-            t.per_mass = 2.0 if t.second >= 0 else 1.0
-    for i in range(len(work)):
-        work[i].vx, work[i].vy, work[i].spin = shift[i, 0], shift[i, 1], 0.0
-        if by_halves:
-            work[i].mass = 1.0
+        if shares > 0:
+            t.per_mass = 1 / work[t.first].mass + (1 / work[t.second].mass if t.second >= 0 else 0.0)
 
 
 @kernel
 def _note_push(group: Group, touch: NDArray[Any], shift: Floats, way: int, enough: float, part: Record) -> int:
-    """Note the contact that is pushed apart furthest. Returns 2, or 0 if one is pushed further than it overlaps."""
+    """Note the contact that is pushed apart furthest. Returns 2, or 0 if one is pushed more than twice its overlap.
+
+    Twice, where each of two balls is pushed by all of it.
+    """
     part.pushed = 0.0
     for c in range(len(touch)):
         t = touch[c]
@@ -361,7 +369,7 @@ def _note_push(group: Group, touch: NDArray[Any], shift: Floats, way: int, enoug
         apart = -(shift[t.first, 0] * t.nx + shift[t.first, 1] * t.ny)
         if t.second >= 0:
             apart += shift[t.second, 0] * t.nx + shift[t.second, 1] * t.ny
-        if apart > t.depth + enough:
+        if apart > 2 * t.depth + enough:
             return 0
         if apart > part.pushed:
             part.pushed, part.overlap, part.way = apart, t.depth, way
@@ -638,7 +646,7 @@ def _explain(
     k, dt = len(group.ball), group.dt
     start, shift, end = Group(desk.start[:k], group.piece, dt), desk.shift[:k], desk.end[:k]
     part.pushed, part.elastic, part.leans = 0.0, 0.0, 0
-    ways = PUSHED_WAYS if _has_one_mass(group.ball) else 2 * PUSHED_WAYS
+    ways = PUSHED_WAYS * (3 if k == 2 else 1 if _has_one_mass(group.ball) else 2)
     for turn in range(1 + 2 * bases * ways):  # once without pushes, whatever the flight, and once with them
         way = (turn - 1) % ways
         part.base = max(0, turn - 1) // ways % bases

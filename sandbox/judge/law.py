@@ -104,6 +104,7 @@ class Exchange(IntEnum):
     REVERSED = 6  # velocities change sign
     ALONG_SIGNS = 7  # the component of each velocity along the normal's larger component changes sign
     STOP = 8  # velocities become 0
+    MERGE = 9  # both get the velocity of their centre of mass
 
 
 LAW: Final = np.dtype(
@@ -143,6 +144,7 @@ LAW: Final = np.dtype(
         ("first_turns", "f8"),  # times the change of the first's spin
         ("second_turns", "f8"),
         ("slope", "f8"),  # times the velocity along t after the contact
+        ("scaled", "f8"),  # times velocities after the contact
         ("twice", "i8"),  # 1: resolved again at once
         ("missed", "i8"),  # 1: not resolved
         ("apart", "f8"),  # px, by which each is put further from the other
@@ -181,6 +183,7 @@ _RIGHT: Final[dict[str, Any]] = {
     "first_turns": 1.0,
     "second_turns": 1.0,
     "slope": 1.0,
+    "scaled": 1.0,
     "cap": np.inf,
     "theta": 0.5,
     "constant": -1.0,

@@ -134,6 +134,13 @@ FAULTS: Final = (
         kind=Scope.WALLS,
     ),
     Fault("slope", _VELOCITY, "The speed along the contact becomes {share} what it should be.", span=(-1.5, 1.0, 2.0)),
+    Fault(
+        "scaled",
+        _VELOCITY,
+        "After the contact, whole velocities are {share} what they should be.",
+        span=(0.0, 1.0, 2.0),
+        odd=True,
+    ),
     Fault("friction", FRICTION, "Friction is {share} what it should be.", span=(-2.0, 1.0, 4.0), rough=True),
     Fault(
         "coefficient",
@@ -222,6 +229,14 @@ FAULTS: Final = (
         _VELOCITY,
         "A component of each velocity changes sign.",
         {"exchange": Exchange.ALONG_SIGNS},
+        kind=Scope.PAIRS,
+        odd=True,
+    ),
+    Fault(
+        "merge",
+        _VELOCITY,
+        "The two go on together, at the velocity of their centre of mass.",
+        {"exchange": Exchange.MERGE},
         kind=Scope.PAIRS,
         odd=True,
     ),

@@ -287,6 +287,10 @@ def _exchange(law: Record, a: Record, b: Record, pair: bool, nx: float, ny: floa
         along = (b.vy - a.vy) * nx - (b.vx - a.vx) * ny
         a.vx, a.vy = a.vx - along * ny, a.vy + along * nx
         b.vx, b.vy = b.vx + along * ny, b.vy - along * nx
+    elif law.exchange == Exchange.MERGE and pair:
+        of_a = a.mass / (a.mass + b.mass)
+        a.vx = b.vx = of_a * a.vx + (1 - of_a) * b.vx
+        a.vy = b.vy = of_a * a.vy + (1 - of_a) * b.vy
     elif law.exchange >= Exchange.REVERSED:
         _flip(law, a, abs(nx) > abs(ny))
         if pair:
@@ -400,6 +404,10 @@ def _resolve(
         b.spin -= 2 * tangential * per_b / (b.radius * here.moment) * here.second_turns
     if here.slope != 1:
         _brake(here, a, nx, ny)
+    if here.scaled != 1:
+        a.vx, a.vy = here.scaled * a.vx, here.scaled * a.vy
+        if pair:
+            b.vx, b.vy = here.scaled * b.vx, here.scaled * b.vy
     elastic = -(1 - e * e) * closing * closing / 2 / (per_a + per_b)
     _note(scratch, time, first, second, nx, ny, closing, impulse, depth, tangential, elastic)
     if here.apart != 0:

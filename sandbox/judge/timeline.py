@@ -129,7 +129,7 @@ class Timeline:
         fault = outcomes[0].trial.fault if outcomes else ""
         because = self.touches.said(errors[0])
         if fault and BY_NAME[fault].span:
-            because = summed(self._judge.scene, BY_NAME[fault], np.array([o.trial.value for o in outcomes]))
+            because = summed(self._judge.scene, outcomes)
         elif not fault and cause in (Cause.LATE, Cause.EARLY):
             sign = 1 if cause == Cause.LATE else -1
             depths = [sign * error.depth for error in errors if error.depth and sign * error.depth > 0]

@@ -8,7 +8,8 @@ import numpy as np
 from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.judge.explain import Part
 from sandbox.judge.fit import Outcome
-from sandbox.judge.models import BY_NAME, Fault
+from sandbox.judge.models import BY_NAME
+from sandbox.judge.restitutions import in_common
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
@@ -24,7 +25,7 @@ ALIKE = 1e-3  # of a value, by which those of several steps may differ to be sai
 def of_outcome(scene: Scene, outcome: Outcome, cause: Cause) -> str:
     """Return what an outcome says is wrong with a step; empty if nothing is."""
     trial = outcome.trial
-    said = _of_value(scene, BY_NAME[trial.fault], trial.value) if trial.fault else ""
+    said = _of_value(scene, [outcome]) if trial.fault else ""
     if trial.is_in_time:
         return said
     late = _soft(scene, outcome) if trial.is_soft else _late(scene, outcome)
@@ -37,14 +38,16 @@ def of_outcome(scene: Scene, outcome: Outcome, cause: Cause) -> str:
     return f"{said} {late}".strip()
 
 
-def _of_value(scene: Scene, fault: Fault, value: float) -> str:
-    """Return the sentence of a fault; of an impulse that is divided by the diameter, what that amounts to.
+def _of_value(scene: Scene, outcomes: Sequence[Outcome]) -> str:
+    """Return the sentence of a fault with one value, and the restitution that it amounts to.
 
-    That it is, can be known if all balls have one radius.
+    That an impulse is divided by the diameter can be known if all balls have one radius.
     """
-    said, radius = fault.sentence(value, scene.units), float(scene.bodies.radius[0])
+    value = float(np.median([outcome.trial.value for outcome in outcomes]))
+    fault, radius = BY_NAME[outcomes[0].trial.fault], float(scene.bodies.radius[0])
+    said = fault.sentence(value, scene.units)
     if fault.name != "impulse" or radius == 1 or abs(value * radius - 1) >= ALIKE**2 or np.ptp(scene.bodies.radius):
-        return said
+        return f"{said} {in_common(scene, outcomes)}".strip()
     diameter = scene.units.text(Dimension.LENGTH, "{:g}", 2 * radius)
     return f"{said} It is divided by the diameter, {diameter}: a restitution of {2 / radius - 1:.4g}."
 
@@ -104,11 +107,13 @@ def _soft(scene: Scene, outcome: Outcome) -> str:
     return f"{when} {in_turn}" if ms >= SHORT else in_turn
 
 
-def summed(scene: Scene, fault: Fault, values: Floats) -> str:
+def summed(scene: Scene, outcomes: Sequence[Outcome]) -> str:
     """Return the sentence of a model with many values of its parameter."""
+    values = np.array([outcome.trial.value for outcome in outcomes])
     if np.ptp(values) <= ALIKE * np.abs(values).max():
-        return _of_value(scene, fault, float(np.median(values)))
-    return fault.sentence_of_many(values, scene.units)
+        return _of_value(scene, outcomes)
+    said = BY_NAME[outcomes[0].trial.fault].sentence_of_many(values, scene.units)
+    return f"{said} {in_common(scene, outcomes)}".strip()
 
 
 def found_range(scene: Scene, cause: Cause, depths: Sequence[float]) -> str:
