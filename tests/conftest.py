@@ -1,6 +1,7 @@
 """Fixtures and helpers that several test modules use."""
 
 import gc
+import math
 import multiprocessing
 import os
 import platform
@@ -169,8 +170,7 @@ def memory_screen(working_folder: Path, monkeypatch: pytest.MonkeyPatch, _few_ob
     monkeypatch.setenv("SANDBOX_THEME", "light")
     monkeypatch.setattr(Guard, "strict", True)
     monkeypatch.setattr("webbrowser.open", lambda _: True)
-    monkeypatch.setattr("sandbox.view.window.OPENS_WITH", (Layer.CHARTS,))
-    monkeypatch.setattr("sandbox.view.window.MAX_NUMBERED", 0)
+    monkeypatch.setattr("sandbox.view.window.MOST_BALLS", {Layer.CHARTS: math.inf})
 
 
 @pytest.fixture

@@ -143,7 +143,8 @@ def run(
     warn_of_pygame()
     from sandbox.run.inputs import write_run
     from sandbox.view.compiling import compiling_beside_window
-    from sandbox.view.window import Window, has_display
+    from sandbox.view.display import has_display
+    from sandbox.view.window import Window
 
     if Path(scene).suffix == ".json":
         _run_space(scene, {"--engines": engines, "--seed": seed, "--inputs": inputs, "--save-inputs": save_inputs})
@@ -172,9 +173,9 @@ def run(
 def _run_space(file: str, options: Mapping[str, object]) -> None:
     """Open a Space in the window. options: those of `run`, which are of scenes."""
     from sandbox.space.files import read_description
+    from sandbox.view.display import has_display
     from sandbox.view.offscreen import save_picture
     from sandbox.view.space_window import SpaceWindow, draw_end
-    from sandbox.view.window import has_display
 
     for option, value in options.items():
         if value is not None:

@@ -130,8 +130,7 @@ class BallTable(Widget):
             ball = order[row]
             if ball == chosen:
                 surface.fill(theme.hover, line)
-            rim = (theme.dim.r, theme.dim.g, theme.dim.b)  # or white balls would not be seen
-            disc = dot(max(2, small // 3), rgb(scene.colors[ball]), rim)
+            disc = dot(max(2, small // 3), rgb(scene.colors[ball]), theme.dim)  # or white balls would not be seen
             surface.blit(disc, disc.get_rect(center=(line.x + small // 2, line.centery)))
             write(surface, str(ball), Rect(line.x + small, line.y, first, line.height), theme.ink, small)
             for column in range(len(names)):

@@ -1,4 +1,4 @@
-"""Cards over the panes: of a ball, of errors, and the table of keys."""
+"""What lies over the panes: cards of a ball and of errors, the table of keys, and messages."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -8,10 +8,86 @@ from pygame import Rect, Surface
 from sandbox.quantity import kinetic_energy, potential_energy, spin_energy
 from sandbox.scene.units import Dimension
 from sandbox.view.controls import HELP
+from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout, ScreenPoint
+from sandbox.view.messages import Messages
+from sandbox.view.mouse_tool import MouseTool
+from sandbox.view.playback import Playback
 from sandbox.view.primitives import card, panel, text_width, wrapped, write
+from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import Pane
 from sandbox.view.theme import theme
+from sandbox.view.widgets.group import Placed, WidgetGroup
+
+
+class Cards:
+    """What lies over the panes: cards, messages, the help, the picker of scenes, and what widgets say.
+
+    marks_selection: whether a ball that a key selected has a card.
+    """
+
+    marks_selection = True
+
+    def __init__(
+        self,
+        playback: Playback,
+        editor: Editor,
+        mouse: MouseTool,
+        scenes: SceneLoader,
+        widgets: WidgetGroup,
+        messages: Messages,
+    ) -> None:
+        self._playback = playback
+        self._editor = editor
+        self._mouse = mouse
+        self._scenes = scenes
+        self._widgets = widgets
+        self._messages = messages
+        self.help_open = False
+
+    def toggle_help(self) -> None:
+        """Show the help, or hide it."""
+        self.help_open = not self.help_open
+
+    def close(self) -> bool:
+        """Close the help and the errors of a file. Return whether they were open."""
+        were_open = self.help_open or bool(self._scenes.error)
+        self.help_open, self._scenes.error = False, ""
+        return were_open
+
+    def draw(self, surface: Surface, layout: Layout, placed: Sequence[Placed], free_point: ScreenPoint | None) -> None:
+        """Draw everything. placed: the widgets; free_point: where the mouse is, unless a list is open there."""
+        self._messages.draw(surface, layout)
+        self._draw_ball(surface, layout)
+        if free_point:
+            self._playback.view.draw_title_card(surface, layout, free_point)
+        if self._scenes.error:
+            draw_error_card(surface, layout, self._scenes.error)
+        if self.help_open:
+            draw_help(surface, layout)
+        if self._scenes.picker:
+            self._scenes.picker.fit(surface.get_rect(), layout.text_height)
+            self._scenes.picker.draw(surface)
+        elif not self._mouse.holds:
+            self._widgets.fit(surface.get_rect(), layout.text_height)
+            if not self.help_open:
+                self._widgets.draw_tip(surface, placed, layout.text_height)
+            self._widgets.draw_list(surface, placed)
+
+    def _draw_ball(self, surface: Surface, layout: Layout) -> None:
+        """Draw the card of the ball under the mouse, or else of one that a key selected."""
+        if self._mouse.holds:
+            return
+        ball, point, panes = self._mouse.ball, self._mouse.point, self._playback.view.panes
+        in_charts = point is not None and layout.timeline.collidepoint(point)  # which have a card of their own
+        chosen = self._editor.by_key and self._editor.selected is not None and self.marks_selection
+        if ball is None and chosen and not in_charts:
+            ball = self._editor.selected
+            x, y = layout.to_screen(0, panes[0].state.position[ball].tolist())
+            point = Rect(round(x), round(y), 1, 1).clamp(layout.arenas[0]).topleft  # a zoomed pane may not show it
+        if ball is not None and point:
+            draw_ball_card(surface, layout, panes, ball, point)
+
 
 SHOWN: Final = {"position": Dimension.LENGTH, "velocity": Dimension.VELOCITY, "energy": Dimension.ENERGY}
 

@@ -11,8 +11,8 @@ from sandbox.compiled import NotCompiledYet, compile_by, without_waiting
 from sandbox.errors import SandboxError
 from sandbox.processes import core_count
 from sandbox.scene.model import Scene
-from sandbox.signals import signals_deferred
 from sandbox.view.compilation import COMPUTATION, DRAWING, Compilation
+from sandbox.view.display import caption, set_mode
 from sandbox.view.events import PRESSES
 from sandbox.view.layout import GAP, natural_size
 from sandbox.view.offscreen import draw_start
@@ -54,8 +54,7 @@ class WindowCompiler:
             pygame.event.clear(PRESSES)  # or all of them would be done at once when the wait is over
 
     def _open(self) -> Surface:
-        with signals_deferred():  # set_mode discards exceptions
-            screen = pygame.display.set_mode(self._size, pygame.RESIZABLE)
+        screen = set_mode(self._size)
         screen.fill(theme.ground)
         self._undrawn = self._scene
         return screen
@@ -84,11 +83,6 @@ def compiling_beside_window(scene: Scene, engines: Sequence[str] | None) -> Iter
     finally:
         compile_by(None)
         compiler.compilation.stop()
-
-
-def caption(scene: Scene) -> str:
-    """Return the title of a scene's window."""
-    return f"{scene.title or scene.name} - sandbox"
 
 
 def draw_notice(surface: Surface, progress: Compilation) -> None:

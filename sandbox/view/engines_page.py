@@ -146,6 +146,13 @@ class LineUp:
         names.insert(pane + by, names.pop(pane))
         self._use(names)
 
+    def use_impulse(self) -> None:
+        """Let impulse run in place of article."""
+        if "article" in self.names:
+            self._use(list(dict.fromkeys("impulse" if name == "article" else name for name in self.names)))
+        else:
+            self._notice.show("article does not run here, so impulse cannot replace it")
+
     def _change(self, pane: int, spec: str, replaced: int) -> None:
         """Put an engine in place of as many from a pane on."""
         others = [*self.names]
@@ -235,7 +242,6 @@ class EnginesPage:
             lambda: self._values[key],
             partial(self._tune, key),
             UNITS.get(key, ""),
-            at_once=False,
         )
 
     @property

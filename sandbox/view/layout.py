@@ -251,14 +251,6 @@ class Layout:
             rects.append(Rect(left + column * across, self.top + EDGE + self.line_height + row * down, *size))
         return rects
 
-    @cached_property
-    def frame(self) -> list[Rect]:
-        """What the arenas, the column and the timeline leave of the window."""
-        left = [Rect(0, 0, *self.window)]
-        for covered in (*self.arenas, self.timeline, self.panel):
-            left = [part for rect in left for part in _without(rect, covered)]
-        return left
-
     def title(self, pane: int) -> Rect:
         """Return the place of a pane's title, right above its arena."""
         arena = self.arenas[pane]
@@ -278,20 +270,6 @@ class Layout:
     def pane_at(self, point: ScreenPoint) -> int | None:
         """Return the pane whose arena contains a point of the screen."""
         return next((pane for pane, arena in enumerate(self.arenas) if arena.collidepoint(point)), None)
-
-
-def _without(rect: Rect, covered: Rect) -> list[Rect]:
-    """Cut what another covers off a rectangle: return the rest, in up to four parts."""
-    inner = rect.clip(covered)
-    if not inner:
-        return [rect]
-    parts = [
-        Rect(rect.x, rect.y, rect.width, inner.y - rect.y),
-        Rect(rect.x, inner.y, inner.x - rect.x, inner.height),
-        Rect(inner.right, inner.y, rect.right - inner.right, inner.height),
-        Rect(rect.x, inner.bottom, rect.width, rect.bottom - inner.bottom),
-    ]
-    return [part for part in parts if part]
 
 
 def in_rows(widths: Sequence[int], room: int) -> list[tuple[int, int]]:

@@ -23,10 +23,10 @@ from sandbox.view.move_tool import DOES, PAUSING, Grip, MoveTool, Tool
 from sandbox.view.overlay import ARROW_SECONDS
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import arrow, label
-from sandbox.view.theme import palette, theme
+from sandbox.view.theme import palette
 from sandbox.view.timeline import step_of_point, track_end
 from sandbox.view.widgets.buttons import TextButton
-from sandbox.view.widgets.group import Placed, WidgetGroup, WidgetRow
+from sandbox.view.widgets.group import WidgetRow
 from sandbox.view.widgets.words import Label
 
 GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it grabs
@@ -74,6 +74,11 @@ class MouseTool:
         self.move.tool = tool
         if tool in PAUSING:
             self._playback.paused = True
+
+    def choose_next(self) -> None:
+        """Let the mouse do what the next tool does."""
+        tools = list(Tool)
+        self.choose(tools[(tools.index(self.tool) + 1) % len(tools)])
 
     @property
     def adding(self) -> bool:
@@ -400,32 +405,19 @@ def ball_at(state: State, radius: Floats, position: Vector) -> tuple[int, float]
     return ball, float(distance[ball])
 
 
-class ToolPalette:
+class ToolPalette(WidgetRow):
     """A row of tools. do: does an action."""
 
-    def __init__(self, group: WidgetGroup, mouse: MouseTool, do: Callable[[Action], None]) -> None:
+    def __init__(self, mouse: MouseTool, do: Callable[[Action], None]) -> None:
         def tool(which: Tool) -> TextButton:
             does = f"{DOES[which][0].upper()}{DOES[which][1:]}  (F: next tool)"
             return TextButton(which.value, partial(mouse.choose, which), does, lambda: mouse.tool is which)
 
-        zoom = Label(lambda: f"{100 * mouse.lens.zoom:.0f} %", dim=True, widest="5000 %")
         tools = [*map(tool, Tool), action_button("Undo", Action.UNDO, do), action_button("Redo", Action.REDO, do)]
         zooms = [
-            zoom,
+            Label(lambda: f"{100 * mouse.lens.zoom:.0f} %", dim=True, widest="5000 %"),
             action_button("\N{MINUS SIGN}", Action.ZOOM_OUT, do),
             action_button("Fit", Action.SHOW_ALL, do),
             action_button("+", Action.ZOOM_IN, do),
         ]
-        self._row = WidgetRow(group, tools, zooms, lambda: theme.ground)
-
-    def widths(self, text_height: int) -> tuple[int, ...]:
-        """Return the widths of its widgets, px."""
-        return self._row.widths(text_height)
-
-    def placed(self, layout: Layout) -> list[Placed]:
-        """Return its widgets with their places."""
-        return self._row.placed(layout.palette, layout.text_height, layout.side)
-
-    def draw(self, surface: Surface, layout: Layout) -> None:
-        """Draw it."""
-        self._row.draw(surface, self.placed(layout), layout.text_height)
+        super().__init__(tools, zooms)

@@ -119,15 +119,9 @@ class Guard:
         """Call what draws a part, or says where it is; nothing of it if that failed before."""
         if name in self._failed:
             return None
-        try:
+        with self.reporting(lambda: name):
             return draw(*given)
-        except (Stopped, SystemExit, KeyboardInterrupt):
-            raise
-        except Exception as error:
-            if self.strict:
-                raise
-            self._switch_off(name, error)
-            return None
+        return None
 
     @contextmanager
     def reporting(self, part: Callable[[], str]) -> Iterator[None]:

@@ -231,9 +231,13 @@ def ring(radius: int, colour: tuple[int, int, int], width: int) -> Surface:
     return pygame.transform.smoothscale(large, (2 * radius + 4, 2 * radius + 4))
 
 
+def dot(radius: int, colour: Ink, rim: Color) -> Surface:
+    """Return a smooth disc with a thin rim on a clear surface. The surface is shared: do not draw on it. radius: px."""
+    return _dot(radius, tuple(colour)[:3], tuple(rim)[:3])
+
+
 @lru_cache(maxsize=512)
-def dot(radius: int, colour: tuple[int, int, int], rim: tuple[int, int, int]) -> Surface:
-    """Return a smooth disc with a thin rim on a clear surface. radius: px."""
+def _dot(radius: int, colour: tuple[int, ...], rim: tuple[int, ...]) -> Surface:
     size = RING_SCALE * (2 * radius + 2)
     large = Surface((size, size), pygame.SRCALPHA)
     large.fill((*rim, 0))

@@ -1,14 +1,14 @@
 """The column's pages of the scene, and of what is shown."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cache, partial
 from typing import Final
 
 from sandbox.scene.model import Scene
 from sandbox.scene.units import PER_METRE, Dimension
-from sandbox.view.controls import CONTROLS, Action, Control, Group
+from sandbox.view.controls import OF_ACTION, Action, tip_of
 from sandbox.view.editor import Editor
-from sandbox.view.header import OF_ACTION, action_button, tip_of
+from sandbox.view.header import action_button
 from sandbox.view.layers import Layer
 from sandbox.view.playback import Playback, Snapshot, Snapshots
 from sandbox.view.theme import theme
@@ -46,18 +46,7 @@ class ScenePage:
         self._playback = playback
         self._editor = editor
         self._snapshots = snapshots
-        self._returns: list[tuple[Snapshot, TextButton]] = []
         self._title, self._about, self._facts = Words("", bold=True), Words(""), Words("")
-
-        def slider(
-            name: str,
-            does: str,
-            values: Sequence[float],
-            value: Callable[[], float],
-            choose: Callable[[float], None],
-            unit: str = "",
-        ) -> Slider:
-            return Slider(name, does, values, value, choose, unit, at_once=False)
 
         def gravity() -> float:
             return editor.gravity() * self._scene.units.factor(Dimension.ACCELERATION)
@@ -65,24 +54,15 @@ class ScenePage:
         def set_gravity(value: float) -> None:
             editor.set_gravity(value / self._scene.units.factor(Dimension.ACCELERATION))
 
-        self._gravity = slider("gravity", "", GRAVITIES, gravity, set_gravity)
-        self._elasticity = slider(
+        self._gravity = Slider("gravity", "", GRAVITIES, gravity, set_gravity)
+        self._elasticity = Slider(
             "elasticity", "elasticity of every pair", ELASTICITIES, editor.elasticity, editor.set_elasticity
         )
-        self._sliders = [
-            self._gravity,
-            self._elasticity,
-            slider("steps", "steps per second", RATES, editor.rate, editor.set_rate, " per second"),
-        ]
-        self._heater = [
-            action_button("Cool", Action.COOL, do),
-            action_button("Heat", Action.HEAT, do),
-        ]
+        self._steps = Slider("steps", "steps per second", RATES, editor.rate, editor.set_rate, " per second")
+        self._heater = [action_button("Cool", Action.COOL, do), action_button("Heat", Action.HEAT, do)]
+        self._buttons = [action_button("Restart", Action.RESTART, do), action_button("Next seed", Action.NEXT_SEED, do)]
         self._take = action_button("Take a snapshot", Action.TAKE_SNAPSHOT, do)
-        self._buttons = [
-            action_button("Restart", Action.RESTART, do),
-            action_button("Next seed", Action.NEXT_SEED, do),
-        ]
+        self._return_button = cache(self._make_return_button)
 
     @property
     def _scene(self) -> Scene:
@@ -99,45 +79,34 @@ class ScenePage:
         self._gravity.does, self._gravity.unit = f"gravity downwards, {unit}", f" {unit}"
         self._gravity.values = [PER_METRE.get(scene.units.length, PIXELS_PER_METRE) * value for value in GRAVITIES]
         self._elasticity.unit = "" if self._editor.has_one_elasticity else " between balls"
-        about = [[self._about]] if scene.about else []
+        returns = [self._return_button(snapshot) for snapshot in self._snapshots.taken]
         return [
             [self._title],
-            *about,
+            *([[self._about]] if scene.about else []),
             [self._facts],
-            *([each] for each in self._sliders),
+            [self._gravity],
+            [self._elasticity],
+            [self._steps],
             self._heater,
             self._buttons,
-            *self._snapshot_rows(),
+            [self._take],
+            *rows_of(returns, SNAPSHOTS_PER_ROW),
         ]
 
-    def _snapshot_rows(self) -> list[Sequence[Widget]]:
-        """Return the button that takes a snapshot, and one for each that returns to it."""
-        taken = self._snapshots.taken
-        if [snapshot for snapshot, _ in self._returns] != taken:
-            self._returns = [(snapshot, self._return_button(snapshot)) for snapshot in taken]
-        buttons = [button for _, button in self._returns]
-        return [[self._take], *rows_of(buttons, SNAPSHOTS_PER_ROW)]
-
-    def _return_button(self, snapshot: Snapshot) -> TextButton:
+    def _make_return_button(self, snapshot: Snapshot) -> TextButton:
         text = f"{snapshot.time:.2f} s"
         return TextButton(text, partial(self._snapshots.return_to, snapshot), f"return to the snapshot at {text}")
 
 
 class ShowPage:
-    """Buttons for what can be shown and hidden. do: does what a control does; is_on: whether that is on."""
+    """Buttons for what can be shown and hidden. do: does an action, or shows or hides a layer; is_on: its state."""
 
-    def __init__(self, do: Callable[[Control], None], is_on: Callable[[Control], bool]) -> None:
-        def button(control: Control, text: str) -> TextButton:
-            tip = tip_of(control.action)
-            return TextButton(text, lambda: do(control), tip, lambda: is_on(control))
+    def __init__(self, do: Callable[[Action | Layer], None], is_on: Callable[[Action | Layer], bool]) -> None:
+        def button(action: Action | Layer, text: str) -> TextButton:
+            return TextButton(text, partial(do, action), tip_of(action), partial(is_on, action))
 
-        layers = [control for control in CONTROLS if control.group is Group.LAYERS]
-        self._layers = [
-            button(control, NAMES.get(control.action, str(control.action)))
-            for control in layers
-            if isinstance(control.action, Layer)
-        ]
-        self._looks = [button(OF_ACTION[action], text) for action, text in LOOKS.items()]
+        self._layers = [button(layer, NAMES.get(layer, layer)) for layer in OF_ACTION if isinstance(layer, Layer)]
+        self._looks = [button(action, text) for action, text in LOOKS.items()]
         self._headings = Words("In the panes", bold=True), Words("The window", bold=True)
 
     def rows(self) -> Sequence[Sequence[Widget]]:

@@ -8,8 +8,7 @@ from typing import Final, Protocol
 import pygame
 from pygame import Rect, Surface
 
-from sandbox.view.controls import Panel
-from sandbox.view.header import tip_of
+from sandbox.view.controls import Panel, tip_of
 from sandbox.view.theme import theme
 from sandbox.view.widgets.buttons import Tab
 from sandbox.view.widgets.group import Placed, WidgetGroup
@@ -41,6 +40,8 @@ class SidePanel:
         self._drawn = Surface((0, 0))
         self._drawn_as: object = None  # the places and looks in that picture
         self.open: Panel | None = None
+        self._latest = next(iter(pages))
+        self._was_wide = False
 
     def _is_open(self, panel: Panel) -> bool:
         return self.open is panel
@@ -50,14 +51,22 @@ class SidePanel:
         if self.open is not panel:
             self.toggle(panel)
 
-    def toggle(self, panel: Panel) -> None:
-        """Show a page, or nothing if it is shown already."""
+    def toggle(self, panel: Panel | None = None) -> None:
+        """Show a page, or nothing if it is shown already. By default, it is the page that was shown last."""
+        panel = panel or self._latest
         self.open = None if self.open is panel else panel
+        self._latest = panel
         self._scrolled = 0.0
 
     def close(self) -> None:
         """Show nothing."""
         self.open = None
+
+    def fit(self, *, is_wide: bool) -> None:
+        """Open the column if the window has become wide enough for it, or close it if it no longer is."""
+        if is_wide not in (self._was_wide, self.open is not None):
+            self.toggle()
+        self._was_wide = is_wide
 
     def scroll(self, notches: int) -> None:
         """Scroll by notches of the wheel, upwards if positive."""

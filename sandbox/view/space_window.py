@@ -9,12 +9,12 @@ from pygame import Surface
 from pygame.event import Event
 
 from sandbox.scene.fields import Vector
-from sandbox.signals import signals_deferred
 from sandbox.space.description import SpaceDescription
 from sandbox.space.side_by_side import SIDES, SideBySide
 from sandbox.view.controls import Action, control_of
 from sandbox.view.debug_draw import SpaceOptions
-from sandbox.view.layout import LINE, TEXT_HEIGHT, Layout, Lens, natural_size
+from sandbox.view.display import open_window
+from sandbox.view.layout import LINE, TEXT_HEIGHT, Layout, Lens
 from sandbox.view.mouse_tool import ZOOM_FACTOR
 from sandbox.view.offscreen import PICTURE_SIZE
 from sandbox.view.pixels import fill
@@ -82,10 +82,7 @@ class SpaceWindow:
         self._pace = Pace()
         self._due = 0.0  # s of the Space's time
         self._side = 0  # the pane in which the mouse holds a body
-        pygame.display.init()
-        pygame.display.set_caption(f"{name} - sandbox")
-        with signals_deferred():  # set_mode discards exceptions
-            self.screen = pygame.display.set_mode(natural_size(pygame.display.get_desktop_sizes()[0]), pygame.RESIZABLE)
+        self.screen = open_window(f"{name} - sandbox")
         self._actions: dict[object, Callable[[], None]] = {
             Action.PAUSE: self._pause,
             Action.STEP: self._step,

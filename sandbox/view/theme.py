@@ -109,7 +109,16 @@ class SystemTheme:
 
     def __init__(self) -> None:
         self.is_dark = prefers_dark()
+        self._followed: bool | None = None
         self._asking: Thread | None = None
+
+    def follow(self) -> bool:
+        """Use the theme that the system prefers, if that is another than before. Return whether it is."""
+        if self.is_dark == self._followed:
+            return False
+        self._followed = self.is_dark
+        theme.use(dark=self.is_dark)
+        return True
 
     def ask(self) -> None:
         """Ask again, and let `is_dark` be the answer as soon as it is there."""

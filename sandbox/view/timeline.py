@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from operator import eq
 from typing import Final
 
 import pygame
 from pygame import Color, Rect, Surface
 
 from sandbox.session.session import Session
-from sandbox.view.charts import Charts
 from sandbox.view.controls import Action
 from sandbox.view.header import action_button
 from sandbox.view.instruments import MEANINGS, OF_THE_MOMENT, Instrument
@@ -17,7 +17,7 @@ from sandbox.view.playback import SPEEDS, Playback, speed_text
 from sandbox.view.primitives import write
 from sandbox.view.theme import chart_palette, theme
 from sandbox.view.widgets.buttons import Item, Menu, TextButton
-from sandbox.view.widgets.group import Placed, WidgetGroup, WidgetRow
+from sandbox.view.widgets.group import Placed, WidgetRow
 
 TABS: Final = (Instrument.ENERGY, Instrument.GAP, Instrument.MOMENTUM, Instrument.SPEEDS)  # the others are in a menu
 WIDEST: Final = "1\N{MULTIPLICATION SIGN} (0.88\N{MULTIPLICATION SIGN})"
@@ -28,32 +28,28 @@ MARK: Final = 2  # px, half of the width of the gap round a mark
 class Timeline:
     """The lowest part of the window. do: does an action; time: what the clock before the track says."""
 
-    def __init__(
-        self, group: WidgetGroup, playback: Playback, do: Callable[[Action], None], time: Callable[[], str]
-    ) -> None:
+    def __init__(self, playback: Playback, do: Callable[[Action], None], time: Callable[[], str]) -> None:
         self._playback = playback
-
-        def button(text: str, action: Action) -> TextButton:
-            return action_button(text, action, do)
-
+        left, right = "\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}", "\N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}"
         play = action_button(
             "", Action.PAUSE, do, is_on=lambda: playback.paused,
             said=lambda: "Play" if playback.paused else "Pause", widest="Pause",
         )  # fmt: skip
-        left, right = "\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}", "\N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}"
         self._before = WidgetRow(
-            group,
-            [button(f"|{left}", Action.GO_TO_START), button(left, Action.STEP_BACK), play, button(right, Action.STEP)],
+            [
+                action_button(f"|{left}", Action.GO_TO_START, do),
+                action_button(left, Action.STEP_BACK, do),
+                play,
+                action_button(right, Action.STEP, do),
+            ],
             [],
-            lambda: theme.raised,
         )
         self._clock = action_button("", Action.STOPWATCH, do, is_on=lambda: playback.stopwatch is not None, said=time)
-        self._group = group
         speeds = Menu(self._speed_text, "how fast time passes  (+ and -)", self._speeds, widest=WIDEST)
-        self._after = WidgetRow(group, [], [button(f"{right}|", Action.GO_TO_END), speeds], lambda: theme.raised)
+        self._after = WidgetRow([], [action_button(f"{right}|", Action.GO_TO_END, do), speeds])
         tabs = [self._tab(instrument) for instrument in TABS]
         more = Menu(self._more_text, "choose another chart  (1: the next one)", self._others, self._shows_other)
-        scale = action_button(
+        self._scale = action_button(
             "", Action.SCALE, do, widest="logarithmic",
             said=lambda: "logarithmic" if playback.view.charts.is_logarithmic else "linear",
             refusal=lambda: playback.view.charts.why_one_scale,
@@ -62,8 +58,7 @@ class Timeline:
             self._across_text, "over what the chart is drawn: time, or another quantity", self._choices_across,
             lambda: playback.view.charts.across is not None,
         )  # fmt: skip
-        self._scale = scale
-        self._tabs = WidgetRow(group, [*tabs, more], [self._across, scale], lambda: theme.raised)
+        self._tabs = WidgetRow([*tabs, more], [self._across, self._scale])
 
     # What its widgets do
 
@@ -75,7 +70,7 @@ class Timeline:
     def _speeds(self) -> list[Item]:
         playback = self._playback
         return [
-            Item(speed_text(speed), partial(playback.set_speed, speed), is_on=partial(_is, playback, speed))
+            Item(speed_text(speed), partial(playback.set_speed, speed), is_on=partial(eq, speed, playback.speed))
             for speed in SPEEDS
         ]
 
@@ -88,8 +83,7 @@ class Timeline:
     def _tab(self, instrument: Instrument) -> TextButton:
         name = instrument.value
         does = f"{name[0].upper()}{name[1:]}: {MEANINGS[instrument]}"
-        show, is_shown = partial(self._show, instrument), partial(self._is_shown, instrument)
-        return TextButton(name.capitalize(), show, does, is_shown)
+        return TextButton(name.capitalize(), partial(self._show, instrument), does, partial(self._is_shown, instrument))
 
     def _others(self) -> list[Item]:
         others = [instrument for instrument in Instrument if instrument not in TABS]
@@ -104,13 +98,14 @@ class Timeline:
 
     def _choices_across(self) -> list[Item]:
         charts = self._playback.view.charts
+        quantities = [instrument for instrument in Instrument if instrument not in OF_THE_MOMENT]
         return [
             Item(
                 each.value if each else "time",
                 partial(charts.show_across, each),
-                is_on=partial(_is_across, charts, each),
+                is_on=partial(eq, each, charts.across),
             )
-            for each in (None, *(instrument for instrument in Instrument if instrument not in OF_THE_MOMENT))
+            for each in (None, *quantities)
         ]
 
     def _shows_other(self) -> bool:
@@ -133,35 +128,19 @@ class Timeline:
         width, track = TIME_LETTERS * layout.text_height, layout.bar
         return [*placed, (self._clock, Rect(track.x - GAP - width, track.y, width, track.height))]
 
-    def draw(self, surface: Surface, layout: Layout, marks: Mapping[int, Color]) -> None:
-        """Draw its ground, its widgets, the time and the track with marks at some steps; without the chart."""
+    def draw(self, surface: Surface, layout: Layout) -> None:
+        """Draw its ground, and the track with its marks and its end; without the widgets and the chart."""
         place, height = layout.timeline, layout.text_height
         surface.fill(theme.ground, place)
         pygame.draw.rect(surface, theme.raised, place, border_radius=8)
         pygame.draw.rect(surface, theme.line, place, 1, border_radius=8)
-        for row, where in (
-            (self._before, layout.transport),
-            (self._after, layout.transport),
-            (self._tabs, layout.tabs),
-        ):
-            row.draw(surface, row.placed(where, height, layout.side), height)
         session, track = self._playback.session, layout.bar
-        clock = Rect(track.x - GAP - TIME_LETTERS * height, track.y, TIME_LETTERS * height, track.height)
-        self._clock.draw(surface, clock, height, hot=self._group.is_hot(self._clock))
         end = track_end(session)
-        step = self._playback.view.moment.step
-        draw_track(surface, track, step, session.end, end, marks, height)
+        steps = self._playback.view.moment.step, session.end, end
+        draw_track(surface, track, steps, marks_of_track(self._playback), height)
         last = f"{session.start.clock.time(end):.4g} s"
         room = Rect(track.right + GAP, track.y, TIME_LETTERS * height - GAP, track.height)
         write(surface, last, room, theme.dim, height)
-
-
-def _is_across(charts: Charts, instrument: Instrument | None) -> bool:
-    return charts.across is instrument
-
-
-def _is(playback: Playback, speed: float) -> bool:
-    return playback.speed == speed
 
 
 def marks_of_track(playback: Playback) -> dict[int, Color]:
@@ -183,9 +162,10 @@ def step_of_point(place: Rect, x: int, end: int) -> int:
 
 
 def draw_track(
-    surface: Surface, place: Rect, step: int, reached: int, end: int, marks: Mapping[int, Color], height: int
+    surface: Surface, place: Rect, steps: tuple[int, int, int], marks: Mapping[int, Color], height: int
 ) -> None:
-    """Draw the current step, how far the run has been, and marks at some steps. height: of the text, px."""
+    """Draw a track with marks at some steps. steps: the current one, the latest, and the track's last."""
+    step, reached, end = steps
 
     def column(at: int) -> int:
         return place.x + round((place.width - 1) * min(at / end, 1.0))

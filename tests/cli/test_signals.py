@@ -200,7 +200,7 @@ def test_a_signal_ends_the_processes_that_compile(number: signal.Signals, monkey
 
 def test_mouse_input_is_saved_when_a_signal_ends_the_window(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    monkeypatch.setattr("sandbox.view.window.has_display", lambda: True)
+    monkeypatch.setattr("sandbox.view.display.has_display", lambda: True)
     grab = Grab(step=0, ball=0, at=(100, 100))
 
     def run(window: Any) -> NoReturn:

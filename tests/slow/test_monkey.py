@@ -265,7 +265,7 @@ class Monkey(RuleBasedStateMachine):
         before = list(self.window.view.session.inputs)
         if not self.window.scenes.picker:
             for control in keys:
-                self.window.do(control)
+                self.window.do(control.action)
             self.drag("charts", 0, charts, 0.5, 0, 1)
             self.let_go(1)
         self.move("ball", which, 0.5, 0.5)

@@ -7,7 +7,7 @@ from pygame.event import Event
 from window_driver import button, click, pixels, press, run
 
 from sandbox.state import CONTACT
-from sandbox.view.controls import CONTROLS, Action, Control, Group, Panel, control_of
+from sandbox.view.controls import CONTROLS, Action, Control, Panel, control_of
 from sandbox.view.layers import Layer
 from sandbox.view.layout import MIN_SIZE
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS
@@ -24,7 +24,6 @@ def test_every_action_and_layer_has_one_control(window: Window) -> None:
     layers = [control.action for control in CONTROLS if isinstance(control.action, Layer)]
     assert layers == [layer for layer in Layer if layer is not Layer.MOMENTUM]  # which only recordings have
     assert {*BELOW_BALLS, *ABOVE_BALLS, Layer.CHARTS} == set(Layer)
-    assert {control.action for control in CONTROLS if control.group == Group.LAYERS} == set(layers)
 
 
 def test_each_key_finds_its_control() -> None:
@@ -58,7 +57,7 @@ def test_help_fits_into_the_smallest_window(window: Window) -> None:
     assert (pixels(window.screen) != before).any(axis=2).mean() > 0.25
 
 
-@pytest.mark.parametrize("control", [c for c in CONTROLS if c.group == Group.LAYERS], ids=lambda c: c.action)
+@pytest.mark.parametrize("control", [c for c in CONTROLS if isinstance(c.action, Layer)], ids=lambda c: c.action)
 def test_key_and_button_show_and_hide_the_same_layer(window: Window, control: Control) -> None:
     run(window, 30)
     window.view.session.lockstep.engines["pymunk"].engine.kick(0, (30.0, 90.0))

@@ -342,7 +342,7 @@ def test_the_card_of_a_selected_ball_stays_at_its_zoomed_pane_and_leaves_the_cha
     window: Window, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     places: list[tuple[int, int]] = []
-    monkeypatch.setattr("sandbox.view.window.draw_ball_card", lambda *given: places.append(given[-1]))
+    monkeypatch.setattr("sandbox.view.cards.draw_ball_card", lambda *given: places.append(given[-1]))
     press(window, "p", ".")
     window.mouse.lens = Lens(10.0, (0.9, 0.9))
     window.draw()

@@ -332,7 +332,7 @@ def test_the_page_never_speaks_of_engines_that_were_replaced(article: Window) ->
     assert any(text.startswith("What article lost") for text in words(article))
     verdict = article.why.case.case.verdict if article.why.case.case else ()
     place = place_of(article, next(part for part in verdict if part.startswith("article, ")))
-    article.use_impulse()
+    article.line_up.use_impulse()
     click(article, place)
     assert "article" not in " ".join(words(article))
     article.draw()

@@ -14,12 +14,13 @@ from window_driver import CODES, SMALL_SCENE, button, click, colours, given, hov
 
 from sandbox.scene.files import load
 from sandbox.view.controls import Action
+from sandbox.view.display import has_display
 from sandbox.view.layout import MIN_SIZE
 from sandbox.view.notice import Guard, Kind
 from sandbox.view.theme import DARK, GREEN, VERMILLION, readable, theme
 from sandbox.view.widgets.buttons import Menu
 from sandbox.view.widgets.fields import Slider
-from sandbox.view.window import Window, has_display
+from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
 

@@ -1,6 +1,5 @@
 """Values that are typed, or dragged along a track."""
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -15,7 +14,6 @@ from sandbox.view.widgets.widget import ARROWS, ENTER, Widget, draw_ground
 
 MAX_TYPED: Final = 200  # characters
 FIRST_CHARACTERS: Final = "0123456789.-+#"  # of numbers and colours
-SLIDER_WIDTH: Final = 5.0  # in heights of the toolbar
 THICKNESS: Final = 4  # px, of the track
 
 
@@ -117,8 +115,7 @@ class Field(Widget):
 class Slider(Widget):
     """Chooses one of some values in ascending order. value: the current one, which may be between two of them.
 
-    at_once: a drag of the mouse chooses all the time; else at its end. refusal: why no other value can be chosen, or
-    nothing. remedy: what a click does about that; remedy_tip: the same in words.
+    A drag of the mouse chooses at its end. dragged: the value that it has got to and has not chosen yet.
     """
 
     name: str
@@ -127,76 +124,57 @@ class Slider(Widget):
     value: Callable[[], float]
     choose: Callable[[float], None]
     unit: str = ""
-    at_once: bool = True
-    width: float = SLIDER_WIDTH
-    refusal: Callable[[], str] = str
-    remedy: Callable[[], None] | None = None
-    remedy_tip: str = ""
-    dragged: int | None = None  # the value that the mouse has dragged it to and has not chosen yet
+    width: float = 5.0
+    dragged: int | None = None
 
     follows_mouse = True
 
     @property
     def tip(self) -> str:
-        """What it sets, and its value; or why it cannot, and what a click does about that."""
-        refusal = self.refusal()
-        return f"{refusal}\n{self.remedy_tip}".rstrip() if refusal else f"{self.does}: {self._value_text()}"
+        """What it sets, and its value."""
+        return f"{self.does}: {self._value_text()}"
 
     def _value_text(self) -> str:
         value = self.value() if self.dragged is None else self.values[self.dragged]
-        return "fastest" if value == math.inf else f"{value:g}{self.unit}"
+        return f"{value:g}{self.unit}"
 
     @property
     def look(self) -> object:
         """The value shown."""
-        return self.value(), self.unit, self.dragged, self.refusal()
+        return self.value(), self.unit, self.dragged
 
     def height(self, width: int, text_height: int) -> int:
         """Return the height of its text and its track, px."""
         return round(2.5 * text_height)
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
-        """Draw its name and value over a track with a knob, grey if no other value can be chosen."""
-        ink, accent = (theme.dim, theme.dim) if self.refusal() else (theme.ink, theme.accent)
+        """Draw its name and value over a track with a knob."""
         track = self._track(place)
         line = Rect(track.x, place.y, track.width, round(1.4 * text_height))
         value_width = text_width(self._value_text(), text_height)
         write(surface, self.name, line, theme.dim, text_height)
-        write(surface, self._value_text(), line.move(line.width - value_width, 0), ink, text_height)
+        write(surface, self._value_text(), line.move(line.width - value_width, 0), theme.ink, text_height)
         x = track.x + round(track.width * self._nearest() / max(1, len(self.values) - 1))
         bar = Rect(track.x, track.centery - THICKNESS // 2, track.width, THICKNESS)
         pygame.draw.rect(surface, theme.line, bar, border_radius=THICKNESS // 2)
-        pygame.draw.rect(surface, accent, (bar.x, bar.y, x - bar.x, THICKNESS), border_radius=THICKNESS // 2)
-        rgb = (accent.r, accent.g, accent.b)
-        knob = dot(round(text_height * (0.55 if hot else 0.45)), rgb, rgb)
+        pygame.draw.rect(surface, theme.accent, (bar.x, bar.y, x - bar.x, THICKNESS), border_radius=THICKNESS // 2)
+        knob = dot(round(text_height * (0.55 if hot else 0.45)), theme.accent, theme.accent)
         surface.blit(knob, knob.get_rect(center=(x, track.centery)))
 
     def press(self, place: Rect, point: tuple[int, int]) -> None:
-        """Choose the value at a point of the track."""
-        if self.refusal():
-            return
+        """Drag the knob to a point of the track."""
         track = self._track(place)
         share = min(max((point[0] - track.x) / track.width, 0.0), 1.0)
-        index = round(share * (len(self.values) - 1))
-        if self.at_once:
-            self._choose(index)
-        else:
-            self.dragged = index
+        self.dragged = round(share * (len(self.values) - 1))
 
     def release(self) -> None:
         """Choose the value that the mouse dragged it to."""
-        if self.remedy and self.refusal():
-            self.remedy()
-        elif self.dragged is not None:
+        if self.dragged is not None:
             index, self.dragged = self.dragged, None
             self._choose(index)
 
     def key(self, event: Event) -> bool:
         """Choose the previous or next value if the key is an arrow."""
-        if self.refusal():
-            if event.key in ENTER:
-                self.release()
-            return event.key in ARROWS or event.key in ENTER
         if event.key in ARROWS:
             self._choose(min(max(self._nearest() + ARROWS[event.key], 0), len(self.values) - 1))
         return event.key in ARROWS
@@ -209,14 +187,9 @@ class Slider(Widget):
         """Return the index of the value nearest to the current one."""
         if self.dragged is not None:
             return self.dragged
-        now = self.value()
-        if now in self.values:  # infinity has no distance to itself
-            return self.values.index(now)
-        return min(range(len(self.values)), key=lambda index: abs(self.values[index] - now))
+        return min(range(len(self.values)), key=lambda index: abs(self.values[index] - self.value()))
 
     @staticmethod
     def _track(place: Rect) -> Rect:
-        pad = place.height // 3
-        return Rect(
-            place.x + pad, place.y + round(0.55 * place.height), place.width - 2 * pad, round(0.35 * place.height)
-        )
+        pad, top, height = place.height // 3, round(0.55 * place.height), round(0.35 * place.height)
+        return Rect(place.x + pad, place.y + top, place.width - 2 * pad, height)

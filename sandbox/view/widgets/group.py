@@ -4,12 +4,11 @@ from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 import pygame
-from pygame import Color, Rect, Surface
+from pygame import Rect, Surface
 from pygame.event import Event
 
 from sandbox.view.layout import BETWEEN, in_rows
 from sandbox.view.primitives import card
-from sandbox.view.theme import theme
 from sandbox.view.widgets.buttons import Menu
 from sandbox.view.widgets.widget import Widget
 
@@ -126,6 +125,11 @@ class WidgetGroup:
         here = next(k for k, widget in enumerate(widgets) if widget is self.focus)
         return widgets[(here + (-1 if back else 1)) % len(widgets)]
 
+    def draw(self, surface: Surface, placed: Sequence[Placed], text_height: int) -> None:
+        """Draw widgets at their places."""
+        for widget, place in placed:
+            widget.draw(surface, place, text_height, hot=self.is_hot(widget))
+
     def draw_tip(self, surface: Surface, placed: Sequence[Placed], text_height: int) -> None:
         """Draw the tip of the widget that the mouse or the keyboard is on, but not over what is typed."""
         hot = None if self.is_typed_into else self.over or self.focus
@@ -149,19 +153,10 @@ def _place_of(one: Widget, placed: Sequence[Placed]) -> Rect:
 
 
 class WidgetRow:
-    """Places widgets in a row, and draws it again only if one looks different. group: knows where the mouse is.
+    """Places widgets in a row: some at its left, and others at its right."""
 
-    ground: returns what they stand on.
-    """
-
-    def __init__(
-        self, group: WidgetGroup, left: Sequence[Widget], right: Sequence[Widget], ground: Callable[[], Color]
-    ) -> None:
-        self._group = group
+    def __init__(self, left: Sequence[Widget], right: Sequence[Widget]) -> None:
         self.left, self.right = list(left), list(right)
-        self._ground = ground
-        self._drawn: Surface | None = None
-        self._drawn_as: object = None  # the places and looks in that picture
 
     def widths(self, text_height: int) -> tuple[int, ...]:
         """Return the width of each widget, px."""
@@ -173,8 +168,6 @@ class WidgetRow:
 
     def placed(self, place: Rect, text_height: int, side: int) -> list[Placed]:
         """Return the widgets with their places. Those that have no room are left out. side: height of a row, px."""
-        if not place.height:
-            return []
         widths = self.widths(text_height)
         rows, line = in_rows(widths, place.width), side + BETWEEN
         spare = place.width - sum(widths) - BETWEEN * (len(widths) - 1)
@@ -183,21 +176,6 @@ class WidgetRow:
             shift = spare if k >= len(self.left) and spare > 0 else 0
             placed.append((widget, Rect(place.x + x + shift, place.y + row * line, width, side)))
         return [(widget, where) for widget, where in placed if place.contains(where)]
-
-    def draw(self, surface: Surface, placed: Sequence[Placed], text_height: int) -> None:
-        """Draw the widgets at their places."""
-        if not placed:
-            return
-        area = placed[0][1].unionall([where for _, where in placed])
-        looks = [(widget.look, tuple(where), self._group.is_hot(widget)) for widget, where in placed]
-        wanted = looks, theme.is_dark, text_height
-        if wanted != self._drawn_as or self._drawn is None:
-            self._drawn, self._drawn_as = Surface(area.size), wanted
-            self._drawn.fill(self._ground())
-            for widget, where in placed:
-                at = where.move(-area.x, -area.y)
-                widget.draw(self._drawn, at, text_height, hot=self._group.is_hot(widget))
-        surface.blit(self._drawn, area)
 
 
 def rows_of(widgets: Sequence[Widget], per_row: int = 2) -> list[Sequence[Widget]]:

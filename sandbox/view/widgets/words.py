@@ -34,28 +34,18 @@ class Words(Pressable):
     @property
     def look(self) -> object:
         """The text, and whether it is marked."""
-        return (
-            self.text,
-            self.colour and self.colour.normalize(),
-            self.marked,
-            self.bold,
-            [dot.normalize() for dot in self.dots],
-        )
+        return self.text, self.colour and tuple(self.colour), self.marked, [tuple(colour) for colour in self.dots]
 
     def height(self, width: int, text_height: int) -> int:
         """Return the height of its lines, px."""
         return len(self._lines(width, text_height)) * self._step(text_height) + text_height // 3
 
     def _lines(self, width: int, text_height: int) -> tuple[str, ...]:
-        room = width - text_height - self._indent(text_height)
+        room = width - (1 + len(self.dots)) * text_height
         return wrapped(self.text, room, round(self.scale * text_height), bold=self.bold)
 
     def _step(self, text_height: int) -> int:
         return round(1.35 * self.scale * text_height)
-
-    def _indent(self, text_height: int) -> int:
-        """Return the width of the dots, px."""
-        return len(self.dots) * text_height
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
         """Draw its lines in the middle of its height; on a ground of its own if it can be pressed."""
@@ -65,9 +55,8 @@ class Words(Pressable):
             surface.fill(theme.accent, (place.x, place.y, max(2, text_height // 4), place.height))
         top = place.y + (place.height - self.height(place.width, text_height)) // 2 + text_height // 6
         line = Rect(place.x + text_height // 2, top, place.width - text_height, self._step(text_height))
-        rim = (theme.dim.r, theme.dim.g, theme.dim.b)
         for colour in self.dots:
-            disc = dot(max(2, text_height // 3), (colour.r, colour.g, colour.b), rim)
+            disc = dot(max(2, text_height // 3), colour, theme.dim)
             surface.blit(disc, disc.get_rect(center=(line.x + text_height // 3, line.centery)))
             line.x += text_height
             line.width -= text_height
@@ -145,15 +134,11 @@ class Bar(Widget):
         """Draw the text over the bar."""
         thick = max(3, text_height // 3)
         line = Rect(place.x + text_height // 2, place.y, place.width - text_height, place.height - thick - 1)
-        value_width = text_width(self.value, text_height)
-        write(surface, self.name, Rect(line.x, line.y, line.width - value_width, line.height), theme.ink, text_height)
-        write(
-            surface,
-            self.value,
-            Rect(line.right - value_width, *line.topleft[1:], value_width, line.height),
-            theme.ink,
-            text_height,
-        )
+        name, value = line.copy(), line.copy()
+        value.width = text_width(self.value, text_height)
+        name.width, value.right = line.width - value.width, line.right
+        write(surface, self.name, name, theme.ink, text_height)
+        write(surface, self.value, value, theme.ink, text_height)
         length = round(self.share * line.width / 2)
         bar = Rect(line.centerx + min(length, 0), line.bottom, max(1, abs(length)), thick)
         surface.fill(theme.dim, (line.x, bar.centery, line.width, 1))
