@@ -1,6 +1,7 @@
 """The units in which a scene is shown to people. Its file, its physics, JSON and CSV are in px."""
 
 import math
+import re
 from enum import Enum, StrEnum
 from typing import Final, Self
 
@@ -33,6 +34,7 @@ class LengthUnit(StrEnum):
     METRE = "m"
 
 
+_VALUE: Final = re.compile(r"\b(than|least|most|from|to|got) ([-+.\de]*\d)")
 PER_METRE: Final = {LengthUnit.MILLIMETRE: 1000.0, LengthUnit.CENTIMETRE: 100.0, LengthUnit.METRE: 1.0}
 
 
@@ -72,6 +74,16 @@ class Units(Model):
         '6.26 m/s'
         """
         return f"{template.format(*self.scaled(dimension, *values))} {self.name(dimension)}".rstrip()
+
+    def in_message(self, dimension: Dimension, message: str) -> str:
+        """Return a message about a value with its bounds and the value, which it has in px, as they are shown.
+
+        >>> Units(length="cm", pixels_per_metre=1000).in_message(Dimension.LENGTH, "must be at most 20, got 35.0")
+        'must be at most 2 cm, got 3.5 cm'
+        """
+        if self.factor(dimension) == 1:
+            return message
+        return _VALUE.sub(lambda value: f"{value[1]} {self.text(dimension, '{:.6g}', float(value[2]))}", message)
 
     def decimals(self, dimension: Dimension, of_pixels: int) -> int:
         """Return how many decimals show a length as precisely as some of a px, and other dimensions accordingly."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ from sandbox.scene.model import Arena, Scene, Wall
 from sandbox.scene.units import Dimension, Units
 from sandbox.state import Floats, State
 from sandbox.view.editor import ARENA_WALL, Editor
+from sandbox.view.instruments import ROUNDING
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.move_tool import Tool
 from sandbox.view.notice import Notice
@@ -35,7 +36,6 @@ MAX_BALLS: Final = 2_000  # in the table
 Values = Callable[[State, Scene], Floats]
 HINT: Final = "Click a ball, or a row of the table, to change it; a wall, while the run is paused."
 DECIMALS: Final = 3  # of numbers in px
-NOISE: Final = 1e-9  # of any unit; less is an engine's rounding error
 
 
 class Column(NamedTuple):
@@ -296,13 +296,7 @@ class Inspector:
 
         return Field(name, value, choose_or_say, does, "", self._refusal, begin=self._pause)
 
-    def _number_field(
-        self,
-        key: str,
-        value: Callable[[], float],
-        choose: Callable[[float], None],
-        does: str,
-    ) -> Field:
+    def _number_field(self, key: str, value: Callable[[], float], choose: Callable[[float], None], does: str) -> Field:
         """Return a field of a number, which `value` and `choose` have in px, and the field in the scene's units."""
         dimension = DIMENSIONS.get(key, Dimension.NUMBER)
 
@@ -312,7 +306,14 @@ class Inspector:
         def text() -> str:
             return _text(value(), factor(), self._scene.units.decimals(dimension, DECIMALS))
 
-        field = self._field(key, text, lambda typed: choose(_number(key, typed) / factor()), does)
+        def choose_in_units(typed: str) -> None:
+            number = _number(key, typed) / factor()
+            try:
+                choose(number)
+            except SandboxError as error:
+                raise SandboxError(self._scene.units.in_message(dimension, str(error))) from None
+
+        field = self._field(key, text, choose_in_units, does)
         self._dimensions[field] = dimension
         return field
 
@@ -355,7 +356,7 @@ class Inspector:
         return self._playback.view.moment.scene.colors[self._editor.selected or 0]
 
     def _swatch(self, colour: str) -> Swatch:
-        choose = partial(self._editor.change, color=colour)
+        choose = partial(self._colour.choose, colour)
         return Swatch(colour, choose, lambda: self._colour_of_ball() == colour, self._refusal)
 
     def _new_field(self, key: str) -> Field:
@@ -374,7 +375,7 @@ class Inspector:
 
 def _text(value: float, factor: float, decimals: int) -> str:
     """Return a number in px times a factor as it is shown: with some decimals, or a power of ten if it is small."""
-    if abs(value) < NOISE:
+    if abs(value) < ROUNDING:
         return "0"
     return f"{factor * value:.3g}" if abs(value) < 10**-DECIMALS else f"{round(factor * value, decimals):.7g}"
 
@@ -395,7 +396,7 @@ class BallsPage:
         self._editor = editor
         self._inspector = Inspector(playback, editor, mouse, notice)
         self._table = BallTable(self._shown, self._columns, lambda: editor.selected, self._select)
-        self._engines: dict[str, TextButton] = {}
+        self._engine = cache(self._make_engine)
         self._has_motion = True
         self._kinds = [
             TextButton("motion", partial(self._show, motion=True), "position and velocity", lambda: self._has_motion),
@@ -415,11 +416,9 @@ class BallsPage:
     def _select(self, ball: int) -> None:
         self._editor.select(ball, self._editor.pane)
 
-    def _choose(self, pane: int) -> None:
-        self._editor.show_in(pane)
-
-    def _is_chosen(self, pane: int) -> bool:
-        return self._editor.pane == pane
+    def _make_engine(self, pane: int, name: str) -> TextButton:
+        editor = self._editor
+        return TextButton(name, partial(editor.show_in, pane), f"the balls in {name}", lambda: editor.pane == pane)
 
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets."""
@@ -428,12 +427,7 @@ class BallsPage:
         self._kinds[1].does = f"mass, radius, momentum ({momentum}), kinetic energy ({energy}) and spin (rad/s)"
         names = [pane.name for pane in self._playback.view.panes]
         colours = chart_palette().engines([*names, self._playback.session.reference])
-        buttons = []
-        for pane, name in enumerate(names):
-            button = self._engines.setdefault(
-                f"{pane} {name}",
-                TextButton(name, partial(self._choose, pane), f"the balls in {name}", partial(self._is_chosen, pane)),
-            )
-            button.colour = colours[name]
-            buttons.append(button)
+        buttons = [self._engine(pane, name) for pane, name in enumerate(names)]
+        for button in buttons:
+            button.colour = colours[button.text]
         return [*self._inspector.rows(), buttons, self._kinds, [self._table]]

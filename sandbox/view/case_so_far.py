@@ -96,6 +96,7 @@ class CaseSoFar:
         self._page = ""  # the file that it writes meanwhile
         self._page_wanted = ""  # the file to be written next
         self._asked_at = self._rests_until = 0.0  # s
+        self._is_warm = False  # whether the worker has answered once
         self.forget()
 
     def forget(self) -> None:
@@ -122,7 +123,11 @@ class CaseSoFar:
         """Note what the worker has found, and let it go on. Return whether that is news."""
         before, now = (self.case, self.error, self.is_making_page), RunSoFar.of(session)
         if self._asked and (answer := self._worker.poll()):
-            self._note(self._asked, answer)
+            was_warm, self._is_warm = self._is_warm, True
+            if was_warm or self._page or 2 * self._asked.steps >= now.steps:
+                self._note(self._asked, answer)
+            else:  # the worker was loaded meanwhile, which took longer than the run so far
+                self._asked = None
         if self.compared and not self.compared.is_beginning_of(now):
             self.forget()
         if self._asked and not self._page and not self._asked.is_beginning_of(now):
@@ -159,4 +164,4 @@ class CaseSoFar:
     def stop(self) -> None:
         """End what the worker does."""
         self._worker.stop()
-        self._asked, self._page = None, ""
+        self._asked, self._page, self._is_warm = None, "", False

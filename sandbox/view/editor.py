@@ -189,29 +189,35 @@ class Editor:
     # One ball or one wall
 
     def change(self, **values: object) -> None:
-        """Change values of the selected ball or wall, by the names that `ChangeBall` or `ChangeWall` has for them."""
+        """Change values of the selected ball or wall, by the names that `ChangeBall` or `ChangeWall` has for them.
+
+        Raises SandboxError, with nothing changed, if a value is not valid.
+        """
         self._playback.settle()
-        with self._notice.reporting():
-            if self.selected is not None:
-                self.give(ChangeBall(step=self._step, ball=self.selected, **values))
-            elif self.own_wall is not None:
-                self.give(ChangeWall(step=self._step, wall=self.own_wall, **values))
+        if self.selected is not None:
+            self._give(ChangeBall(step=self._step, ball=self.selected, **values))
+        elif self.own_wall is not None:
+            self._give(ChangeWall(step=self._step, wall=self.own_wall, **values))
 
     # Engines that cannot run an edited scene
 
     def give(self, edit: Edit) -> None:
         """Edit the run. An engine that cannot run the edited scene is replaced by impulse, or leaves its pane."""
-        self._playback.settle()
         with self._notice.reporting():
-            before = self._playback.session.names
-            names, said = self._names_for(edit.change_scene(self._moment.scene), before)
-            edits = self._edits
-            if names != before and not self._use_engines(names):
-                return
-            self._playback.give(edit)
-            if names != before and self._edits > edits:
-                self._replaced.append(Replacement(edits, before))
-                self._notice.show(f"{said}. Undo brings it back.")
+            self._give(edit)
+
+    def _give(self, edit: Edit) -> None:
+        """Do the same, but raise SandboxError if the edit itself is not valid."""
+        self._playback.settle()
+        before = self._playback.session.names
+        names, said = self._names_for(edit.change_scene(self._moment.scene), before)
+        edits = self._edits
+        if names != before and not self._use_engines(names):
+            return
+        self._playback.give(edit)
+        if names != before and self._edits > edits:
+            self._replaced.append(Replacement(edits, before))
+            self._notice.show(f"{said}. Undo brings it back.")
 
     @staticmethod
     def _names_for(scene: Scene, names: Sequence[str]) -> tuple[list[str], str]:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from itertools import chain, count
 from typing import Final
 
@@ -14,7 +14,7 @@ from sandbox.run.edits import Edit, edited_scenes
 from sandbox.scene.model import PymunkSettings, Scene
 from sandbox.view.notice import Kind, Notice
 from sandbox.view.playback import Playback
-from sandbox.view.theme import chart_palette
+from sandbox.view.theme import chart_palette, theme
 from sandbox.view.widgets.buttons import Heading, TextButton
 from sandbox.view.widgets.fields import Field, Slider
 from sandbox.view.widgets.group import rows_of
@@ -217,7 +217,6 @@ class EnginesPage:
         self._line_up = line_up
         self._open: int | None = next((k for k, name in enumerate(line_up.names) if has_settings(name)), None)
         self._exchanging = False  # the engines to exchange it for are shown
-        self._headings: list[Heading] = []
         self._buttons = [
             TextButton("up", partial(self._move, -1), "move the pane before the previous one", refusal=self._is_first),
             TextButton("down", partial(self._move, 1), "move the pane behind the next one", refusal=self._is_last),
@@ -230,7 +229,8 @@ class EnginesPage:
         self._values: dict[str, float] = {}  # of the sliders, in force in the unfolded pane
         self._values_of: object = None  # the scene and the engine of these
         self._sliders = {key: self._slider(key) for key in SCALES}
-        self._choices: dict[tuple[Callable[[str], None], str], TextButton] = {}
+        self._choice = cache(self._make_choice)
+        self._heading = cache(self._make_heading)
         self._to_add = Words("Add a pane:")
         self._typed = Field("or type one", str, self._add, TYPED)
 
@@ -262,17 +262,16 @@ class EnginesPage:
         return [*rows, [self._to_add], *self._choice_rows(self._add, full), [self._typed]]
 
     def _shown_headings(self) -> Sequence[Heading]:
-        line_up = self._line_up
-        colours = chart_palette()
-        lines = colours.engines(line_up.names)
-        for pane, name in enumerate(line_up.names):
-            if pane == len(self._headings):
-                do = partial(self._fold, pane)
-                self._headings.append(Heading(name, lines[name], colours.ground, do, "show or hide its settings"))
-            heading = self._headings[pane]
+        colours, names = chart_palette(), self._line_up.names
+        lines = colours.engines(names)
+        headings = [self._heading(pane) for pane in range(len(names))]
+        for pane, (heading, name) in enumerate(zip(headings, names, strict=True)):
             heading.text, heading.colour, heading.ground = name, lines[name], colours.ground
             heading.is_open = pane == self._open
-        return self._headings[: len(line_up.names)]
+        return headings
+
+    def _make_heading(self, pane: int) -> Heading:
+        return Heading("", theme.ink, theme.ground, partial(self._fold, pane), "show or hide its settings")
 
     def _unfolded(self) -> Sequence[Sequence[Widget]]:
         """Return the rows below the heading of the unfolded pane."""
@@ -288,11 +287,8 @@ class EnginesPage:
         """Let the sliders show the settings in force in the unfolded pane."""
         scene = self._line_up.scene
         if self._values_of != (self._name, scene):
-            own, self._values, self._values_of = (
-                in_force("pymunk", scene),
-                in_force(self._name, scene),
-                (self._name, scene),
-            )
+            own, self._values = in_force(TUNED, scene), in_force(self._name, scene)
+            self._values_of = self._name, scene
             for key, slider in self._sliders.items():
                 slider.values = scale_of(key, own[key], self._values[key])
 
@@ -300,13 +296,14 @@ class EnginesPage:
         """Return buttons that choose an engine. refusal: why none can be chosen, or nothing."""
         buttons = []
         for choice in self._line_up.choices:
-            key = (choose, choice.spec)
-            if key not in self._choices:
-                self._choices[key] = TextButton(choice.spec, partial(choose, choice.spec), f"run {choice.spec}")
-            button = self._choices[key]
+            button = self._choice(choose, choice.spec)
             button.refusal = partial(str, refusal or choice.refusal)
             buttons.append(button)
         return [buttons[:1], *rows_of(buttons[1:])]  # Pymunk's has a long text
+
+    @staticmethod
+    def _make_choice(choose: Callable[[str], None], spec: str) -> TextButton:
+        return TextButton(spec, partial(choose, spec), f"run {spec}")
 
     # What its widgets do
 

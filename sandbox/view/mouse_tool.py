@@ -99,24 +99,25 @@ class MouseTool:
         return self._layout().to_scene(pane, self.point) if pane is not None and self.point else None
 
     @property
+    def _nearest(self) -> tuple[int, float]:
+        """The ball whose edge is nearest to the mouse, and how far that is, px; infinite outside a pane."""
+        pane, position = self.pane, self.position
+        return (0, math.inf) if pane is None or position is None else self._nearest_to(pane, position)
+
+    def _nearest_to(self, pane: int, position: Vector) -> tuple[int, float]:
+        view = self._playback.view
+        return ball_at(view.panes[pane].state, view.moment.scene.bodies.radius, position)
+
+    @property
     def ball(self) -> int | None:
         """The ball under the mouse."""
-        pane, position = self.pane, self.position
-        if pane is None or position is None:
-            return None
-        view = self._playback.view
-        ball, distance = ball_at(view.panes[pane].state, view.moment.scene.bodies.radius, position)
+        ball, distance = self._nearest
         return ball if distance <= 0 else None
 
     @property
     def over_grip(self) -> bool:
         """Whether a press of the mouse here would grab something."""
-        pane, position = self.pane, self.position
-        if pane is None or position is None:
-            return False
-        view = self._playback.view
-        _, distance = ball_at(view.panes[pane].state, view.moment.scene.bodies.radius, position)
-        return distance * self._layout().scale <= GRAB_DISTANCE
+        return self._nearest[1] <= self._reach
 
     @property
     def _over_wall(self) -> bool:
@@ -276,11 +277,10 @@ class MouseTool:
         if self._moves and self.move.press(pane, position, self._reach):
             self._pressed_at = point
             return
-        view = self._playback.view
-        ball, distance = ball_at(view.panes[pane].state, view.moment.scene.bodies.radius, position)
-        near = distance * layout.scale <= GRAB_DISTANCE
+        ball, distance = self._nearest_to(pane, position)
+        near = distance <= self._reach
         if near and not self._playback.paused:
-            self._playback.give(Grab(step=view.session.step, ball=ball, at=position))
+            self._playback.give(Grab(step=self._playback.session.step, ball=ball, at=position))
             self._editor.select(ball, pane)
         else:
             self._editor.select(ball if near else None, pane)
@@ -294,8 +294,7 @@ class MouseTool:
 
     def _erase(self, pane: int, position: Vector) -> None:
         """Delete the ball at a position in a pane, px of the scene, or else the wall there."""
-        view = self._playback.view
-        nearest, distance = ball_at(view.panes[pane].state, view.moment.scene.bodies.radius, position)
+        nearest, distance = self._nearest_to(pane, position)
         ball = nearest if distance <= 0 else None
         wall = self.move.wall_at(position, self._reach)
         if ball is None and wall is not None:

@@ -5,7 +5,7 @@ import re
 from collections.abc import Sequence
 from functools import lru_cache
 from importlib.resources import files
-from itertools import accumulate, pairwise
+from itertools import accumulate
 from typing import Final
 
 import numpy as np
@@ -13,6 +13,7 @@ import pygame
 from pygame import Color, Rect, Surface
 
 from sandbox.scene.fields import Vector, rgb
+from sandbox.scene.walls import segment_distance
 from sandbox.state import Floats
 from sandbox.text import printable
 from sandbox.view.pixels import (
@@ -33,7 +34,7 @@ FALLBACKS: Final = (  # the systems' own fonts for what the usual one lacks
     *("droidsansfallback", "microsoftyahei", "yugothic", "malgungothic", "simsun", "msgothic"),
     *("pingfangsc", "hiraginosans", "hiraginosansgb", "applesdgothicneo", "arialunicodems", "unifont", "dejavusans"),
 )
-MAX_PYGAME_SHAPE: Final = 10_000  # px; larger shapes are filled here, only where they are visible
+MAX_PYGAME_LINE: Final = 10_000  # px, how far from the surface a line drawn by pygame ends at most
 RING_SCALE: Final = 4  # rings are drawn larger and scaled down
 MIN_DASHED: Final = 8  # px, radius of a ring; dashes of smaller ones would not be seen
 DASH: Final = 9  # px, of a ring, with the gap after it
@@ -173,15 +174,15 @@ def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) ->
     if has_kernels(surface):
         stamp_wall(*pixels_of(surface), place_of(surface), np.array([*a, *b], float), radius, pixel_of(surface, colour))
         return
-    distance = math.dist(a, b) or 1.0
-    across_x, across_y = (a[1] - b[1]) / distance * radius, (b[0] - a[0]) / distance * radius
-    sides = [(x + sign * across_x, y + sign * across_y) for (x, y), sign in ((a, 1), (b, 1), (b, -1), (a, -1))]
-    if max(map(abs, (*a, *b, radius))) > MAX_PYGAME_SHAPE:
-        _fill_rows(surface, colour, (a, b), radius, sides)
-        return
-    pygame.draw.polygon(surface, colour, sides)
-    for end in (a, b):
-        pygame.draw.circle(surface, colour, end, radius)
+    (left, right), (top, bottom) = (
+        (max(0, math.floor(min(ends) - radius)), min(size, math.ceil(max(ends) + radius) + 1))
+        for *ends, size in zip(a, b, surface.get_size(), strict=True)
+    )
+    x, y = np.meshgrid(np.arange(left, right, dtype=float), np.arange(top, bottom, dtype=float))
+    inside = segment_distance(np.stack([x, y], axis=-1), a, b) <= radius
+    for row in np.flatnonzero(inside.any(axis=1)).tolist():
+        columns = np.flatnonzero(inside[row])
+        surface.fill(colour, (left + int(columns[0]), top + row, len(columns), 1))
 
 
 def draw_wall(
@@ -190,29 +191,6 @@ def draw_wall(
     """Draw a wall. ends, thickness: px of the scene; scale: px of the surface for one of these; origin: the scene's."""
     start, end = ((x * scale + origin[0], y * scale + origin[1]) for x, y in ends)
     capsule(surface, colour, start, end, thickness / 2 * scale)
-
-
-def _fill_rows(surface: Surface, colour: Ink, ends: Sequence[Point], radius: float, sides: Sequence[Point]) -> None:
-    """Fill two discs and the rectangle between them row by row; together they are convex.
-
-    pygame visits every row of a shape, visible or not, which takes half a minute for 1e9 px.
-    """
-    width, height = surface.get_size()
-    y = np.arange(height, dtype=float)
-    left, right = np.full(height, np.inf), np.full(height, -np.inf)
-    for centre_x, centre_y in ends:
-        off = np.abs(y - centre_y)
-        half = np.sqrt(np.maximum((radius - off) * (radius + off), 0.0))
-        inside = off <= radius
-        left[inside] = np.minimum(left, centre_x - half)[inside]
-        right[inside] = np.maximum(right, centre_x + half)[inside]
-    for (x0, y0), (x1, y1) in pairwise([*sides, sides[0]]):
-        crossed = (y >= min(y0, y1)) & (y <= max(y0, y1))
-        x = x0 + (y[crossed] - y0) / ((y1 - y0) or 1.0) * (x1 - x0)
-        left[crossed], right[crossed] = np.minimum(left[crossed], x), np.maximum(right[crossed], x)
-    left, right = np.clip(np.rint(left), 0, width), np.clip(np.rint(right) + 1, 0, width)
-    for row in np.flatnonzero(right > left).tolist():
-        surface.fill(colour, (int(left[row]), row, int(right[row] - left[row]), 1))
 
 
 @lru_cache(maxsize=256)
@@ -251,7 +229,7 @@ def thin_lines(surface: Surface, colour: Ink, ends: Floats) -> None:
     if has_kernels(surface):
         stamp_lines(*pixels_of(surface), place_of(surface), ends, pixel_of(surface, colour))
         return
-    for x0, y0, x1, y1 in np.clip(ends, -MAX_PYGAME_SHAPE, MAX_PYGAME_SHAPE).tolist():
+    for x0, y0, x1, y1 in np.clip(ends, -MAX_PYGAME_LINE, MAX_PYGAME_LINE).tolist():
         pygame.draw.aaline(surface, colour, (x0, y0), (x1, y1))
 
 
@@ -360,6 +338,6 @@ class Discs:
         for k in np.flatnonzero(seen).tolist():
             (x, y), r = centre[k].tolist(), float(radius[k])
             capsule(surface, rgb(self._colours[k]), (x, y), (x, y), r)
-            if MIN_TURNED < r - 1 < MAX_PYGAME_SHAPE:
+            if MIN_TURNED < r - 1 < MAX_PYGAME_LINE:
                 rim = int(x + (r - 1) * math.cos(angle[k])), int(y + (r - 1) * math.sin(angle[k]))
                 pygame.draw.line(surface, LINE, (int(x), int(y)), rim, 2 if r - 1 > 20 else 1)

@@ -16,14 +16,13 @@ from sandbox.scene.units import PIXELS, Dimension, Units
 from sandbox.session.history import Moment
 from sandbox.session.samples import Samples
 from sandbox.state import Bodies, Floats, State
-from sandbox.view.instruments import LAW, TimeChart
+from sandbox.view.instruments import LAW, ROUNDING, TimeChart
 from sandbox.view.primitives import arrow, draw_marker, lettering, shortened, text_width, write
 from sandbox.view.theme import Palette, readable, theme
 
 MAX_POINTS: Final = 2_000  # of a curve; of more, one in so many
 MAX_BALLS: Final = 30  # with more, arrows and bars are too small to distinguish
 GAP: Final = 1.2  # between two engines, in heights of the text
-MIN_SIZE: Final = 1e-9  # of any unit; what is smaller is an engine's rounding error
 MIN_BALLS: Final = 50  # fewer make no histogram
 MIN_BINS: Final = 8
 MAX_BINS: Final = 24
@@ -191,7 +190,7 @@ class BallChart:
         self._draw_momenta(surface, left, path, colours, height)
         self._draw_energies(surface, right, energies, colours)
         momentum = float(length(path[-1]))
-        total = momentum if momentum > MIN_SIZE else 0.0
+        total = momentum if momentum > ROUNDING else 0.0
         units = moment.scene.units
         self._caption(surface, left, "momentum", units.text(Dimension.MOMENTUM, "{:,.5g}", total), height)
         energy = units.text(Dimension.ENERGY, "{:,.6g}", float(energies.sum()))
@@ -209,7 +208,7 @@ class BallChart:
     def _draw_momenta(self, surface: Surface, place: Rect, path: Floats, colours: list[Color], height: int) -> None:
         """Draw the momenta head to tail, from a dot, and below them their sum."""
         reach, room = self._high - self._low, place.inflate(-height, -height)
-        scale = min(room.width / max(reach[0], MIN_SIZE), room.height / max(reach[1], MIN_SIZE))
+        scale = min(room.width / max(reach[0], ROUNDING), room.height / max(reach[1], ROUNDING))
         corner = np.array(room.center) - scale * (self._low + self._high) / 2
         points = (corner + scale * path).tolist()
         width = max(2, height // 6)
@@ -220,7 +219,7 @@ class BallChart:
 
     def _draw_energies(self, surface: Surface, place: Rect, energies: Floats, colours: list[Color]) -> None:
         """Draw a bar for each ball, and last one of all, in which they stand on one another."""
-        top, floor = round_up(max(self._most, MIN_SIZE)), place.bottom - 2
+        top, floor = round_up(max(self._most, ROUNDING)), place.bottom - 2
         step = place.width / (len(energies) + 2)
         thick = max(2, min(round(0.7 * step), place.height // 3))
         heights = (energies / top * (place.height - 4)).tolist()
@@ -291,7 +290,7 @@ def histogram_of(moment: Moment, reference: str) -> Histogram:
 
 
 class SpeedChart:
-    """Draws the histogram of a moment, and keeps the picture until another is shown."""
+    """Draws the histogram of a moment."""
 
     def __init__(self, reference: str, colours: Mapping[str, Color], palette: Palette) -> None:
         self._reference = reference
@@ -299,13 +298,11 @@ class SpeedChart:
         self._palette = palette
         self._moment: Moment | None = None  # of the histogram
         self._histogram = Histogram(0, np.empty(0), {}, None, 0.0, "")
-        self._picture: Surface | None = None
-        self._drawn_as = (0, 0), 0  # size and text height of the picture
 
     def histogram(self, moment: Moment) -> Histogram:
         """Return the histogram of a moment."""
         if moment is not self._moment:
-            self._moment, self._histogram, self._picture = moment, histogram_of(moment, self._reference), None
+            self._moment, self._histogram = moment, histogram_of(moment, self._reference)
         return self._histogram
 
     def rows_at(self, plot: Rect, x: int, moment: Moment) -> list[list[str]]:
@@ -323,20 +320,13 @@ class SpeedChart:
 
     def draw(self, surface: Surface, place: Rect, plot: Rect, moment: Moment, height: int) -> None:
         """Draw the histogram. place: with its axes; plot: without; height: of the text, px."""
-        found = self.histogram(moment)
-        if self._picture is None or self._drawn_as != (place.size, height):
-            self._picture, self._drawn_as = Surface(place.size), (place.size, height)
-            self._draw(self._picture, plot.move(-place.x, -place.y), found, height)
-        surface.blit(self._picture, place)
-
-    def _draw(self, surface: Surface, plot: Rect, found: Histogram, height: int) -> None:
-        ink = self._palette.ink
+        found, surface, plot = self.histogram(moment), surface.subsurface(place), plot.move(-place.x, -place.y)
         surface.fill(self._palette.ground)
         if len(found.edges):
             self._draw_bins(surface, plot, found, height)
-        pygame.draw.line(surface, ink, plot.bottomleft, plot.bottomright)
+        pygame.draw.line(surface, self._palette.ink, plot.bottomleft, plot.bottomright)
         if found.refusal:
-            remark = lettering(found.refusal, ink, height)
+            remark = lettering(found.refusal, self._palette.ink, height)
             surface.blit(remark, remark.get_rect(right=plot.right, bottom=plot.y))
 
     def _draw_bins(self, surface: Surface, plot: Rect, found: Histogram, height: int) -> None:

@@ -1,7 +1,7 @@
 """The page of the side panel that says why engines differ: the verdict, contacts and the ledger."""
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from functools import cache, partial
 from typing import Final
 
 from pygame import Color, Surface
@@ -59,7 +59,7 @@ class WhyPage:
         self._rows: list[Row] = []
         self._made_of: object = None  # what the rows were made of
         self._words: dict[str, Words] = {}  # in the rows, by their text: those that stay keep the keyboard
-        self._buttons: dict[str, TextButton] = {}  # by engine
+        self._button = cache(self._make_button)
         self._page_button = TextButton(
             "", self.make_page, "write this comparison as a page, and open it", refusal=self._why_no_page
         )
@@ -240,9 +240,8 @@ class WhyPage:
         """Return the verdict: what is said of the engine that the page speaks of first, that of others last."""
 
         def place(part: str) -> int:
-            named = [
-                name for name in self._buttons if part.startswith(f"{name}, ") or f" of {name}'s error fits" in part
-            ]
+            engines = self._case.engines if self._case else ()
+            named = [name for name in engines if part.startswith(f"{name}, ") or f" of {name}'s error fits" in part]
             return 0 if self.engine in named else len(named) + 1
 
         parts = sorted(parts, key=place)
@@ -267,23 +266,14 @@ class WhyPage:
 
     def _choices(self, engines: Sequence[str]) -> list[Row]:
         """Return the engines as buttons, in their colours."""
-        colours = self._colours
-        self._buttons = {
-            name: self._buttons.get(name)
-            or TextButton(
-                name,
-                partial(self.choose, name),
-                f"what differs in {name}",
-                partial(self._is_chosen, name),
-                colour=colour,
-            )
-            for name, colour in colours.items()
-            if name in engines
-        }
-        return rows_of([self._buttons[name] for name in engines], BUTTONS_IN_ROW)
+        buttons = [self._button(name) for name in engines]
+        for button in buttons:
+            button.colour = self._colours[button.text]
+        return rows_of(buttons, BUTTONS_IN_ROW)
 
-    def _is_chosen(self, engine: str) -> bool:
-        return engine == self.engine
+    def _make_button(self, engine: str) -> TextButton:
+        does = f"what differs in {engine}"
+        return TextButton(engine, partial(self.choose, engine), does, lambda: engine == self.engine)
 
     @property
     def _colours(self) -> dict[str, Color]:

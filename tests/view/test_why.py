@@ -114,6 +114,19 @@ def test_the_page_says_what_compare_says_of_the_run_so_far(article: Window) -> N
     )
 
 
+def test_an_answer_that_took_longer_than_the_run_before_it_is_not_shown_while_the_worker_is_new() -> None:
+    window = Window(load("article"), ["pymunk", "article"])
+    window.playback.paused = True
+    run(window, 1)
+    press(window, "w")
+    window.frame(1 / 60)
+    run(window, 59)
+    window.frame(1 / 60)
+    assert "Comparing \N{HORIZONTAL ELLIPSIS}" in words(window)
+    window.frame(1 / 60)
+    assert "Compared with exact up to 1.00 s." in words(window)
+
+
 def test_the_headline_says_what_the_title_says_at_any_step(article: Window) -> None:
     for at in (60, 50, 40):
         article.playback.seek(at)
