@@ -165,10 +165,26 @@ def _add_walls(space: pymunk.Space, scene: Scene) -> list[pymunk.Shape]:
         if number in scene.wall_numbers:
             space.add(body, shape)
         shapes.append(shape)
-    for chain in _chains(scene.walls):
-        segments = [shapes[ARENA_COUNT + wall] for wall in chain]
-        _join([segment for segment in segments if isinstance(segment, pymunk.Segment)])
+    for number, ends in wall_neighbours(scene.walls).items():
+        segment = shapes[ARENA_COUNT + number]
+        assert isinstance(segment, pymunk.Segment)
+        segment.set_neighbors(*ends)
     return shapes
+
+
+def wall_neighbours(walls: Sequence[Wall]) -> dict[int, tuple[Vector, Vector]]:
+    """Return the ends of the walls before and after each one in a chain of joined walls.
+
+    With these, Pymunk lets no ball hit the ends at which two walls meet, where it touches both.
+    """
+    neighbours = {}
+    for chain in _chains(walls):
+        is_closed = bool(chain) and walls[chain[-1]].to == walls[chain[0]].start
+        for k, number in enumerate(chain):
+            before = walls[chain[k - 1]].start if k or is_closed else walls[number].start
+            after = walls[chain[(k + 1) % len(chain)]].to if k + 1 < len(chain) or is_closed else walls[number].to
+            neighbours[number] = before, after
+    return neighbours
 
 
 def _chains(walls: Sequence[Wall]) -> Iterator[list[int]]:
@@ -182,12 +198,3 @@ def _chains(walls: Sequence[Wall]) -> Iterator[list[int]]:
         if wall.joined:
             chain.append(number)
     yield chain
-
-
-def _join(chain: Sequence[pymunk.Segment]) -> None:
-    """Let no ball hit the ends at which the segments of a chain meet, where it touches both."""
-    is_closed = bool(chain) and chain[-1].b == chain[0].a
-    for k, segment in enumerate(chain):
-        before = chain[k - 1].a if k or is_closed else segment.a
-        after = chain[(k + 1) % len(chain)].b if k + 1 < len(chain) or is_closed else segment.b
-        segment.set_neighbors(before, after)

@@ -1,6 +1,5 @@
 """The window: several engines run a scene side by side, and the mouse drags their balls."""
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -11,47 +10,35 @@ import pygame
 from pygame import Surface
 from pygame.event import Event
 
+from sandbox.compilation import Compilation
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
-from sandbox.view.actions import actions_of_run
 from sandbox.view.balls_page import BallsPage
 from sandbox.view.cards import Cards
 from sandbox.view.case_so_far import CaseSoFar
-from sandbox.view.compilation import Compilation
 from sandbox.view.controls import EDITS, Action, Panel, control_of
 from sandbox.view.display import caption, open_window, set_mode
-from sandbox.view.editor import Editor
-from sandbox.view.engines_page import EnginesPage, LineUp
+from sandbox.view.engines_page import EnginesPage
 from sandbox.view.events import KeyRepeat, PendingEvents, Stopped
 from sandbox.view.header import Header
 from sandbox.view.layers import Layer
 from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, layout_of
 from sandbox.view.messages import Messages
-from sandbox.view.mouse_tool import MouseTool, ToolPalette
+from sandbox.view.mouse_tool import ToolPalette
 from sandbox.view.move_tool import Tool
-from sandbox.view.notice import Guard, Notice
 from sandbox.view.pixels import fill
-from sandbox.view.playback import Playback, Snapshots
-from sandbox.view.saver import Saver
-from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.scene_page import ScenePage, ShowPage
-from sandbox.view.session_view import SessionView
 from sandbox.view.side_panel import Page, SidePanel
 from sandbox.view.theme import SystemTheme, theme
 from sandbox.view.timeline import Timeline
-from sandbox.view.video import Recorder
 from sandbox.view.why_page import WhyPage
 from sandbox.view.widgets.group import Placed, WidgetGroup
 from sandbox.view.widgets.widget import ARROWS, ENTER
+from sandbox.view.workbench import Workbench
 
 FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
-MOST_BALLS: Final = {  # of a scene that opens with a layer; of more balls, outlines and numbers hide them
-    Layer.CHARTS: math.inf,
-    Layer.GHOSTS: 300,
-    Layer.NUMBERS: 30,
-}
 QUIT_HINT: Final = "Esc again quits"
 UNSAVED_HINT: Final = "the edits of this run are not saved; Esc again quits"
 WHY_PAGE: Final = "the page Why"
@@ -60,12 +47,7 @@ ANYWHERE: Final = (Action.FULL_SCREEN, Action.THEME, Action.SAVE_PICTURE, Action
 RELEASES: Final = (pygame.MOUSEBUTTONUP, pygame.WINDOWFOCUSLOST)  # handled even while the picker is open
 
 
-def opens_with(scene: Scene) -> set[Layer]:
-    """Return the layers that a scene opens with."""
-    return {layer for layer, most in MOST_BALLS.items() if len(scene.bodies) <= most}
-
-
-class Window:
+class Window(Workbench):
     """The event loop, the layout and the drawing; its parts do the rest.
 
     `engines` run in every scene that they accept; by default, Pymunk and a textbook engine do. `inputs` are replayed in
@@ -83,19 +65,9 @@ class Window:
     ) -> None:
         self._system = SystemTheme()
         self._system.follow()
-        self.notice = Notice()
-        self.guard = Guard(self.notice)
-        self.playback = Playback(SessionView(scene, engines, inputs, beside=beside), self.notice, self.show_progress)
+        super().__init__(scene, engines, inputs, beside=beside)
         self.messages = Messages(self.playback, self.notice, compilation)
-        self.editor = Editor(self.playback, self.notice, self._replace_engines)
-        self.mouse = MouseTool(self.playback, self.editor, lambda: self.layout)
-        self.scenes = SceneLoader(scene, engines, self.begin, self.notice)
-        self.line_up = LineUp(self.playback, self.notice, self.use_engines)
-        self.saver = Saver(self.playback, self.notice)
-        self.recorder = Recorder(self.notice)
-        self.snapshots = Snapshots(self.playback, self.notice)
         self.key_repeat = KeyRepeat()
-        self.showing = opens_with(scene)
         self.text_height = TEXT_HEIGHT
         self.about_open = True
         self.why = WhyPage(self.playback, self.saver, CaseSoFar(self.notice), self.do)
@@ -147,11 +119,9 @@ class Window:
 
     def _actions(self) -> dict[Action, Callable[[], None]]:
         charts = self._change_chart
-        return actions_of_run(self.playback, self.snapshots, self.scenes, self.saver, self.editor, self.mouse) | {
+        return self.actions_of_run() | {
             Action.PREVIOUS_CONTACT: partial(self._show_contact, -1),
             Action.NEXT_CONTACT: partial(self._show_contact, 1),
-            Action.RESTART: lambda: self.begin(self.scene, self.view.session.names),
-            Action.USE_IMPULSE: self.line_up.use_impulse,
             Action.SELECT_PREVIOUS: lambda: self.editor.select_next(-1, with_walls=self._inspects()),
             Action.SELECT_NEXT: lambda: self.editor.select_next(1, with_walls=self._inspects()),
             Action.NEXT_CHART: lambda: charts(self.view.charts.show_next),
@@ -170,48 +140,6 @@ class Window:
         }
 
     # Running
-
-    @property
-    def view(self) -> SessionView:
-        """The session that runs, with its panes and charts."""
-        return self.playback.view
-
-    @property
-    def scene(self) -> Scene:
-        """The scene at the start of the run."""
-        return self.view.session.start
-
-    def begin(self, scene: Scene, engines: Sequence[str] | None) -> None:
-        """Run a scene from its start. Raises SandboxError, with the old one still running, if that is impossible."""
-        size, before = self.scene.arena.size, opens_with(self.scene)
-        if scene != self.scene:
-            self.snapshots.forget()
-        self.playback.stopwatch = None
-        view = SessionView(scene, engines, beside=self.view.session.beside)
-        self.view.session.stop()
-        self.playback.play(view)
-        if scene.arena.size != size:
-            self.mouse.show_all()
-        self.showing ^= {  # unless it was chosen otherwise
-            layer for layer in before ^ opens_with(scene) if (layer in before) == (layer in self.showing)
-        }
-        self.editor.select(None)
-        self.editor.forget_engines()
-        self.mouse.reset()
-        self.notice.clear()
-        self.guard.try_again()
-
-    def use_engines(self, names: Sequence[str]) -> None:
-        """Let other engines run instead, from now on in every scene; if one refuses this run, show why."""
-        if self._replace_engines(names):
-            self.scenes.engines = names
-            self.editor.forget_engines()
-            self.notice.go_stale()  # such as the error of a name typed wrongly before
-
-    def _replace_engines(self, names: Sequence[str]) -> bool:
-        """Let other engines run in this run. Return whether they do."""
-        self.mouse.release()
-        return self.playback.use_engines(names)
 
     def run(self) -> None:
         """Show the window until it is closed."""
@@ -410,7 +338,7 @@ class Window:
     # Drawing
 
     def show_progress(self) -> None:
-        """Draw the window while engines run again and nothing else can be done. Raises Stopped if the user stops it."""
+        """Draw the window, and raise Stopped at Esc."""
         self.messages.waits = True
         self.draw()
         pygame.display.flip()

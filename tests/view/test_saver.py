@@ -10,12 +10,12 @@ from conftest import scene_of
 from PIL import Image
 from window_driver import SMALL_SCENE, hover, pixels, point, press, run, shown
 
+from sandbox.engines.pymunk_program import pymunk_code
 from sandbox.run.inputs import load_inputs
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn
 from sandbox.view.controls import Action
-from sandbox.view.saver import pymunk_code
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
