@@ -35,7 +35,7 @@ def folder() -> Path:
 
 def fill() -> None:
     """Compile all kernels into the folder, in two processes, unless this has been done."""
-    from sandbox.compilation import COMPUTATION, DRAWING  # it imports numba, which reads where its cache is
+    from sandbox.view.compilation import COMPUTATION, DRAWING  # it imports numba, which reads where its cache is
 
     done = folder() / "filled"  # numba makes the folder as soon as it is imported
     if done.exists():

@@ -15,13 +15,13 @@ from typing import Any
 import pytest
 
 from sandbox.cli.progress import _TerminalCompiler
-from sandbox.compilation import Compilation, Part
 from sandbox.compiled import NotCompiledYet, between_frames, entry
 from sandbox.engines import can_run
 from sandbox.jit import _Cache
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn, warnings
+from sandbox.view.compilation import Compilation, Part
 from sandbox.view.compiling import WindowCompiler
 
 FEW_BALLS = ("article", "bouncing", "break-shot", "head-on", "newtons-cradle", "oblique")
@@ -119,7 +119,7 @@ from sandbox.engines import can_run
 from sandbox.jit import _Cache
 from sandbox.scene.files import bundled, load
 from sandbox.scene.spawn import spawn, warnings
-from sandbox.compilation import COMPUTATION, DRAWING
+from sandbox.view.compilation import COMPUTATION, DRAWING
 from test_first_start import note_loaded
 
 loaded = note_loaded()

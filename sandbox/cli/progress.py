@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
     from sandbox.analysis.advice import Trial
     from sandbox.analysis.comparison import Comparison
-    from sandbox.compilation import Compilation
     from sandbox.run.inputs import Input
     from sandbox.scene.model import Scene
     from sandbox.sweeps import Journal, Sweep
     from sandbox.sweeps.convergence import Convergence
+    from sandbox.view.compilation import Compilation
 
 BAR_DELAY: Final = 1.0  # s; shorter runs show no bar
 
@@ -139,8 +139,8 @@ class _TerminalCompiler:
         """Show the progress until the kernels of a module are compiled."""
         from rich.progress import BarColumn, Progress, TextColumn
 
-        from sandbox.compilation import COMPUTATION, Compilation
         from sandbox.processes import core_count
+        from sandbox.view.compilation import COMPUTATION, Compilation
 
         terminal = console(stderr=True)
         if not self._compilation:

@@ -172,19 +172,14 @@ def _right(surface: Surface, text: str, cell: Rect, height: int, *, ink: bool = 
     write(surface, text, place, theme.ink if ink else theme.dim, height, bold=bold)
 
 
-OF_STATE: Final[dict[str, Callable[[State, int], float]]] = {  # a ball's
-    "x": lambda state, ball: float(state.position[ball, 0]),
-    "y": lambda state, ball: float(state.position[ball, 1]),
-    "vx": lambda state, ball: float(state.velocity[ball, 0]),
-    "vy": lambda state, ball: float(state.velocity[ball, 1]),
-    "spin": lambda state, ball: float(state.spin[ball]),
-}
+COLUMNS: Final[Mapping[str, Column]] = {**MOTION, **BODY}
+IF_SET: Final = "the same in every engine if you set it"
 DOES: Final = {
-    "x": "position of its centre, to the right; the same in every engine if you set it",
-    "y": "position of its centre, downwards; the same in every engine if you set it",
-    "vx": "velocity to the right; the same in every engine if you set it",
-    "vy": "velocity downwards; the same in every engine if you set it",
-    "spin": "angular velocity, clockwise; the same in every engine if you set it",
+    "x": f"position of its centre, to the right; {IF_SET}",
+    "y": f"position of its centre, downwards; {IF_SET}",
+    "vx": f"velocity to the right; {IF_SET}",
+    "vy": f"velocity downwards; {IF_SET}",
+    "spin": f"angular velocity, clockwise; {IF_SET}",
     "radius": "radius",
     "mass": "mass; only ratios matter",
     "elasticity": "its factor: a contact has the product of two",
@@ -193,16 +188,10 @@ DOES: Final = {
 }
 ENDS: Final = ((0, 0, "from x"), (0, 1, "from y"), (1, 0, "to x"), (1, 1, "to y"))  # an end, its axis, their name
 DIMENSIONS: Final = {
-    "x": Dimension.LENGTH,
-    "y": Dimension.LENGTH,
-    "vx": Dimension.VELOCITY,
-    "vy": Dimension.VELOCITY,
-    "spin": Dimension.SPIN,
-    "mass": Dimension.MASS,
-    "radius": Dimension.LENGTH,
-    "thickness": Dimension.LENGTH,
-    **dict.fromkeys((name for *_, name in ENDS), Dimension.LENGTH),
+    **{key: column.dimension for key, column in COLUMNS.items()},
+    **dict.fromkeys(("thickness", *(name for *_, name in ENDS)), Dimension.LENGTH),
 }
+BALL_KEYS: Final = ("x", "y", "vx", "vy", "spin", "radius", "mass", "elasticity", "friction")
 END_KEYS: Final = ("start", "to")
 
 
@@ -223,7 +212,7 @@ class Inspector:
         self._copy = TextButton("copy", self._mouse.copy_ball, "a ball like this one, where you click next", width=1.0,
                                 is_on=lambda: mouse.copying, refusal=self._refusal)  # fmt: skip
         self._delete = TextButton("delete", lambda: editor.delete(None), "delete it", width=1.0, refusal=self._refusal)
-        self._ball = {key: self._ball_field(key) for key in (*OF_STATE, "radius", "mass", "elasticity", "friction")}
+        self._ball = {key: self._ball_field(key) for key in BALL_KEYS}
         self._colour = self._field("colour", self._colour_of_ball, lambda text: editor.change(color=text),
                                    "a CSS colour name or #rrggbb")  # fmt: skip
         self._swatches = [self._swatch(colour) for colour in PALETTE]
@@ -323,9 +312,9 @@ class Inspector:
     def _ball_field(self, key: str) -> Field:
         def value() -> float:
             view, ball = self._playback.view, self._editor.selected or 0
-            if key in OF_STATE:
-                return OF_STATE[key](view.panes[self._editor.pane].state, ball)
-            return float(getattr(view.moment.scene.bodies, key)[ball])
+            if key in COLUMNS:
+                return float(COLUMNS[key].values(view.panes[self._editor.pane].state, self._scene)[ball])
+            return float(getattr(self._scene.bodies, key)[ball])
 
         return self._number_field(key, value, lambda number: self._editor.change(**{key: number}), DOES[key])
 

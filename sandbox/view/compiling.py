@@ -7,11 +7,11 @@ from typing import Final
 import pygame
 from pygame import Rect, Surface
 
-from sandbox.compilation import COMPUTATION, DRAWING, Compilation
 from sandbox.compiled import NotCompiledYet, compile_by, without_waiting
 from sandbox.errors import SandboxError
 from sandbox.processes import core_count
 from sandbox.scene.model import Scene
+from sandbox.view.compilation import COMPUTATION, DRAWING, Compilation
 from sandbox.view.display import caption, set_mode
 from sandbox.view.events import PRESSES
 from sandbox.view.layout import GAP, natural_size

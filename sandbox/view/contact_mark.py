@@ -19,6 +19,7 @@ from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension
 from sandbox.state import Floats, State
+from sandbox.view.canvas import Canvas
 from sandbox.view.layout import Layout
 from sandbox.view.primitives import arrow, capsule, label, text_width
 from sandbox.view.session_view import Pane, draw_walls
@@ -41,38 +42,30 @@ def draw_contact(surface: Surface, layout: Layout, panes: Sequence[Pane], differ
     """Draw a difference between an engine and the reference in every pane, and its overlap in the engine's own."""
     for index, pane in enumerate(panes):
         inside = surface.subsurface(layout.arenas[index])
-        mark = ContactMark(inside, pane.scene, pane.state, difference, layout.scale, layout.origin, layout.text_height)
+        canvas = Canvas(
+            inside,
+            pane.scene,
+            pane.state,
+            scale=layout.scale,
+            text_height=layout.text_height,
+            origin=layout.origin,
+        )
+        mark = ContactMark(canvas, difference)
         colour = palette(pane.scene.arena.background).engines(one.name for one in panes)[engine]
         mark.draw(colour, overlap=pane.name == engine)
 
 
 class ContactMark:
-    """Draws on one pane's arena. scale, origin, text_height: as in `Overlay`."""
+    """Draws a contact that differs on one pane's arena."""
 
-    def __init__(
-        self,
-        surface: Surface,
-        scene: Scene,
-        state: State,
-        difference: Difference,
-        scale: float,
-        origin: Vector,
-        text_height: int,
-    ) -> None:
-        self._surface = surface
-        self._scene = scene
-        self._state = state
+    def __init__(self, canvas: Canvas, difference: Difference) -> None:
         self._difference = difference
-        self._scale, self._origin = scale, origin
-        self._text_height = text_height
-        self._palette = palette(scene.arena.background)
-        largest = float(scene.bodies.radius[difference.balls].max()) * scale
-        self._unit = min(text_height, max(largest, LEAST_UNIT * text_height))  # px
+        self._surface, self._scene, self._palette = canvas.surface, canvas.scene, canvas.palette
+        self._state, self._scale, self._at = canvas.state, canvas.scale, canvas.at
+        self._text_height = canvas.text_height
+        largest = float(canvas.scene.bodies.radius[difference.balls].max()) * canvas.scale
+        self._unit = min(canvas.text_height, max(largest, LEAST_UNIT * canvas.text_height))  # px
         self._width = max(1, round(self._unit / 10))  # of lines, px
-
-    def _at(self, position: Floats) -> Floats:
-        """Turn a position in the scene, px, into a place on the surface."""
-        return position * self._scale + self._origin
 
     def draw(self, colour: Color, *, overlap: bool) -> None:
         """Draw everything. colour: of the engine; overlap: whether to draw how deep it is."""
@@ -263,7 +256,8 @@ class ContactPicture(Widget):
         for ball in balls:
             centre = scale * self.state.position[ball] + (x, y)
             pygame.draw.circle(picture, rgb(scene.colors[ball]), centre, scale * scene.bodies.radius[ball])
-        mark = ContactMark(picture, scene, self.state, self.difference, scale, (float(x), float(y)), text_height)
+        canvas = Canvas(picture, scene, self.state, scale=scale, text_height=text_height, origin=(float(x), float(y)))
+        mark = ContactMark(canvas, self.difference)
         mark.draw(self.colour, overlap=True)
         mark.write_depth()
         surface.blit(picture, place)

@@ -237,10 +237,10 @@ class EnginesPage:
     def _slider(self, key: str) -> Slider:
         return Slider(
             key.removeprefix("collision_"),
-            f"{key}, {meaning_of(key)}",
             SCALES[key],
             lambda: self._values[key],
             partial(self._tune, key),
+            f"{key}, {meaning_of(key)}",
             UNITS.get(key, ""),
         )
 

@@ -68,7 +68,7 @@ class Header:
             button("\N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}", Action.NEXT_SCENE),
         ]
         right = [
-            Menu(lambda: "Save", "save or copy something", lambda: saves),
+            Menu(lambda: "Save", lambda: saves, "save or copy something"),
             button("", Action.RECORD, said=record_text, widest="Stop 88.8 s"),
             button("Help", Action.HELP),
             button("Panel", Action.COLUMN),

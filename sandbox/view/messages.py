@@ -4,7 +4,7 @@ from typing import Final
 
 from pygame import Surface
 
-from sandbox.compilation import Compilation
+from sandbox.view.compilation import Compilation
 from sandbox.view.compiling import draw_status, status_width
 from sandbox.view.layout import Layout
 from sandbox.view.notice import Kind, Notice, draw_notice

@@ -9,15 +9,15 @@ from typing import Final
 
 import numpy as np
 import pygame
-from pygame import Color, Rect, Surface
+from pygame import Color, Rect
 
 from sandbox.report.scales import round_up
 from sandbox.scene.fields import Vector, rgb
-from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, State
+from sandbox.view.canvas import Canvas
 from sandbox.view.layers import Layer
 from sandbox.view.primitives import MIN_DASHED, SMALLEST_TEXT, arrow, lettering, ring
-from sandbox.view.theme import contrast, palette, readable
+from sandbox.view.theme import contrast, readable
 
 ARROW_SECONDS: Final = 0.2  # a velocity's arrow ends where the ball would be after so long
 MAX_WRITTEN: Final = 12  # contacts whose impulse is written next to them
@@ -96,53 +96,29 @@ def _located(contacts: Contacts, state: State, radius: Floats) -> Contacts:
 
 
 class Overlay:
-    """Draws layers on one pane's arena.
+    """Draws layers on one pane's arena. ghosts: the reference's balls."""
 
-    scale: px of the surface for one px of the scene. origin: where the scene's is on it.
-    text_height: px. ghosts: the reference's balls.
-    """
-
-    def __init__(
-        self,
-        surface: Surface,
-        scene: Scene,
-        state: State,
-        trail: Trail,
-        contacts: RecentContacts,
-        ghosts: State | None,
-        *,
-        scale: float,
-        text_height: int,
-        origin: Vector = (0.0, 0.0),
-    ) -> None:
-        self.surface = surface
-        self.scene = scene
-        self._state = state
+    def __init__(self, canvas: Canvas, trail: Trail, contacts: RecentContacts, ghosts: State | None) -> None:
+        self._canvas = canvas
         self._trail = trail
         self._contacts = contacts
         self._ghosts = ghosts
-        self._scale = scale
-        self._origin = origin
-        self._text_height = text_height
-        self.palette = palette(scene.arena.background)
-        self.width = max(1, round(text_height / 10))  # of lines, px
+        self.surface, self.scene, self.palette = canvas.surface, canvas.scene, canvas.palette
+        self._state, self._scale, self._at = canvas.state, canvas.scale, canvas.at
+        self.width = max(1, round(canvas.text_height / 10))  # of lines, px
 
     def _visible(self, colour: str) -> tuple[int, int, int]:
         """Return a ball's colour, or the nearest that is visible as a thin line."""
         ground = self.palette.ground
         return _line_colour(rgb(colour), (ground.r, ground.g, ground.b))
 
-    def _at(self, position: Floats) -> Floats:
-        """Turn positions in the scene, (..., 2) px, into places on the surface."""
-        return position * self._scale + self._origin
-
     def grid(self) -> None:
         """Draw lines at round distances, with their positions in px of the scene."""
         cell = round_up(MIN_CELL / self._scale)
-        (width, height), small = self.surface.get_size(), round(0.7 * self._text_height)
+        (width, height), small = self.surface.get_size(), round(0.7 * self._canvas.text_height)
         for axis, size in enumerate(self.scene.arena.size):
             for k in range(1, int(size / cell) + 1):
-                at = round(k * cell * self._scale + self._origin[axis])
+                at = round(k * cell * self._scale + self._canvas.origin[axis])
                 start, end = ((at, 0), (at, height)) if axis == 0 else ((0, at), (width, at))
                 pygame.draw.line(self.surface, self.palette.faint, start, end)
                 number = lettering(f"{k * cell:g}", self.palette.ground.lerp(self.palette.ink, 0.5), small)
@@ -179,7 +155,7 @@ class Overlay:
         contacts = self._contacts.latest()
         if not len(contacts):
             return
-        px_per_impulse = 4 * self._text_height / (contacts["impulse"].max() or 1.0)  # all impulses can be 0
+        px_per_impulse = 4 * self._canvas.text_height / (contacts["impulse"].max() or 1.0)  # all impulses can be 0
         for contact in contacts:
             fresh = 1 - (self._state.time - contact["time"]) / CONTACT_SECONDS
             colour = self.palette.ground.lerp(self.palette.contact, 0.3 + 0.7 * fresh)
@@ -193,7 +169,7 @@ class Overlay:
         """Write impulses next to their contacts, where there is room, in the order given."""
         written: list[Rect] = []
         for contact in contacts:
-            number = lettering(f"{contact['impulse']:.3g}", self.palette.ink, round(0.8 * self._text_height))
+            number = lettering(f"{contact['impulse']:.3g}", self.palette.ink, round(0.8 * self._canvas.text_height))
             x, y = self._at(contact["point"]).round().astype(int).tolist()
             place = number.get_rect(midleft=(x + 3 * self.width + 2, y)).clamp(self.surface.get_rect())
             if place.collidelist(written) < 0:
@@ -204,7 +180,7 @@ class Overlay:
         """Draw the centre of mass as its usual symbol: a disc of two light and two dark quarters."""
         mass = self.scene.bodies.mass
         at = self._at(mass @ self._state.position / mass.sum()).round().astype(int).tolist()
-        radius = round(0.55 * self._text_height)
+        radius = round(0.55 * self._canvas.text_height)
         pygame.draw.circle(self.surface, self.palette.ground, at, radius)
         for quarter in ({"draw_top_right": True}, {"draw_bottom_left": True}):
             pygame.draw.circle(self.surface, self.palette.ink, at, radius, **quarter)
@@ -218,7 +194,7 @@ class Overlay:
         balls = zip(centres, self.scene.bodies.radius, self.scene.colors, strict=True)
         for number, ((x, y), radius, colour) in enumerate(balls):
             px = radius * self._scale
-            height = max(SMALLEST_TEXT, min(round(px), self._text_height))
+            height = max(SMALLEST_TEXT, min(round(px), self._canvas.text_height))
             has_room = 2 * px >= MIN_NUMBERED * height
             text = lettering(str(number), contrast(colour) if has_room else self.palette.ink, height)
             centre = round(x), round(y if has_room else y - px - height / 2)

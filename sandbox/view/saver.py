@@ -10,8 +10,8 @@ from typing import Final
 import pygame
 from pygame import Surface
 
-from sandbox.engines.pymunk_program import pymunk_code
 from sandbox.files import whole_file
+from sandbox.report.pymunk_program import pymunk_code
 from sandbox.run.inputs import Input, write_run
 from sandbox.scene.files import TRUTHS, bundled, write
 from sandbox.scene.model import Scene

@@ -54,11 +54,11 @@ class ScenePage:
         def set_gravity(value: float) -> None:
             editor.set_gravity(value / self._scene.units.factor(Dimension.ACCELERATION))
 
-        self._gravity = Slider("gravity", "", GRAVITIES, gravity, set_gravity)
+        self._gravity = Slider("gravity", GRAVITIES, gravity, set_gravity)
         self._elasticity = Slider(
-            "elasticity", "elasticity of every pair", ELASTICITIES, editor.elasticity, editor.set_elasticity
+            "elasticity", ELASTICITIES, editor.elasticity, editor.set_elasticity, "elasticity of every pair"
         )
-        self._steps = Slider("steps", "steps per second", RATES, editor.rate, editor.set_rate, " per second")
+        self._steps = Slider("steps", RATES, editor.rate, editor.set_rate, "steps per second", " per second")
         self._heater = [action_button("Cool", Action.COOL, do), action_button("Heat", Action.HEAT, do)]
         self._buttons = [action_button("Restart", Action.RESTART, do), action_button("Next seed", Action.NEXT_SEED, do)]
         self._take = action_button("Take a snapshot", Action.TAKE_SNAPSHOT, do)

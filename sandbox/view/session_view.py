@@ -22,6 +22,7 @@ from sandbox.session.history import Moment
 from sandbox.session.samples import change_of_energy, share_of_energy
 from sandbox.session.session import Session
 from sandbox.state import State
+from sandbox.view.canvas import Canvas
 from sandbox.view.charts import Charts
 from sandbox.view.debug_draw import DebugDraw
 from sandbox.view.layers import Layer
@@ -142,17 +143,8 @@ class Pane:
         engine they are.
         """
         inside, scale, origin = surface.subsurface(layout.arenas[index]), layout.scale, layout.origin
-        overlay = Overlay(
-            inside,
-            self.scene,
-            self.state,
-            self.trail,
-            self.recent_contacts,
-            ghosts,
-            scale=scale,
-            text_height=layout.text_height,
-            origin=origin,
-        )
+        canvas = Canvas(inside, self.scene, self.state, scale=scale, text_height=layout.text_height, origin=origin)
+        overlay = Overlay(canvas, self.trail, self.recent_contacts, ghosts)
         fill(inside, overlay.palette.ground)
         self._draw_frame(surface, layout.arenas[index])
         for layer, draw in BELOW_BALLS.items():

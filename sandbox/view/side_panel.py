@@ -34,7 +34,7 @@ class SidePanel:
         self._pages = pages
         self._group = group
         self._tabs = [
-            Tab(panel.value, tip_of(panel), partial(self.show, panel), partial(self._is_open, panel)) for panel in pages
+            Tab(panel.value, partial(self.show, panel), partial(self._is_open, panel), tip_of(panel)) for panel in pages
         ]
         self._scrolled = 0.0  # heights of the text
         self._drawn = Surface((0, 0))

@@ -45,17 +45,17 @@ class Timeline:
             [],
         )
         self._clock = action_button("", Action.STOPWATCH, do, is_on=lambda: playback.stopwatch is not None, said=time)
-        speeds = Menu(self._speed_text, "how fast time passes  (+ and -)", self._speeds, widest=WIDEST)
+        speeds = Menu(self._speed_text, self._speeds, "how fast time passes  (+ and -)", widest=WIDEST)
         self._after = WidgetRow([], [action_button(f"{right}|", Action.GO_TO_END, do), speeds])
         tabs = [self._tab(instrument) for instrument in TABS]
-        more = Menu(self._more_text, "choose another chart  (1: the next one)", self._others, self._shows_other)
+        more = Menu(self._more_text, self._others, "choose another chart  (1: the next one)", self._shows_other)
         self._scale = action_button(
             "", Action.SCALE, do, widest="logarithmic",
             said=lambda: "logarithmic" if playback.view.charts.is_logarithmic else "linear",
             refusal=lambda: playback.view.charts.why_one_scale,
         )  # fmt: skip
         self._across = Menu(
-            self._across_text, "over what the chart is drawn: time, or another quantity", self._choices_across,
+            self._across_text, self._choices_across, "over what the chart is drawn: time, or another quantity",
             lambda: playback.view.charts.across is not None,
         )  # fmt: skip
         self._tabs = WidgetRow([*tabs, more], [self._across, self._scale])

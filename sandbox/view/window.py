@@ -10,13 +10,13 @@ import pygame
 from pygame import Surface
 from pygame.event import Event
 
-from sandbox.compilation import Compilation
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
 from sandbox.view.balls_page import BallsPage
 from sandbox.view.cards import Cards
 from sandbox.view.case_so_far import CaseSoFar
+from sandbox.view.compilation import Compilation
 from sandbox.view.controls import EDITS, Action, Panel, control_of
 from sandbox.view.display import caption, open_window, set_mode
 from sandbox.view.engines_page import EnginesPage

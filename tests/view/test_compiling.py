@@ -12,11 +12,11 @@ import pytest
 from pygame import Surface
 
 from sandbox import compiled
-from sandbox.compilation import Compilation, Part
 from sandbox.errors import Terminated
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import load
 from sandbox.signals import signals_as_exceptions
+from sandbox.view.compilation import Compilation, Part
 from sandbox.view.compiling import WindowCompiler, compiling_beside_window
 from sandbox.view.theme import theme
 from sandbox.view.window import Window

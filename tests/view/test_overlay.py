@@ -10,6 +10,7 @@ from sandbox.scene.fields import rgb
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import CONTACT, State
+from sandbox.view.canvas import Canvas
 from sandbox.view.overlay import ARROW_SECONDS, Overlay, RecentContacts, Trail
 from sandbox.view.primitives import lettering
 from sandbox.view.theme import palette
@@ -32,7 +33,7 @@ def overlay_of(scene: Scene, scale: float = 1.0, trail: Trail | None = None, imp
     if impulse is not None:
         contacts.add(np.array([(0.0, 0, -1, (0.0, 1.0), impulse, 0.0, 0.0, 0.0)], CONTACT), start, scene.bodies.radius)
     trail = trail or Trail(len(scene.bodies))
-    return Overlay(surface, scene, start, trail, contacts, None, scale=scale, text_height=16)
+    return Overlay(Canvas(surface, scene, start, scale=scale, text_height=16), trail, contacts, None)
 
 
 def drawn(overlay: Overlay) -> pygame.Rect:

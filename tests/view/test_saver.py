@@ -10,7 +10,7 @@ from conftest import scene_of
 from PIL import Image
 from window_driver import SMALL_SCENE, hover, pixels, point, press, run, shown
 
-from sandbox.engines.pymunk_program import pymunk_code
+from sandbox.report.pymunk_program import pymunk_code
 from sandbox.run.inputs import load_inputs
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load

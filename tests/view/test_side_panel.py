@@ -248,7 +248,7 @@ def test_a_loss_is_a_bar_to_the_left_of_the_middle() -> None:
 
 
 def test_a_longer_text_of_a_menu_than_foreseen_ends_before_the_triangle() -> None:
-    menu = Menu(lambda: "1x (0.0073x)", "", list, widest="1x (0.88x)")
+    menu = Menu(lambda: "1x (0.0073x)", list, widest="1x (0.88x)")
     surface = Surface((menu.natural_width(TEXT_HEIGHT), 30))
     menu.draw(surface, surface.get_rect(), TEXT_HEIGHT, hot=False)
     triangle = surface.get_width() - round(0.9 * TEXT_HEIGHT) - TEXT_HEIGHT // 4

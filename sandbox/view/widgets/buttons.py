@@ -15,10 +15,6 @@ from sandbox.view.widgets.widget import ENTER, Pressable, draw_fold, draw_ground
 LINE: Final = 1.7  # height of an item, in heights of the text
 
 
-def _never() -> bool:
-    return False
-
-
 @dataclass(eq=False)
 class TextButton(Pressable):
     """Does something. is_on: whether what it turns on is on; refusal: why it cannot be pressed, or nothing.
@@ -30,7 +26,7 @@ class TextButton(Pressable):
     text: str
     do: Callable[[], None]
     does: str = ""
-    is_on: Callable[[], bool] = _never
+    is_on: Callable[[], bool] = bool
     refusal: Callable[[], str] = str
     colour: Color | None = None
     width: float = 5.0
@@ -41,11 +37,6 @@ class TextButton(Pressable):
     def label(self) -> str:
         """The text at present."""
         return self.said() if self.said else self.text
-
-    @property
-    def tip(self) -> str:
-        """What it does, or why it cannot."""
-        return self.refusal() or self.does
 
     @property
     def look(self) -> object:
@@ -77,25 +68,15 @@ class TextButton(Pressable):
         ink = theme.on_accent if on else theme.ink
         write(surface, self.label, line, readable(theme.line, theme.raised) if self.refusal() else ink, height)
 
-    def act(self) -> None:
-        """Do it."""
-        if not self.refusal():
-            self.do()
-
 
 @dataclass(eq=False)
 class Tab(Pressable):
     """A name over a line if its page is open."""
 
     text: str
-    does: str
     do: Callable[[], None]
     is_on: Callable[[], bool]
-
-    @property
-    def tip(self) -> str:
-        """What its page has."""
-        return self.does
+    does: str = ""
 
     @property
     def look(self) -> object:
@@ -112,10 +93,6 @@ class Tab(Pressable):
         write(surface, self.text, line, theme.ink if on or hot else theme.dim, height, bold=on)
         if on or hot:
             surface.fill(theme.accent if on else theme.line, (place.x + 3, place.bottom - 2, place.width - 6, 2))
-
-    def act(self) -> None:
-        """Open the page."""
-        self.do()
 
 
 @dataclass(eq=False)
@@ -143,11 +120,6 @@ class Swatch(Pressable):
         edge = max(2, text_height // 5)
         surface.fill(Color(self.colour), place.inflate(-2 * edge, -2 * edge))
 
-    def act(self) -> None:
-        """Choose it."""
-        if not self.refusal():
-            self.do()
-
 
 @dataclass(eq=False)
 class Heading(Pressable):
@@ -157,13 +129,8 @@ class Heading(Pressable):
     colour: Color
     ground: Color
     do: Callable[[], None]
-    does: str
+    does: str = ""
     is_open: bool = False
-
-    @property
-    def tip(self) -> str:
-        """What a press does."""
-        return self.does
 
     @property
     def look(self) -> object:
@@ -190,10 +157,6 @@ class Heading(Pressable):
             line.y += step
         draw_fold(surface, (place.right - 2 * pad, place.centery), text_height // 4, is_open=self.is_open)
 
-    def act(self) -> None:
-        """Fold or unfold what belongs to it."""
-        self.do()
-
 
 @dataclass(frozen=True)
 class Item:
@@ -210,8 +173,8 @@ class Menu(Pressable):
     """Shows what is chosen; a press opens the list. at: the item that the mouse or the keyboard is on, while open."""
 
     said: Callable[[], str]
-    does: str
     items: Callable[[], Sequence[Item]]
+    does: str = ""
     is_on: Callable[[], bool] = bool
     widest: str = ""
     width: float = 5.0

@@ -39,11 +39,6 @@ class Field(Widget):
     takes_text = True
 
     @property
-    def tip(self) -> str:
-        """What it sets, or why it cannot."""
-        return self.refusal() or self.does
-
-    @property
     def look(self) -> object:
         """The value, and what is typed."""
         return self.name, self.value(), self.unit, self.typed, self.refusal()
@@ -119,10 +114,10 @@ class Slider(Widget):
     """
 
     name: str
-    does: str
     values: Sequence[float]
     value: Callable[[], float]
     choose: Callable[[float], None]
+    does: str = ""
     unit: str = ""
     width: float = 5.0
     dragged: int | None = None

@@ -1,5 +1,6 @@
 """What every widget can do."""
 
+from collections.abc import Callable
 from typing import Final
 
 import pygame
@@ -17,20 +18,22 @@ class Widget:
 
     width: in heights of the toolbar; in a row of the side panel, relative to its neighbours. takes_keys: the keyboard
     can be on it. takes_text: it is typed into once it has been pressed. follows_mouse: it is pressed again at each
-    move of the mouse that holds it. seen_in: the part of the window outside of which it is scrolled out of sight; None
-    if it never is.
+    move of the mouse that holds it. does: what it is for. refusal: why it cannot be used now, or nothing. seen_in: the
+    part of the window outside of which it is scrolled out of sight; None if it never is.
     """
 
     width: float = 1.0
     takes_keys = True
     takes_text = False
     follows_mouse = False
+    does: str = ""
+    refusal: Callable[[], str] = str
     seen_in: Rect | None = None
 
     @property
     def tip(self) -> str:
-        """The text below it while the mouse or the keyboard is on it; none by default."""
-        return ""
+        """The text below it while the mouse or the keyboard is on it."""
+        return self.refusal() or self.does
 
     @property
     def look(self) -> object:
@@ -66,9 +69,12 @@ class Widget:
 class Pressable(Widget):
     """A widget that does something when it is pressed, or when Enter is while the keyboard is on it."""
 
+    do: Callable[[], None] | None
+
     def act(self) -> None:
-        """Do it."""
-        raise NotImplementedError
+        """Do it, unless it is refused."""
+        if self.do and not self.refusal():
+            self.do()
 
     def press(self, place: Rect, point: tuple[int, int]) -> None:
         """Do it."""

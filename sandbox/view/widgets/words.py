@@ -64,11 +64,6 @@ class Words(Pressable):
             write(surface, text, line, self.colour or theme.ink, round(self.scale * text_height), bold=self.bold)
             line.y += line.height
 
-    def act(self) -> None:
-        """Do it."""
-        if self.do:
-            self.do()
-
 
 @dataclass(eq=False)
 class Label(Widget):
