@@ -21,8 +21,8 @@ from sandbox.scene.units import Dimension
 from sandbox.state import Floats, State
 from sandbox.view.canvas import Canvas
 from sandbox.view.layout import Layout
-from sandbox.view.primitives import arrow, capsule, label, text_width
-from sandbox.view.session_view import Pane, draw_walls
+from sandbox.view.primitives import arrow, capsule, draw_walls, label, text_width
+from sandbox.view.session_view import Pane
 from sandbox.view.theme import palette
 from sandbox.view.widgets.widget import Widget
 

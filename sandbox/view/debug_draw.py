@@ -15,7 +15,7 @@ from pymunk.space_debug_draw_options import SpaceDebugColor
 from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
 from sandbox.state import State
-from sandbox.view.primitives import Discs, capsule, draw_wall, thin_lines
+from sandbox.view.primitives import Discs, capsule, draw_wall, draw_walls, thin_lines
 
 MAX_SHAPES: Final = 300  # that `Space.debug_draw` draws; it calls Python for each, which takes 8 ms for so many
 POINT_LENGTH: Final = 2.0  # px of the space, by which Pymunk lengthens the line between a contact's two points
@@ -51,7 +51,6 @@ class DebugDraw:
 
     def recolour(self, ink: Color) -> None:
         """Draw walls that have no colour of their own in another ink."""
-        self._ink = ink
         for wall in self._plain_walls:
             wall.color = tuple(ink)
 
@@ -72,7 +71,7 @@ class DebugDraw:
         past: the scene and where its balls are, which are drawn without contacts; by default those that are there now.
         """
         if past is not None:
-            self._draw_walls(surface, [(wall.start, wall.to, wall.thickness) for wall in past[0].walls], scale, origin)
+            draw_walls(surface, past[0], scale, origin)
             Discs(past[0].bodies.radius, past[0].colors).draw(surface, past[1].position, scale, past[1].angle, origin)
         elif self.is_batch:
             self._draw_batch(surface, scale, origin)
@@ -82,12 +81,6 @@ class DebugDraw:
             options.transform = pymunk.Transform(a=scale, d=scale, tx=origin[0], ty=origin[1])
             self._space.debug_draw(options)
             self._smooth.draw_collected()
-
-    def _draw_walls(
-        self, surface: Surface, walls: Sequence[tuple[Vector, Vector, float]], scale: float, origin: Vector
-    ) -> None:
-        for start, to, thickness in walls:
-            draw_wall(surface, self._ink, (start, to), thickness, scale, origin)
 
     # The batch: all bodies and all contacts are read at once
 

@@ -13,7 +13,7 @@ from pygame import Color, Rect, Surface
 
 from sandbox.errors import SandboxError
 from sandbox.view.events import Stopped
-from sandbox.view.primitives import text_width, wrapped, write
+from sandbox.view.primitives import first_lines, text_width, write
 from sandbox.view.theme import GREEN, VERMILLION, readable, theme
 
 SECONDS_SHOWN: Final = 6.0
@@ -77,7 +77,7 @@ def draw_notice(surface: Surface, place: Rect, height: int, message: str, kind: 
     """Write a message over the lower edge of a place, after a sign on the colour of its kind. height: of the text."""
     sign, line = SIGNS[kind], round(1.45 * height)
     chip_width = text_width(sign, height) + height if sign else 0
-    lines = wrapped(message, place.width - chip_width - 3 * height, height)[:MAX_LINES]
+    lines = first_lines(message, place.width - chip_width - 3 * height, height, MAX_LINES)
     width = max(text_width(text, height) for text in lines) + chip_width + 3 * height
     card = Rect(0, 0, min(width, place.width), len(lines) * line + height)
     card.midbottom = place.midbottom

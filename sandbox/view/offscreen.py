@@ -26,8 +26,8 @@ from sandbox.session.history import Moment
 from sandbox.state import no_contacts
 from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
-from sandbox.view.primitives import Discs, wrapped, write
-from sandbox.view.session_view import Pane, SessionView, draw_panes, draw_walls
+from sandbox.view.primitives import Discs, draw_walls, first_lines, write
+from sandbox.view.session_view import Pane, SessionView, draw_panes
 from sandbox.view.theme import palette, theme
 from sandbox.view.video import VIDEO_FORMATS
 
@@ -101,7 +101,7 @@ def _preview(file: Path, size: tuple[int, int], text_height: int) -> Preview:
     except SandboxError as error:
         height = round(0.85 * text_height)
         line = Rect(0, 0, size[0], round(1.3 * height))
-        for text in wrapped(str(error).splitlines()[0], size[0], height)[:ERROR_LINES]:
+        for text in first_lines(str(error).splitlines()[0], size[0], height, ERROR_LINES):
             write(surface, text, line, theme.dim, height)
             line.y += line.height
         return Preview(surface, "has errors")

@@ -13,6 +13,7 @@ import pygame
 from pygame import Color, Rect, Surface
 
 from sandbox.scene.fields import Vector, rgb
+from sandbox.scene.model import Scene
 from sandbox.scene.walls import segment_distance
 from sandbox.state import Floats
 from sandbox.text import printable
@@ -26,7 +27,7 @@ from sandbox.view.pixels import (
     stamp_lines,
     stamp_wall,
 )
-from sandbox.view.theme import Palette, theme
+from sandbox.view.theme import Palette, palette, theme
 
 FACES: Final = files("font_source_sans_pro") / "files"
 FALLBACKS: Final = (  # the systems' own fonts for what the usual one lacks
@@ -165,6 +166,14 @@ def wrapped(text: str, width: int, height: int, indent: str = "", *, bold: bool 
     return tuple(filter(None, (*lines, line)))
 
 
+def first_lines(text: str, width: int, height: int, most: int, indent: str = "") -> list[str]:
+    """Break a text into lines as `wrapped` does, at most so many; an ellipsis ends the last if that is not all."""
+    lines = wrapped(text, width, height, indent)
+    if len(lines) <= most:
+        return list(lines)
+    return [*lines[: most - 1], shortened(f"{lines[most - 1]} {lines[most].lstrip()}", width, height)]
+
+
 def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) -> None:
     """Draw a segment with round ends, if more of it than its edge is on the surface. a, b, radius: px of that."""
     radius = max(float(radius), 0.5)  # one type of number, so that the kernel is compiled once
@@ -191,6 +200,13 @@ def draw_wall(
     """Draw a wall. ends, thickness: px of the scene; scale: px of the surface for one of these; origin: the scene's."""
     start, end = ((x * scale + origin[0], y * scale + origin[1]) for x, y in ends)
     capsule(surface, colour, start, end, thickness / 2 * scale)
+
+
+def draw_walls(surface: Surface, scene: Scene, scale: float, origin: Vector = (0.0, 0.0)) -> None:
+    """Draw a scene's walls. scale: px of the surface for one px of the scene; origin: where the scene's is."""
+    ink = palette(scene.arena.background).wall
+    for wall in scene.walls:
+        draw_wall(surface, ink, (wall.start, wall.to), wall.thickness, scale, origin)
 
 
 @lru_cache(maxsize=256)

@@ -16,7 +16,7 @@ from sandbox.files import MAX_TEXT_FILE_BYTES
 from sandbox.scene.files import TRUTHS, bundled
 from sandbox.text import printable
 from sandbox.view.offscreen import Previews
-from sandbox.view.primitives import panel, shortened, text_width, wrapped, write
+from sandbox.view.primitives import first_lines, panel, shortened, text_width, write
 from sandbox.view.theme import theme
 
 TILE_WIDTH: Final = 12  # of a preview with its name, in heights of the text
@@ -374,7 +374,7 @@ class ScenePicker:
         line = Rect(self._window.x + pad, self.view.bottom, self._window.width - 2 * pad, round(1.4 * height))
         surface.fill(theme.line, (line.x, line.y, line.width, 1))
         line.y += height // 4
-        for text in wrapped(about, line.width, height)[:ABOUT_LINES]:
+        for text in first_lines(about, line.width, height, ABOUT_LINES):
             write(surface, text, line, theme.ink, height)
             line.y += line.height
 

@@ -15,7 +15,6 @@ from sandbox.errors import EngineError, LimitReached
 from sandbox.report.run_so_far import Marks
 from sandbox.run.edits import edited_scenes
 from sandbox.run.inputs import Input
-from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension, Units
 from sandbox.session.history import Moment
@@ -29,7 +28,7 @@ from sandbox.view.layers import Layer
 from sandbox.view.layout import EDGE, Layout, ScreenPoint
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Overlay, RecentContacts, Trail
 from sandbox.view.pixels import fill
-from sandbox.view.primitives import Discs, card, draw_wall, shortened, text_width, wrapped, write
+from sandbox.view.primitives import Discs, card, draw_walls, first_lines, shortened, text_width, write
 from sandbox.view.theme import chart_palette, palette, theme
 
 AS_IT_SHOULD_BE: Final = "energy as it should be"
@@ -233,15 +232,8 @@ def draw_failure_card(surface: Surface, layout: Layout, place: Rect, error: Engi
     height = layout.text_height
     how = f"failed at {error.time:.3f} s, and stands still" if isinstance(error, EngineError) else "stands still"
     text = f"{how}: {error}"
-    lines = wrapped(text, place.width - 4 * height, height, "    ")[:MAX_FAILURE_LINES]
+    lines = first_lines(text, place.width - 4 * height, height, MAX_FAILURE_LINES, "    ")
     card(surface, [[line] for line in lines], place.topleft, height, place)
-
-
-def draw_walls(surface: Surface, scene: Scene, scale: float, origin: Vector = (0.0, 0.0)) -> None:
-    """Draw a scene's walls. scale: px of the surface for one px of the scene; origin: where the scene's is."""
-    ink = palette(scene.arena.background).wall
-    for wall in scene.walls:
-        draw_wall(surface, ink, (wall.start, wall.to), wall.thickness, scale, origin)
 
 
 def draw_panes(

@@ -12,7 +12,7 @@ from window_driver import pixels
 
 from sandbox.report.scales import round_up
 from sandbox.state import Bools, Floats
-from sandbox.view.primitives import _face, capsule, font, text_width, wrapped
+from sandbox.view.primitives import _face, capsule, first_lines, font, text_width, wrapped
 
 
 @pytest.mark.parametrize(("size", "up"), [(1, 1), (1.1, 2), (3, 5), (7, 10), (0.03, 0.05), (400, 500), (2e-7, 2e-7)])
@@ -85,3 +85,15 @@ def test_a_wall_with_a_whole_number_of_px_as_its_radius_is_drawn_by_the_same_com
     capsule(same, Color("white"), (10.0, 10.0), (50.0, 30.0), 4.0)
     assert (pixels(surface) == pixels(same)).all()
     assert len(list(kernel_cache.folder().rglob("pixels.stamp_wall-*.nbc"))) == 1
+
+
+@pytest.mark.parametrize("most", [1, 2, 3, 4, 5])
+def test_a_text_that_is_cut_off_ends_in_an_ellipsis(most: int) -> None:
+    text = "one ball hits a row of balls at rest, and as many leave it as have come"
+    whole = wrapped(text, 150, 16)
+    assert len(whole) == 4
+    lines = first_lines(text, 150, 16, most)
+    assert len(lines) == min(most, len(whole))
+    assert lines[: most - 1] == list(whole[: most - 1])
+    assert lines[-1].endswith("\N{HORIZONTAL ELLIPSIS}") == (most < len(whole))
+    assert all(text_width(line, 16) <= 150 for line in lines)
