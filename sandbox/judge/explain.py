@@ -357,10 +357,7 @@ def _begin_pushes(work: NDArray[Any], touch: NDArray[Any], shift: Floats, shares
 
 @kernel
 def _note_push(group: Group, touch: NDArray[Any], shift: Floats, way: int, enough: float, part: Record) -> int:
-    """Note the contact that is pushed apart furthest. Returns 2, or 0 if one is pushed more than twice its overlap.
-
-    Twice, where each of two balls is pushed by all of it.
-    """
+    """Note the contact that is pushed apart furthest. Returns 2, or 0 if a ball is pushed by more than its overlap."""
     part.pushed = 0.0
     for c in range(len(touch)):
         t = touch[c]
@@ -369,7 +366,7 @@ def _note_push(group: Group, touch: NDArray[Any], shift: Floats, way: int, enoug
         apart = -(shift[t.first, 0] * t.nx + shift[t.first, 1] * t.ny)
         if t.second >= 0:
             apart += shift[t.second, 0] * t.nx + shift[t.second, 1] * t.ny
-        if apart > 2 * t.depth + enough:
+        if apart > (2 if t.second >= 0 else 1) * t.depth + enough:
             return 0
         if apart > part.pushed:
             part.pushed, part.overlap, part.way = apart, t.depth, way

@@ -59,6 +59,11 @@ class Trial(NamedTuple):
         return self.rule.get("when", When.IN_TIME) == When.IN_TIME
 
     @property
+    def is_wrong(self) -> bool:
+        """Whether it says more than how balls fly."""
+        return bool(self.fault) or not self.is_in_time
+
+    @property
     def is_soft(self) -> bool:
         """Whether contacts are soft."""
         return self.rule.get("when") == When.SOFT

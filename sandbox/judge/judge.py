@@ -44,7 +44,7 @@ from sandbox.judge.search import Search, as_exact, cause_of, cause_of_law, cause
 from sandbox.judge.soft_contacts import SoftMemory, bounced_at_its_end
 from sandbox.judge.thresholds import DOUBLE, FAR, MAX_BALLS, MAX_FITS, MAX_FRUITLESS, SINGLE
 from sandbox.judge.touching import Missed, Springs, StartOverlaps, StepError, Touch, Touches
-from sandbox.judge.words import NO_SINGLE_ERROR, of_depth, of_impulses, of_missed, of_outcome, of_push
+from sandbox.judge.words import NO_SINGLE_ERROR, of_depth, of_impulses, of_missed, of_push
 from sandbox.quantity import energy, kinetic_energies, length, pass_through, passing, spin_energy
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension
@@ -335,7 +335,7 @@ class Judge:
         faulty = any(trial.fault for trial in fitting)
         candidates = [(o, self._cause_of_law(o.trial, part)) for o in (outcomes if faulty else outcomes[:1])]
         (outcome, cause), contact = candidates[0], (part.first, part.second)
-        error = self._error(f, part.step, balls, contact, cause, of_outcome(self.scene, outcome, cause), over)
+        error = self._error(f, part.step, balls, contact, cause, "", over)
         error.depth, error.by_rule, error.candidates = float(outcome.met["depth"][0]), not faulty, candidates
         if faulty:
             self._learn(outcomes)
@@ -662,7 +662,7 @@ class Judge:
         if not candidates:
             return self._unexplained(f, step, balls, contact, problem)
         outcome, cause = candidates[0]
-        because = of_outcome(self.scene, outcome, cause) or self.habit.because
+        because = "" if outcome.trial.is_wrong else self.habit.because
         error = self._error(f, step, balls, contact, cause, because)
         if cause == Cause.MISSED:  # what restitution takes, it takes when the contact happens, if it does
             self._accept(f, step, balls, elastic, outcome, problem)
@@ -768,7 +768,7 @@ class Judge:
         return [self._error(f, step, balls, None, Cause.UNKNOWN, because)]
 
     def _cause_of(self, outcome: Outcome, problem: Problem) -> Cause:
-        if outcome.trial.is_in_time and not outcome.trial.fault:
+        if not outcome.trial.is_wrong:
             return self.habit.cause or Cause.UNKNOWN
         return cause_of(outcome, problem)
 

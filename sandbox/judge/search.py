@@ -155,7 +155,7 @@ def cause_of(outcome: Outcome, problem: Problem) -> Cause:
     if not _turns_back(trial, closing):
         if trial.is_soft:
             return cause_of_soft(outcome, problem)
-        if trial.is_in_time and not trial.fault:
+        if not trial.is_wrong:
             return Cause.UNREPORTED
         if trial.fault and BY_NAME[trial.fault].cause == FRICTION:
             return _friction_by_outcome(outcome, problem)

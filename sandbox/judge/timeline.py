@@ -85,14 +85,16 @@ class Timeline:
             if _key(outcome) in refuted:
                 error.cause, error.because = Cause.UNKNOWN, NO_SINGLE_ERROR
             elif most < 2 and error.numbers <= _freedom(outcome):
-                error.cause, error.because = Cause.UNKNOWN, f"{error.because} Nothing else in the run confirms that."
+                error.cause, error.because = (
+                    Cause.UNKNOWN,
+                    f"{self.touches.said(error)} Nothing else in the run confirms that.",
+                )
             elif len(causes) > 1:
                 names = " Or: ".join(dict.fromkeys(of_outcome(scene, o, c) for o, c in best))
                 error.cause, error.because = Cause.UNKNOWN, f"Two errors explain it. {names}"
             else:
                 is_passage = cause == error.cause == Cause.MISSED  # of which the sentence says how
-                because = error.because if is_passage else of_outcome(scene, outcome, cause)
-                error.cause, error.because = cause, because or error.because
+                error.cause, error.because = cause, error.because if is_passage or not outcome.trial.is_wrong else ""
             error.candidates = [(outcome, cause)]
         self._doubt_solver()
 

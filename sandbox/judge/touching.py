@@ -12,7 +12,7 @@ from sandbox.judge.causes import Cause
 from sandbox.judge.fit import Outcome
 from sandbox.judge.groups import Flown
 from sandbox.judge.thresholds import SPRING_STEPS
-from sandbox.judge.words import of_turn
+from sandbox.judge.words import of_outcome, of_turn
 from sandbox.quantity import length, passing
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
@@ -36,13 +36,14 @@ class StepError:
     """What is wrong with a step of some balls.
 
     step: of the run, from 1; balls: of the group; contact: first and second, None without one; candidates: the outcomes
-    that leave nothing over, with their causes; cause, because: why; energy (kg px²/s²), momentum (kg px/s) and
-    displacement (px): what is over of the exact step; speed: px/s, the sum of the velocities' errors; before, after,
-    should: velocities (k, 2) px/s of the contact's balls, and their spins; times: how many balls or contacts it stands
-    for; numbers: how many numbers the places, velocities and spins have that it shows wrong; depth: px, of the contact
-    when it was found; gained: momentum (kg px/s) and angular momentum about the arena's centre (kg px²/s) that neither
-    gravity gave nor a wall can have given; places: (k, 2) px, of the contact's balls before; flown: s, from there to
-    where it is found; by_rule: whether a rule of steps explains it, which has no parameter.
+    that leave nothing over, with their causes; cause, because: why, by default what the first candidate says; energy
+    (kg px²/s²), momentum (kg px/s) and displacement (px): what is over of the exact step; speed: px/s, the sum of the
+    velocities' errors; before, after, should: velocities (k, 2) px/s of the contact's balls, and their spins; times:
+    how many balls or contacts it stands for; numbers: how many numbers the places, velocities and spins have that it
+    shows wrong; depth: px, of the contact when it was found; gained: momentum (kg px/s) and angular momentum about the
+    arena's centre (kg px²/s) that neither gravity gave nor a wall can have given; places: (k, 2) px, of the contact's
+    balls before; flown: s, from there to where it is found; by_rule: whether a rule of steps explains it, which has no
+    parameter.
     """
 
     step: int
@@ -167,7 +168,8 @@ class Touches:
 
     def said(self, error: StepError) -> str:
         """Return the sentence of an error; of a contact found late, with how far its normal is turned by that."""
-        return of_turn(error.because, *self.normals(error)) if error.cause == Cause.LATE else error.because
+        because = error.because or of_outcome(self._scene, *error.candidates[0])
+        return of_turn(because, *self.normals(error)) if error.cause == Cause.LATE else because
 
     def overlap_time(self, f: Flown, row: int, pair: tuple[int, int]) -> float:
         """Return for how long two balls overlap on straight ways, s; 0 for a wall."""

@@ -71,15 +71,18 @@ def test_impulses_without_a_rule_have_their_range_alone() -> None:
     assert said.endswith(" in all).")
 
 
-def test_the_elasticity_of_the_ball_alone_at_a_wall() -> None:
-    """A ball of 0.7 hits the right wall of 0.8 and 0.7 is left of its speed."""
-    scene_text = f"radius = {R}\nposition = [779, 300]\nvelocity = [150, 0]\nelasticity = 0.7"
-    states = States.empty(2, 1)
-    states.position[0], states.velocity[0] = (779, 300), (150, 0)
-    left = DT - 1 / 150
-    states.position[1], states.velocity[1] = (780 - 105 * left, 300), (-105, 0)
-    scene = scene_of(scene_text, size="[800, 600]\nelasticity = 0.8")
-    judge = Judge(scene)
+def test_the_elasticity_of_balls_alone_at_a_wall() -> None:
+    """Balls of 0.7 and 0.9 hit the right wall of 0.8 at 150 px/s, and 0.7 and 0.9 are left of that."""
+    tables, left = list[str](), DT - 1 / 150
+    states = States.empty(2, 2)
+    for ball, e in enumerate((0.7, 0.9)):
+        y = 200.0 + 200 * ball
+        tables.append(f"radius = {R}\nposition = [779, {y}]\nvelocity = [150, 0]\nelasticity = {e}")
+        states.position[:, ball], states.velocity[:, ball] = (
+            ((779, y), (780 - 150 * e * left, y)),
+            ((150, 0), (-150 * e, 0)),
+        )
+    judge = Judge(scene_of(*tables, size="[800, 600]\nelasticity = 0.8"))
     judge.add(states, np.empty(0, PUSH), np.full(1, DT))
-    [error] = Timeline(judge).errors
-    assert error.because.endswith("The restitution is that of the ball alone.")
+    [suffered] = Timeline(judge).suffered
+    assert suffered.because.endswith("The restitution is that of the ball alone.")
