@@ -18,8 +18,8 @@ from sandbox.scripting.diagnosis import Diagnosis
 from sandbox.scripting.exact import AgainstExact
 from sandbox.space.balance import Balance
 from sandbox.space.contents import Contents, StepLengths, is_static
-from sandbox.space.evidence import MET_RULES, STEP_RULES, Evidence
-from sandbox.space.findings import Fault, found_by, worst_first
+from sandbox.space.evidence import MET_RULES, Evidence
+from sandbox.space.findings import Fault, worst_first
 from sandbox.space.lint import Linter
 from sandbox.space.mechanics import Rows
 from sandbox.space.origins import Origins, program_line
@@ -87,7 +87,7 @@ class Trial:
             evidence = Evidence(
                 self.recording, Contents(self.space, self._linter.origins, self._linter.steps), self._noticed
             )
-            findings = sorted([*findings, *found_by((*MET_RULES, *STEP_RULES), evidence)], key=worst_first)
+            findings = sorted([*findings, *evidence.findings()], key=worst_first)
             energy = Balance(evidence.ledger)
         return Diagnosis(
             number=number,
@@ -149,7 +149,10 @@ class Trial:
             if key not in self._contacts:
                 self._contacts.add(key)
                 pair = ("set-by-handler", *key[:2])
-                if pair not in self._reported and (fault := set_by_handler(self._contents, contacts[row], step.end)):
+                a, b = map(self.recording.roster.by_address.get, key[:2])
+                if pair in self._reported or not (a and b and a.body and b.body):
+                    continue
+                if fault := set_by_handler(self._contents, a, b, contacts[row], step.end):
                     self._reported.add(pair)
                     self._noticed.setdefault("set-by-handler", []).append(fault)
 

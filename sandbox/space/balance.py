@@ -12,6 +12,7 @@ from sandbox.space.mechanics import Floats
 
 LEAST_SHARE: Final = 0.005  # of the largest kinetic energy; smaller lines are printed together
 SMALLEST_SHOWN: Final = 5e-5
+MAX_SHARE: Final = 10.0  # of the largest kinetic energy: beyond, that is no measure of what changed
 STEPS: Final = "gravity and what bears it, in steps instead of at every moment"
 WORDS: Final[Mapping[Cause, str]] = {
     Cause.RESTITUTION: "bounces, as elasticities say",
@@ -69,15 +70,15 @@ class Balance:
             yield "Its energy: nothing moved."
             return
         since, until = self.ledger.time[[0, -1]].tolist()
-        yield f"Its energy from {since:.4g} to {until:.4g} s, in % of the largest kinetic energy, {scale:.3g}:"
+        is_small = max(map(abs, self.shares.values()), default=0.0) > MAX_SHARE
+        unit = "kg px²/s²; its largest kinetic energy is" if is_small else "% of the largest kinetic energy,"
+        yield f"Its energy from {since:.4g} to {until:.4g} s, in {unit} {scale:.3g}:"
         large = {words: share for words, share in self.shares.items() if abs(share) >= LEAST_SHARE}
-        for words, share in large.items():
-            yield _line(share, words)
         change = float(total[-1] - total[0]) / scale
         rest = change - sum(large.values())
-        if abs(rest) >= SMALLEST_SHOWN:
-            yield _line(rest, "all else")
-        yield _line(change, "together")
+        lines = [*large.items(), *([("all else", rest)] if abs(rest) >= SMALLEST_SHOWN else []), ("together", change)]
+        for words, share in lines:
+            yield f"  {share * scale:+12.3g}  {words}" if is_small else f"  {100 * share:+9.2f} %  {words}"
 
     def as_json(self) -> dict[str, Any]:
         """Return it as a JSON document has it: energies in kg px²/s², times in s."""
@@ -90,7 +91,3 @@ class Balance:
             "largest_kinetic": ledger.scale,
             "lines": {str(cause): value for cause, value in ledger.lines.items() if value},
         }
-
-
-def _line(share: float, words: str) -> str:
-    return f"  {100 * share:+9.2f} %  {words}"

@@ -11,7 +11,6 @@ import numpy as np
 import pymunk
 
 from sandbox.space.findings import BodyReport
-from sandbox.space.memory import shape_address
 from sandbox.space.origins import Origins
 
 DEFAULT_DT: Final = 1 / 60  # s, if no step has been done
@@ -95,11 +94,6 @@ class Contents:
         return partners
 
     @cached_property
-    def shape_at(self) -> dict[int, pymunk.Shape]:
-        """The shapes by the address that contacts have for them."""
-        return {int(shape_address(shape)): shape for shape in self.shapes}
-
-    @cached_property
     def new_bodies(self) -> list[pymunk.Body]:
         """The dynamic bodies that were added since the last time."""
         return [body for body in self.bodies if is_dynamic(body) and body not in self.seen]
@@ -180,10 +174,13 @@ def may_collide(a: pymunk.Shape, b: pymunk.Shape) -> bool:
 def depth_of(a: pymunk.Shape, b: pymunk.Shape) -> float | None:
     """Return how deep two shapes overlap, px; None if they are apart."""
     try:
-        points = a.shapes_collide(b).points
+        contact = a.shapes_collide(b)
     except AssertionError:  # how Pymunk says that there is no contact
         return None
-    return max((-point.distance for point in points), default=None)
+    if not contact.normal.length:  # their middles are at one place, or segments on one line
+        return half_width(b) - a.point_query(place_of(b)).distance
+    # Not `distance`, whose sign Pymunk turns if `a` is of a later kind than `b`: circles, segments, polygons
+    return max((point.point_a - point.point_b).dot(contact.normal) for point in contact.points)
 
 
 def half_width(shape: pymunk.Shape) -> float:

@@ -25,7 +25,6 @@ from sandbox.space.figures import (
     jitter,
     joint_errors,
     joint_residuals,
-    normal_velocity,
     overlaps,
     residuals,
     stretches,
@@ -34,7 +33,7 @@ from sandbox.space.figures import (
 )
 from sandbox.space.findings import BodyReport, Certainty, Fault, Finding, Rule, found_by
 from sandbox.space.mechanics import Floats, Rows
-from sandbox.space.memory import JointKind, shape_address
+from sandbox.space.memory import JointKind
 from sandbox.space.passages import Passage, Passages
 from sandbox.space.recording import Recording, Step
 from sandbox.space.rules import PRODUCT_RULES, RULE_OF, passing_words
@@ -47,7 +46,8 @@ LASTING: Final = 0.2  # s: as long as that, an overlap is no impact
 WITHIN: Final = 1.0  # s, in which contacts that carry too little do so for LASTING
 MAX_CREEP: Final = 0.25  # of the smaller half width
 MAX_REVERSALS: Final = 0.5  # of the steps of a body at rest
-MIN_PUSHES: Final = 3  # of a body, at points in other coordinates
+MIN_PUSHES: Final = 3  # of a body, into others or at points in other coordinates
+MOST: Final = 0.5  # of the steps
 MANY_MOVES: Final = 10  # steps before which the program set a body's position
 MAX_JOINT_ENERGY: Final = 0.01  # of the largest kinetic energy
 CALLBACK: Final = 1e-6  # of the largest kinetic energy, in a step: above rounding
@@ -75,21 +75,16 @@ class Evidence:
 
     def findings(self) -> list[Finding]:
         """Return what the steps show."""
-        return found_by(STEP_RULES, self)
-
-    @cached_property
-    def shape_at(self) -> dict[int, pymunk.Shape]:
-        """The shapes by the address that contacts have for them, also those that are gone."""
-        return {int(shape_address(shape)): shape for shape in self.recording.roster.shapes if shape.body}
+        return found_by((*MET_RULES, *STEP_RULES), self)
 
     @cached_property
     def after_run(self) -> Contents:
         """What the Space has now, and which of its shapes touched."""
-        met = [
-            Meeting(self.shape_at[a], self.shape_at[b], step.end, elasticity, friction)
-            for a, b, step, elasticity, friction in touches(self.steps)
-            if a in self.shape_at and b in self.shape_at
-        ]
+        met = []
+        for touch in touches(self.steps):
+            a, b = map(self.recording.roster.by_address.get, (touch.shape_a, touch.shape_b))
+            if a and b and a.body and b.body:
+                met.append(Meeting(a, b, touch.step.end, touch.elasticity, touch.friction))
         return replace(self.contents, met=met)
 
     @cached_property
@@ -103,9 +98,14 @@ class Evidence:
         return overlaps(self.steps)
 
     @cached_property
+    def too_fast(self) -> "dict[frozenset[int], _FastHit]":
+        """By two bodies that hit, but did not pass each other: their hit that came nearest to that, if it was near."""
+        return _fast_hits(self)
+
+    @cached_property
     def too_deep(self) -> "list[tuple[_Deep, Fault]]":
         """The overlaps that are too deep, and why."""
-        return [found for overlap in self.overlaps for found in _deep_overlap(self, overlap)]
+        return list(filter(None, (_deep_overlap(self, overlap) for overlap in self.overlaps)))
 
     @cached_property
     def changed_by_callbacks(self) -> NDArray[np.bool_]:
@@ -151,13 +151,6 @@ class Evidence:
             for name, time in (("position", 1.0), ("velocity", step.dt)) if len(old) and len(new) else ():
                 pushes += sign * time * (new[name][0] - old[name][0])
         return float(pushes @ deepest["normal"][0])
-
-    def is_impact(self, number: int, ends: tuple[int, int]) -> bool:
-        """Return whether two bodies went into each other in one step, by its number: by half their overlap at least."""
-        step = self.steps[number]
-        deepest = _deepest(step, ends)
-        way = abs(float(normal_velocity(deepest, step.before)[0])) * step.dt
-        return way > -float(deepest["distance"][0]) / 2
 
     def lasts(self, steps: NDArray[np.intp]) -> bool:
         """Return whether some steps, by their numbers, follow so closely that they are more than an impact."""
@@ -257,23 +250,46 @@ def _too_deep(kind: _Deep) -> Callable[[Evidence], Iterator[Fault]]:
     return lambda evidence: (fault for found, fault in evidence.too_deep if found is kind)
 
 
-def _deep_overlap(evidence: Evidence, overlap: Overlap) -> Iterator[tuple[_Deep, Fault]]:
-    """Yield why an overlap is too deep, if it is; not of bodies that came into the Space so."""
+def _deep_overlap(evidence: Evidence, overlap: Overlap) -> tuple[_Deep, Fault] | None:
+    """Return why an overlap is too deep, if it is; not of bodies that came into the Space so."""
     ends, slop = (overlap.body_a, overlap.body_b), evidence.contents.space.collision_slop
     half = evidence.half_width(*ends)
-    for share, is_lasting in ((MAX_LASTING_DEPTH, True), (MAX_DEPTH, False)):
-        limit = slop + share * half
-        deep = overlap.steps[overlap.depths > limit]
-        if not len(deep) or evidence.lasts(deep) != is_lasting:
-            continue
-        first, worst = evidence.steps[deep[0]], evidence.steps[overlap.steps[overlap.depths.argmax()]]
-        if not evidence.came_in(first, *ends):
-            is_impact = not is_lasting and evidence.is_impact(int(deep[0]), ends)
-            pushed = [evidence.pushes_together(number, ends) > slop for number in deep.tolist()]
-            kind = _Deep.AT_ONCE if is_impact else _Deep.LASTING
-            kind = _Deep.PUSHED if sum(pushed) > len(pushed) / 2 else kind
-            report = evidence.report(ends, worst, f"{overlap.depth:.3g} px deep in {{}} at {worst.end:.3f} s")
-            yield kind, Fault(overlap.depth / limit, report, f"{overlap.depth:.3g} px", since=first.end)
+    lasting = overlap.steps[(overlap.depths > slop + MAX_LASTING_DEPTH * half) & _is_held(evidence, overlap)]
+    is_lasting = evidence.lasts(lasting)
+    deep = lasting if is_lasting else overlap.steps[overlap.depths > slop + MAX_DEPTH * half]
+    if not len(deep) or evidence.came_in(evidence.steps[deep[0]], *ends):
+        return None
+    kind = _why_deep(evidence, overlap, deep, is_lasting=is_lasting)
+    if kind is _Deep.AT_ONCE and frozenset(ends) in evidence.too_fast:
+        return None
+    worst = evidence.steps[overlap.steps[overlap.depths.argmax()]]
+    report = evidence.report(ends, worst, f"{overlap.depth:.3g} px deep in {{}} at {worst.end:.3f} s")
+    return kind, Fault(overlap.depth, report, f"{overlap.depth:.3g} px", since=evidence.steps[deep[0]].end)
+
+
+def _is_held(evidence: Evidence, overlap: Overlap) -> NDArray[np.bool_]:
+    """Return whether something holds two bodies in each other in each step in which they overlap, or presses them.
+
+    Otherwise Pymunk lets its part `collision_bias` to the power of dt remain of an overlap; here, half the way there.
+    """
+    space = evidence.contents.space
+    beyond = np.maximum(overlap.depths - space.collision_slop, 0.0)
+    lengths = np.array([evidence.steps[number].dt for number in overlap.steps])
+    before = np.where(np.diff(overlap.steps, prepend=-2) == 1, np.roll(beyond, 1), 0.0)
+    return np.asarray(beyond > (1 + space.collision_bias**lengths) / 2 * before)
+
+
+def _why_deep(evidence: Evidence, overlap: Overlap, deep: NDArray[np.intp], *, is_lasting: bool) -> _Deep:
+    """Return what makes an overlap deep in some steps: what the program does, again and again, until it is deepest."""
+    ends, slop = (overlap.body_a, overlap.body_b), evidence.contents.space.collision_slop
+    pushed = np.array([evidence.pushes_together(number, ends) > slop for number in overlap.steps.tolist()])
+    growing = np.isin(overlap.steps, deep) & (overlap.steps <= overlap.steps[overlap.depths.argmax()])
+    if pushed.sum() >= MIN_PUSHES and pushed[growing].mean() > MOST:
+        return _Deep.PUSHED
+    first = int(np.flatnonzero(overlap.steps == deep[0])[0])
+    is_apart = not first or overlap.steps[first - 1] < deep[0] - 1
+    is_impact = is_apart or overlap.depths[first - 1] < overlap.depths[first] / 2
+    return _Deep.AT_ONCE if is_impact and not is_lasting else _Deep.LASTING
 
 
 def _passed(evidence: Evidence) -> Iterator[Fault]:
@@ -297,8 +313,16 @@ def _passed(evidence: Evidence) -> Iterator[Fault]:
         yield Fault(way / widest if widest else math.inf, report, since=step.end)
 
 
-def _too_fast(evidence: Evidence) -> Iterator[Fault]:
-    """Bodies that hit a wall, but did not pass it, so fast that a step could have carried them through: each pair once.
+class _FastHit(NamedTuple):
+    """A hit of a body with a shape so fast that a step could have carried it through: `size` times that speed."""
+
+    size: float
+    hit: Hit
+    wall: pymunk.Shape
+
+
+def _fast_hits(evidence: Evidence) -> dict[frozenset[int], _FastHit]:
+    """Return the fastest of such hits by the ids of both bodies.
 
     A step that begins up to its whole way before the wall ends beyond its middle, if that way is longer than half the
     body and half the wall.
@@ -309,18 +333,22 @@ def _too_fast(evidence: Evidence) -> Iterator[Fault]:
         for body in (each.mover, each.target)
         for wall in (each.shape, each.wall)
     }
-    worst: dict[tuple[int, pymunk.Shape], tuple[float, Hit]] = {}
+    worst: dict[frozenset[int], _FastHit] = {}
     for hit in hits(evidence.steps):
-        wall = evidence.shape_at.get(hit.other)
-        if wall and wall.body and is_static(wall.body) and evidence.is_dynamic(hit.body):
-            pair, least = (hit.body, wall), (hit.reach + half_width(wall)) / hit.step.dt
-            is_worst = hit.speed > least * worst[pair][0] if pair in worst else hit.speed > least
-            if is_worst and pair not in passed and not evidence.came_in(hit.step, hit.body):
-                worst[pair] = hit.speed / least, hit
-    for (body, wall), (size, hit) in worst.items():
-        what = f"hit a {shape_words(wall)} at {hit.speed:.4g} px/s; {passing_words(hit.speed / size)}"
-        report = evidence.report((body,), hit.step, what)
-        yield Fault(size, report, since=hit.step.end)
+        pair, wall = frozenset((hit.body, hit.other_body)), evidence.recording.roster.by_address.get(hit.other)
+        if wall and wall.body and evidence.is_dynamic(hit.body) and (hit.body, wall) not in passed:
+            size = hit.speed * hit.step.dt / (hit.reach + half_width(wall))
+            if size > max(1.0, worst[pair].size if pair in worst else 0.0) and not evidence.came_in(hit.step, *pair):
+                worst[pair] = _FastHit(size, hit, wall)
+    return worst
+
+
+def _too_fast(evidence: Evidence) -> Iterator[Fault]:
+    """Bodies that hit others, but did not pass them, so fast that a step could have carried them through."""
+    for size, hit, wall in evidence.too_fast.values():
+        what = f"a {shape_words(wall)}" if wall.body and is_static(wall.body) else "{}"
+        what = f"hit {what} at {hit.speed:.4g} px/s; {passing_words(hit.speed / size)}"
+        yield Fault(size, evidence.report((hit.body, hit.other_body), hit.step, what), since=hit.step.end)
 
 
 def _setting_after_run(rule: Rule[Contents]) -> Rule[Evidence]:
@@ -498,7 +526,7 @@ def _joints_that_drive(evidence: Evidence) -> Iterator[Fault]:
         together = sum(ledger.of_joints[each] for each in passive if each in joined)
         moved = pymunk.Body.KINEMATIC in (joint.a.body_type, joint.b.body_type)
         if min(work, together) > MAX_JOINT_ENERGY * ledger.scale and not moved:
-            share = f"{100 * work / ledger.scale:.2g} %"
+            share = f"{100 * work / ledger.scale:,.1f} %"
             what = f"its {type(joint).__name__} to {{}} adds {share} of the largest kinetic energy"
             yield Fault(work, evidence.report(ends, evidence.steps[-1], what), share)
 
@@ -535,7 +563,7 @@ STEP_RULES: Final[tuple[Rule[Evidence], ...]] = (
     ),
     Rule(
         "wrong-point",
-        0.65,
+        0.92,
         Certainty.LIKELY,
         "Forces or impulses act far outside of bodies, and make them spin: their points are in the wrong coordinates",
         "body.apply_..._at_local_point takes a force and a point in the coordinates of the body, ..._at_world_point in "

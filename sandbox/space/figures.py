@@ -101,7 +101,7 @@ def touches(steps: Sequence[Step]) -> list[Touch]:
 
 
 class Hit(NamedTuple):
-    """A point of a first contact, seen from a body: its id, its shape and the other one by address.
+    """A point of a first contact, seen from a body: its id and the other one's, the other shape by address.
 
     speed: px/s, of its centre of gravity along the contact's normal, relative to the other body's; reach: px, from the
     centre of gravity to the point, along the normal.
@@ -109,7 +109,7 @@ class Hit(NamedTuple):
 
     step: Step
     body: int
-    shape: int
+    other_body: int
     other: int
     speed: float
     reach: float
@@ -127,9 +127,9 @@ def hits(steps: Iterable[Step]) -> Iterator[Hit]:
         speeds = np.abs(dot(between, contacts["normal"])).tolist()
         for side, other in (("a", "b"), ("b", "a")):
             reaches = np.abs(dot(contacts[f"arm_{side}"], contacts["normal"])).tolist()
-            ends = contacts[[f"body_{side}", f"shape_{side}", f"shape_{other}"]].tolist()
-            for (body, shape, met), speed, reach in zip(ends, speeds, reaches, strict=True):
-                yield Hit(step, body, shape, met, speed, reach)
+            ends = contacts[[f"body_{side}", f"body_{other}", f"shape_{other}"]].tolist()
+            for end, speed, reach in zip(ends, speeds, reaches, strict=True):
+                yield Hit(step, *end, speed, reach)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from sandbox.space.contents import is_static, may_collide
 from sandbox.space.description import AnyShape, build_shape
 from sandbox.space.mechanics import Floats, Rows, dot
-from sandbox.space.memory import Snapshot
+from sandbox.space.memory import Snapshot, shape_address
 from sandbox.space.recording import Recording, Step
 from sandbox.space.roster import Roster
 from sandbox.space.rules import may_be_ignored, off_its_place
@@ -28,7 +28,6 @@ Numbers = NDArray[np.intp]
 
 MAX_TURN: Final = 0.1  # rad: arcs of this angle are replaced by chords, off by 0.1 % of the radius
 MAX_CHORDS: Final = 1_000
-SAME: Final = 1e-9  # relative, or px and rad: above rounding
 
 
 @dataclass(frozen=True)
@@ -83,8 +82,9 @@ class _Solid:
 class Passages:
     """Finds the passages in a recording.
 
-    Not judged: bodies that something else than their velocity moved in the step; shapes that a filter, a joint or a
-    handler may let through; sensors; and shapes that changed, or did not come and go with their body.
+    Not judged: bodies that something else than their velocity moved in the step, further than their shapes reach, which
+    the push out of an overlap does not; shapes that a filter, a joint or a handler may let through; sensors; and shapes
+    that changed, or did not come and go with their body.
     """
 
     def __init__(self, recording: Recording, space: pymunk.Space) -> None:
@@ -128,8 +128,8 @@ class Passages:
         centre of gravity in it, twice.
         """
         place, way, turn = before["position"], after["position"] - before["position"], after["angle"] - before["angle"]
-        free = self._is_solid & np.isclose(way, before["velocity"] * dt, SAME, SAME).all(axis=1)
-        free &= np.isclose(turn, before["spin"] * dt, SAME, SAME)
+        pushed = np.hypot(*(way - before["velocity"] * dt).T), np.abs(turn - before["spin"] * dt) * self._reach
+        free = self._is_solid & (np.maximum(*pushed) < self._reach)
         lengths, sweep = np.where(free, [np.hypot(*way.T), np.abs(turn) * self._reach], 0.0)
         least = 2 * np.where(free & (self._depth > 0), self._depth, np.inf)
         movers = np.flatnonzero(lengths + (lengths + sweep).max(initial=0.0) >= least)
@@ -153,9 +153,8 @@ class Passages:
         shape, solid = self._solids[mover].core[1], self._solids[target]
         for start, end in pairwise(path.tolist()):
             for wall in solid.hits(start, end):
-                if any(_touch(state, mover, target) for state in (step.before, step.after)):
-                    return None
-                if self._collide(step, shape, wall):
+                touched = any(_touch(state, mover, wall) for state in (step.before, step.after))
+                if not touched and self._collide(step, shape, wall):
                     way = float(np.hypot(*np.diff(path, axis=0).T).sum())
                     return Passage(step, mover, target, shape, wall, way)
         return None
@@ -201,10 +200,13 @@ def _common(step: Step) -> tuple[Rows, Rows]:
     return before[first], after[second]
 
 
-def _touch(state: Snapshot, first: int, second: int) -> bool:
-    """Return whether the step before found a contact of two bodies."""
-    a, b = state.contacts["body_a"], state.contacts["body_b"]
-    return bool((((a == first) & (b == second)) | ((a == second) & (b == first))).any())
+def _touch(state: Snapshot, body: int, wall: pymunk.Shape) -> bool:
+    """Return whether the step before found a contact of a body with a shape."""
+    sides = (("body_a", "shape_b"), ("body_b", "shape_a"))
+    return any(
+        ((state.contacts[first] == body) & (state.contacts[second] == shape_address(wall))).any()
+        for first, second in sides
+    )
 
 
 def _path(start: Floats, chord: Floats, angle: float, turn: float) -> Floats:

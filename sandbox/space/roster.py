@@ -46,10 +46,10 @@ class Roster:
     """Follows what is in a Space, and keeps it, because Pymunk would give the ids of what is gone to others.
 
     bodies (also those that only have a shape or a joint in it), shapes, joints: the number of each, in the order in
-    which they came, from 0; by_id, by_key: bodies and joints as snapshots name them; start: the whole Space before its
-    first step; changes: by the number of the step before which they were; why_not: why what came before step `until`
-    and later is not described, if so; read_until: the step from which on what a scene can have is no longer read, after
-    too many changes, else None.
+    which they came, from 0; by_id, by_key, by_address: bodies, joints and shapes as snapshots name them; start: the
+    whole Space before its first step; changes: by the number of the step before which they were; why_not: why what came
+    before step `until` and later is not described, if so; read_until: the step from which on what a scene can have is
+    no longer read, after too many changes, else None.
     """
 
     def __init__(self, space: pymunk.Space) -> None:
@@ -59,6 +59,7 @@ class Roster:
         self.joints: dict[pymunk.Constraint, int] = {}
         self.by_id: dict[int, pymunk.Body] = {}
         self.by_key: dict[int, pymunk.Constraint] = {}
+        self.by_address: dict[int, pymunk.Shape] = {}
         self.start: SpaceDescription | None = None
         self.changes: dict[int, list[Change]] = {}
         self.why_not, self.until = "", 0
@@ -66,7 +67,6 @@ class Roster:
         self._described = self._read = 0
         self._contents: list[tuple[int, SpaceContents]] = []  # by the step before which they were
         self._seen: object = None
-        self._addresses: list[np.uint64] = []  # of shapes, in the order of their numbers
         self._prints = np.empty(0, np.uint64)  # their fingerprints
         self._listed: tuple[list[Any], list[Any], list[Any]] = [], [], []  # without shapes that have no body
 
@@ -87,6 +87,8 @@ class Roster:
         self._number(self.joints, listed[2])
         self.by_id |= {body.id: body for body in used}
         self.by_key |= {joint_key(joint): joint for joint in listed[2]}
+        new = list(self.shapes)[len(self.by_address) :]
+        self.by_address |= {int(shape_address(shape)): shape for shape in new}
         if not self.why_not:
             try:
                 self._describe(step, before, known)
@@ -134,8 +136,7 @@ class Roster:
     def _changed_shapes(self, new: set[pymunk.Shape]) -> list[pymunk.Shape]:
         """Return the shapes in the Space, other than new ones, that are not what they were when it was looked at."""
         shapes = list(self.shapes)
-        self._addresses += map(shape_address, shapes[len(self._addresses) :])
-        before, self._prints = self._prints, shape_fingerprints(np.array(self._addresses, np.uint64))
+        before, self._prints = self._prints, shape_fingerprints(np.array([*self.by_address], np.uint64))
         changed = np.flatnonzero(self._prints[: len(before)] != before).tolist()
         present = set(self._listed[1]) - new if changed else new
         return [shapes[number] for number in changed if shapes[number] in present]

@@ -327,11 +327,8 @@ def passing_words(passing: float) -> str:
     return f"from {passing:.4g} px/s on, one step can carry it through"
 
 
-def set_by_handler(contents: Contents, contact: Any, time: float) -> Fault | None:
+def set_by_handler(contents: Contents, a: pymunk.Shape, b: pymunk.Shape, contact: Any, time: float) -> Fault | None:
     """Return the fault of a contact, of the step just done until `time`, of which a handler set what shapes give."""
-    a, b = (contents.shape_at.get(int(contact[key])) for key in ("shape_a", "shape_b"))
-    if a is None or b is None or a.body is None or b.body is None:
-        return None
     normal = pymunk.Vec2d(*contact["normal"].tolist())
     belt = b.surface_velocity - a.surface_velocity
     due = (a.elasticity * b.elasticity, a.friction * b.friction, *(belt - normal * belt.dot(normal)))
@@ -341,7 +338,7 @@ def set_by_handler(contents: Contents, contact: Any, time: float) -> Fault | Non
     if size <= SAME * max(1.0, abs(values[at]), abs(due[at])):
         return None
     name = ("elasticity", "friction", "surface velocity", "surface velocity")[at]
-    shape, partner = (a, b) if is_dynamic(a.body) else (b, a)
+    shape, partner = (a, b) if is_dynamic(body_of(a)) else (b, a)
     detail = f"{name} {values[at]:.3g} with a {shape_words(partner)}; their shapes give {due[at]:.3g}"
     return Fault(size, contents.report(body_of(shape), detail, shape), since=time)
 
@@ -577,9 +574,9 @@ RULES: Final[tuple[Rule[Contents], ...]] = (
         "tunnelling",
         0.8,
         Certainty.LIKELY,
-        "Bodies can pass through walls",
-        "Pymunk looks for contacts where a step ends. A body that is beyond the middle of a wall by then is pushed out "
-        "on the other side, or is not seen at all.",
+        "Bodies can pass through walls, or through each other",
+        "Pymunk looks for contacts where a step ends. A body that is beyond the middle of a wall or of another body by "
+        "then is pushed out on the other side, or is not seen at all.",
         "Shorter steps (several space.step(dt / n) in a frame), thicker walls, or a limit of the speed in a "
         "velocity_func.",
         _too_fast,
@@ -623,7 +620,7 @@ RULES: Final[tuple[Rule[Contents], ...]] = (
     ),
     Rule(
         "attribute",
-        0.7,
+        0.83,
         Certainty.CERTAIN,
         "Something that the program sets has no effect: Pymunk does not know it there",
         "Python lets a program set any attribute; Pymunk reads those that its documentation names.",
@@ -641,7 +638,7 @@ RULES: Final[tuple[Rule[Contents], ...]] = (
     ),
     Rule(
         "overlap-joined",
-        0.65,
+        0.82,
         Certainty.LIKELY,
         "Bodies that a joint connects overlap, and are pushed apart against it",
         "A joint does not stop its two bodies from colliding with each other.",

@@ -1,6 +1,6 @@
 """What stands in finer steps, but moves on in the program's own: it leans, slides or topples."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -10,6 +10,7 @@ from sandbox.space.evidence import MAX_CREEP, Evidence
 from sandbox.space.findings import Certainty, Fault, Rule
 from sandbox.space.finer import Finer
 from sandbox.space.mechanics import Floats
+from sandbox.space.recording import Step
 from sandbox.space.replay import Motion, distance
 
 STILL: Final = 0.1  # of the smallest half width of a body: what moves less stands
@@ -26,20 +27,40 @@ class Compared:
 
 
 def _moves_on(compared: Compared) -> Iterator[Fault]:
-    """Bodies that move on by a part of their size, and stand in the reference from the start to the end."""
+    """Bodies that move on by a part of their size, and stand in the reference from the start to the end.
+
+    So does all that touches them before they move: what something else hits may fall.
+    """
     evidence, found = compared.evidence, compared.finer
     steps, last = found.script.steps, len(found.error) - 1
     is_known = found.is_light & (found.until > last)
+    stands = {body.id: _stands(compared, number) for number, body in enumerate(found.script.roster.bodies)}
     for number, body in enumerate(found.script.roster.bodies):
         half = evidence.half_width(body.id)
         ways = _ways(found, found.script.recorded, number)
-        way = float(ways.max()) if is_known[number] else 0.0
-        if way > MAX_CREEP * half and (_ways(found, found.reference, number) <= STILL * half).all():
-            since = steps[int(np.argmax(ways > STILL * half))].end
-            what = f"moves {way:.3g} px from {since:.3f} to {steps[last].end:.3f} s"
+        way, since = float(ways.max()), steps[int(np.argmax(ways > STILL * half))]
+        if is_known[number] and stands[body.id] and way > MAX_CREEP * half:
+            what = f"moves {way:.3g} px from {since.end:.3f} to {steps[last].end:.3f} s"
             report = evidence.report((body.id,), steps[last], what)
-            if not any(report.index in compared.named.get(rule, ()) for rule in ALREADY_SAID):
-                yield Fault(way / half, report, f"{way:.3g} px", since=since)
+            is_new = not any(report.index in compared.named.get(rule, ()) for rule in ALREADY_SAID)
+            touched = _touched(steps[: since.number - steps[0].number + 1], body.id)
+            if is_new and all(stands.get(other, True) for other in touched):
+                yield Fault(way, report, f"{way:.3g} px", since=since.end)
+
+
+def _stands(compared: Compared, number: int) -> bool:
+    """Return whether a body, by its number, stands in the reference, as long as that is known."""
+    found, body = compared.finer, list(compared.finer.script.roster.bodies)[number]
+    most = STILL * compared.evidence.half_width(body.id) if compared.evidence.is_dynamic(body.id) else 0.0
+    return bool((_ways(found, found.reference, number)[: found.until[number]] <= most).all())
+
+
+def _touched(steps: Iterable[Step], body: int) -> Iterator[int]:
+    """Yield the ids of the bodies that touch a body in some steps."""
+    for step in steps:
+        contacts = step.after.contacts
+        for side, other in (("body_a", "body_b"), ("body_b", "body_a")):
+            yield from contacts[other][contacts[side] == body].tolist()
 
 
 def _ways(found: Finer, motion: Motion, body: int) -> Floats:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import pymunk
@@ -11,9 +12,10 @@ import pytest
 import sandbox
 from sandbox.scripting.watch import watch
 from sandbox.space.evidence import STEP_RULES
-from sandbox.space.findings import Finding
+from sandbox.space.findings import Finding, found_by
+from sandbox.space.finer import Finer
 from sandbox.space.rules import RULES
-from sandbox.space.standing import COMPARED_RULES
+from sandbox.space.standing import COMPARED_RULES, Compared
 
 DT = 1 / 60
 
@@ -401,7 +403,7 @@ def press() -> Game:
 
 def found_late() -> Game:
     space = ground()
-    ball(space, 0, 118, velocity=(0, 1500))
+    ball(space, 0, 150, velocity=(0, 800))
     return Game(space, 5)
 
 
@@ -1031,6 +1033,31 @@ def test_a_stack_that_stands_or_that_nothing_could_hold_has_no_finding(offset: f
     assert findings_of(leaning_stack(offset, substeps)).keys() == set()
 
 
+def test_what_stands_only_as_long_as_that_is_known_is_not_named_nor_what_touches_what_moves() -> None:
+    """The same stack: the reference of its top ends a step early; or the box below the top moves in the reference."""
+    game = leaning_stack()
+    watched = watch(game.space)
+    for number in range(game.steps):
+        watched.step(game.dt(number))
+    evidence, against = watched.diagnosis.evidence, watched.diagnosis.against_finer
+    assert evidence
+    assert against
+    assert against.finer
+
+    def named(found: Finer) -> list[int | None]:
+        findings = found_by(COMPARED_RULES, Compared(evidence, found, {}))
+        return [report.index for finding in findings for report in finding.bodies]
+
+    finer, top = against.finer, 4
+    assert top in named(finer)
+    until = finer.until.copy()
+    until[top] = len(finer.error) - 1
+    assert top not in named(replace(finer, until=until))
+    place = finer.reference.place.copy()
+    place[-1, top - 1] += 10
+    assert top not in named(replace(finer, reference=replace(finer.reference, place=place)))
+
+
 def test_what_something_else_pushes_over_may_fall() -> None:
     game = leaning_stack(offset=0)
     ball(game.space, -200, 240, 12, velocity=(400, -200), mass=3)
@@ -1063,7 +1090,7 @@ def test_a_wrong_moment_comes_before_what_it_does() -> None:
 
 def test_a_body_that_is_gone_is_named_by_its_shape() -> None:
     space = ground()
-    made = ball(space, 0, 150, velocity=(0, 1500))
+    made = ball(space, 0, 150, velocity=(0, 800))
 
     def remove(number: int) -> None:
         if number == 20:

@@ -4,7 +4,7 @@ import math
 import random
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import pymunk
 import pytest
@@ -72,9 +72,9 @@ def moment_of_a_smooth_disc(space: pymunk.Space) -> None:
 
 def stiff_spring(space: pymunk.Space) -> None:
     """Between its middle and a fixed point, k dt² / m may be 4."""
-    shape = box(space, mass=2)
+    shape = box(space, 400, mass=2)
     assert shape.body
-    space.add(pymunk.DampedSpring(space.static_body, shape.body, (300, 0), (0, 0), 100, 40_000, 0))
+    space.add(pymunk.DampedSpring(space.static_body, shape.body, (400, 0), (0, 0), 100, 40_000, 0))
 
 
 def wall_without_elasticity(space: pymunk.Space) -> None:
@@ -272,6 +272,32 @@ def test_a_moment_that_fits_about_the_middle_or_the_centre_of_gravity_is_no_seco
     space.remove(body, shape)
     space.add(body, shape)
     assert "moment" in rules_of(sandbox.lint(space))
+
+
+SHAPES: Sequence[Callable[[pymunk.Body], pymunk.Shape]] = (
+    lambda body: pymunk.Circle(body, 10),
+    lambda body: pymunk.Segment(body, (-30, 0), (30, 0), 10),
+    lambda body: pymunk.Poly.create_box(body, (20, 20)),
+)
+
+
+@pytest.mark.parametrize("distance", [0, 4, 21])
+@pytest.mark.parametrize("first", SHAPES)
+@pytest.mark.parametrize("second", SHAPES)
+def test_an_overlap_is_found_whichever_shape_came_first(
+    first: Callable[[pymunk.Body], pymunk.Shape], second: Callable[[pymunk.Body], pymunk.Shape], distance: float
+) -> None:
+    """All are 20 px high, and lie above each other, or one in the other."""
+    space = pymunk.Space()
+    for number, make in enumerate((first, second)):
+        shape = make(pymunk.Body(1, 1000))
+        assert shape.body
+        shape.body.position = 0, number * distance
+        shape.friction = shape.elasticity = 0.5
+        space.add(shape.body, shape)
+    found = [finding for finding in sandbox.lint(space) if finding.rule == "overlap"]
+    assert [len(finding.bodies) for finding in found] == ([] if distance == 21 else [1])
+    assert all(f"by {20 - distance} px" in finding.bodies[0].detail for finding in found)
 
 
 def test_shapes_of_one_body_with_the_same_error_are_one_line() -> None:
