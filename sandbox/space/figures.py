@@ -128,8 +128,8 @@ def hits(steps: Iterable[Step]) -> Iterator[Hit]:
         for side, other in (("a", "b"), ("b", "a")):
             reaches = np.abs(dot(contacts[f"arm_{side}"], contacts["normal"])).tolist()
             ends = contacts[[f"body_{side}", f"body_{other}", f"shape_{other}"]].tolist()
-            for end, speed, reach in zip(ends, speeds, reaches, strict=True):
-                yield Hit(step, *end, speed, reach)
+            for (body, other_body, met), speed, reach in zip(ends, speeds, reaches, strict=True):
+                yield Hit(step, body, other_body, met, speed, reach)
 
 
 @dataclass(frozen=True)
