@@ -185,11 +185,8 @@ def depth_of(a: pymunk.Shape, b: pymunk.Shape) -> float | None:
 
 def half_width(shape: pymunk.Shape) -> float:
     """Return half the smallest width of a shape, px."""
-    if isinstance(shape, pymunk.Circle):
+    if not isinstance(shape, pymunk.Poly):
         return shape.radius
-    if isinstance(shape, pymunk.Segment):
-        return shape.radius
-    assert isinstance(shape, pymunk.Poly)
     corners = np.array(shape.get_vertices())
     sides = np.roll(corners, -1, axis=0) - corners
     sides = sides[np.hypot(*sides.T) > 0]
@@ -200,13 +197,18 @@ def half_width(shape: pymunk.Shape) -> float:
 
 def half_length(shape: pymunk.Shape) -> float:
     """Return half the largest width of a shape, px."""
-    if isinstance(shape, pymunk.Circle):
-        return shape.radius
-    if isinstance(shape, pymunk.Segment):
-        return (shape.b - shape.a).length / 2 + shape.radius
-    assert isinstance(shape, pymunk.Poly)
-    corners = shape.get_vertices()
+    corners = corners_of(shape)
     return max((a - b).length for a in corners for b in corners) / 2 + shape.radius
+
+
+def corners_of(shape: pymunk.Shape) -> list[pymunk.Vec2d]:
+    """Return the points that a shape is around, at its radius, px, in the coordinates of its body."""
+    if isinstance(shape, pymunk.Circle):
+        return [shape.offset]
+    if isinstance(shape, pymunk.Segment):
+        return [shape.a, shape.b]
+    assert isinstance(shape, pymunk.Poly)
+    return shape.get_vertices()
 
 
 def shape_words(shape: pymunk.Shape) -> str:
@@ -221,13 +223,7 @@ def shape_words(shape: pymunk.Shape) -> str:
 
 def place_of(shape: pymunk.Shape) -> tuple[float, float]:
     """Return the middle of a shape, px, in the coordinates of the Space."""
-    if isinstance(shape, pymunk.Segment):
-        middle = (shape.a + shape.b) / 2
-    elif isinstance(shape, pymunk.Circle):
-        middle = shape.offset
-    else:
-        middle = shape.center_of_gravity
-    return body_of(shape).local_to_world(middle)
+    return body_of(shape).local_to_world(shape.center_of_gravity)
 
 
 def _finite(body: pymunk.Body) -> bool:

@@ -60,11 +60,6 @@ class Ledger:
         """The lines as shares of the scale; 0 if nothing moved."""
         return {cause: value / self.scale if self.scale else 0.0 for cause, value in self.lines.items()}
 
-    def since(self, cause: Cause, share: float = 0.01) -> float | None:
-        """Return the end of the first step, s, up to which a cause changed the energy by a share of the scale."""
-        over = np.flatnonzero(np.abs(np.cumsum(self.of(cause))) > share * self.scale)
-        return float(self.time[1 + over[0]]) if len(over) else None
-
     def of(self, cause: Cause) -> Floats:
         """(n,) the change of each step by a cause."""
         return self.work[:, NUMBER[cause]]

@@ -1,4 +1,4 @@
-"""Figures of a recorded run of a Space: overlaps, joints, contacts, momentum, rest, and bodies that leave."""
+"""Figures of a recorded run of a Space: overlaps, joints, contacts, rest, and bodies that leave."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -36,13 +36,6 @@ class Overlap:
     def depth(self) -> float:
         """The deepest, px."""
         return float(self.depths.max())
-
-
-def deepest_overlap(steps: Iterable[Step]) -> tuple[Floats, Floats]:
-    """Return the time after each step, s, and the deepest overlap that the step found, px: (n,), 0 if there is none."""
-    depths = [(step.end, max(0.0, -step.after.contacts["distance"].min(initial=0.0))) for step in steps]
-    time, depth = np.array(depths, float).reshape(-1, 2).T
-    return time, depth
 
 
 def overlaps(steps: Iterable[Step]) -> list[Overlap]:
@@ -269,11 +262,6 @@ class Bounce:
     approach: float
     separation: float
 
-    @property
-    def restitution(self) -> float:
-        """The ratio of the separation to the approach."""
-        return self.separation / self.approach
-
 
 def wrong_bounces(steps: Iterable[Step], tolerance: float = 0.05) -> list[Bounce]:
     """Return the points of first contacts whose restitution differs from their elasticity by more than a tolerance.
@@ -329,18 +317,6 @@ def _velocity(contacts: Rows, state: Snapshot) -> Floats:
         rows = index.rows(contacts[f"body_{side}"])
         at.append(velocity[rows] + spin[rows][:, None] * turned(contacts[f"arm_{side}"]))
     return at[1] - at[0]
-
-
-def momentum(steps: Iterable[Step]) -> tuple[Floats, Floats]:
-    """Return the time, s, and the momentum of all bodies of finite mass, kg px/s: (n,) and (n, 2), after each step."""
-    rows = [(step.end, *_momentum(step.after.bodies)) for step in steps]
-    values = np.array(rows, float).reshape(-1, 3)
-    return values[:, 0], values[:, 1:]
-
-
-def _momentum(bodies: Rows) -> Floats:
-    moving = bodies[np.isfinite(bodies["mass"])]
-    return np.asarray((moving["mass"][:, None] * moving["velocity"]).sum(axis=0))
 
 
 def jitter(steps: Iterable[Step]) -> dict[int, float]:

@@ -255,35 +255,19 @@ def _word_at(typing: Any, address: Any) -> Any:
     return types.uint64(types.uint64), generate
 
 
-@intrinsic
-def _number(typing: Any, word: Any) -> Any:
-    """Return the floating-point number whose bits are a word."""
-
-    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return builder.bitcast(args[0], context.get_value_type(types.float64))
-
-    return types.float64(types.uint64), generate
-
-
-@intrinsic
-def _bits(typing: Any, number: Any) -> Any:
-    """Return the bits of a floating-point number as a word."""
-
-    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return builder.bitcast(args[0], context.get_value_type(types.uint64))
-
-    return types.uint64(types.float64), generate
-
-
 _load = cast("Callable[[Any], Any]", _word_at)
-_as_number = cast("Callable[[Any], Any]", _number)
-_as_word = cast("Callable[[Any], Any]", _bits)
 
 
 @kernel
 def _word(address: Any, index: int) -> Any:
     """Return a word of the structure at an address."""
     return _load(address + np.uint64(8 * index))
+
+
+@kernel
+def _number(address: Any, index: int) -> Any:
+    """Return a word of a structure as the floating-point number whose bits it is."""
+    return np.uint64(_word(address, index)).view(np.float64)
 
 
 @kernel
@@ -298,10 +282,10 @@ def _fingerprint(body: Any) -> Any:
     number = body
     for index in _BODY_CONSTANTS:
         number = _mixed(number, _word(body, index))
-    if np.isinf(_as_number(_word(body, 2))):
+    if np.isinf(_number(body, 2)):
         is_moving = False
         for index in _BODY_MOTION:
-            is_moving |= _as_number(_word(body, index)) != 0
+            is_moving |= _number(body, index) != 0
         for index in _BODY_POSE:
             number = _mixed(number, np.uint64(1) if is_moving else _word(body, index))
     total = number
@@ -369,12 +353,10 @@ def _read_contacts(space: Any, contacts: Any) -> int:
                     row[16 + index] = _word(contact, 6 + index)
                 distance = 0.0
                 for axis in range(2):  # as cpArbiterGetDepth rounds it
-                    arms = _as_number(_word(contact, 2 + axis)) - _as_number(_word(contact, axis))
-                    place = _BODY_POSITION + axis
-                    distance += (arms + (_as_number(_word(b, place)) - _as_number(_word(a, place)))) * _as_number(
-                        row[10 + axis]
-                    )
-                row[19] = _as_word(distance)
+                    arms = _number(contact, 2 + axis) - _number(contact, axis)
+                    apart = _number(b, _BODY_POSITION + axis) - _number(a, _BODY_POSITION + axis)
+                    distance += (arms + apart) * _number(arbiter, 15 + axis)
+                row[19] = np.float64(distance).view(np.uint64)
             count += 1
     return count
 
@@ -421,7 +403,7 @@ def _read_shapes(addresses: Words, numbers: Words) -> None:
     for k, shape in enumerate(addresses):
         numbers[k] = _shape_fingerprint(shape)
         body = _word(shape, _SHAPE_BODY)
-        if body and np.isinf(_as_number(_word(body, _BODY_IDLE))):
+        if body and np.isinf(_number(body, _BODY_IDLE)):
             for index in _SHAPE_BOX:
                 numbers[k] = _mixed(numbers[k], _word(shape, index))
 

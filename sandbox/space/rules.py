@@ -12,6 +12,7 @@ from sandbox.space.changes import NAMES
 from sandbox.space.contents import (
     Contents,
     body_of,
+    corners_of,
     depth_of,
     half_width,
     is_dynamic,
@@ -443,12 +444,7 @@ def moved_static(contents: Contents, body: pymunk.Body, off: float, shape: pymun
 
 def off_its_place(shape: pymunk.Shape) -> float:
     """Return how far the bounding box of a static shape is from where its body now has it, px; 0 if it is there."""
-    body = body_of(shape)
-    if isinstance(shape, pymunk.Circle):
-        corners = [shape.offset]
-    else:
-        corners = [shape.a, shape.b] if isinstance(shape, pymunk.Segment) else shape.get_vertices()
-    points = np.array([body.local_to_world(corner) for corner in corners])
+    points = np.array([body_of(shape).local_to_world(corner) for corner in corners_of(shape)])
     low, high = points.min(axis=0) - shape.radius, points.max(axis=0) + shape.radius
     box = shape.bb
     off = np.abs([*(low - (box.left, box.bottom)), *(high - (box.right, box.top))]).max()
