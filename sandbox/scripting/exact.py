@@ -21,7 +21,7 @@ from sandbox.scene.from_pymunk import SpaceContents, Unsupported, listed, other_
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT, walls_of
 from sandbox.scripting.comparison import Comparison
-from sandbox.space.mechanics import BodyIndex, Rows, turned
+from sandbox.space.mechanics import Index, Rows, turned
 from sandbox.space.recording import Recording, Step
 from sandbox.state import Contacts, Damping, State, States
 
@@ -302,7 +302,7 @@ def _motion(bodies: Rows, ids: Rows) -> State:
 
     What is asleep does not move.
     """
-    index = BodyIndex(bodies).rows(ids)
+    index = Index(bodies["id"]).rows(ids)
     values = (bodies[key] for key in _MOTION)
     motion = State(0.0, *(np.append(of, np.full((1, *of.shape[1:]), np.nan), axis=0)[index] for of in values))
     asleep = np.append(bodies["asleep"] != 0, False)[index]

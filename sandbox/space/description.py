@@ -247,42 +247,39 @@ class Constraint(Part):
         return {name: getattr(self, name) for name in _own_names(type(self))}
 
 
-class PinJoint(Constraint):
-    """Two anchors at a fixed distance."""
+class Anchored(Constraint):
+    """A constraint between two anchors, in the coordinates of its bodies."""
 
-    kind: Literal["PinJoint"]
     anchor_a: Vector
     """px."""
     anchor_b: Vector
     """px."""
+
+
+class PinJoint(Anchored):
+    """Two anchors at a fixed distance."""
+
+    kind: Literal["PinJoint"]
     distance: Finite
     """px."""
 
     measured: ClassVar = ("distance",)
 
 
-class SlideJoint(Constraint):
+class SlideJoint(Anchored):
     """Two anchors whose distance has limits."""
 
     kind: Literal["SlideJoint"]
-    anchor_a: Vector
-    """px."""
-    anchor_b: Vector
-    """px."""
     min: Unlimited
     """px."""
     max: Unlimited
     """px."""
 
 
-class PivotJoint(Constraint):
+class PivotJoint(Anchored):
     """Two anchors at one point."""
 
     kind: Literal["PivotJoint"]
-    anchor_a: Vector
-    """px."""
-    anchor_b: Vector
-    """px."""
 
 
 class GrooveJoint(Constraint):
@@ -297,14 +294,10 @@ class GrooveJoint(Constraint):
     """px."""
 
 
-class DampedSpring(Constraint):
+class DampedSpring(Anchored):
     """A spring between two anchors."""
 
     kind: Literal["DampedSpring"]
-    anchor_a: Vector
-    """px."""
-    anchor_b: Vector
-    """px."""
     rest_length: Finite
     """px."""
     stiffness: Finite

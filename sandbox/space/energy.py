@@ -16,7 +16,7 @@ import numpy as np
 
 from sandbox.errors import SandboxError
 from sandbox.space.causes import NUMBER, Cause
-from sandbox.space.mechanics import BodyIndex, Floats, elastic_energy, kinetic_energy, potential_energy
+from sandbox.space.mechanics import Floats, Index, elastic_energy, kinetic_energy, potential_energy
 from sandbox.space.memory import Snapshot
 from sandbox.space.recording import Step
 from sandbox.space.step_work import ContactHistory, StepWork, add_membership, change_by_mass
@@ -111,7 +111,7 @@ def _add_program(work: Floats, previous: Step, step: Step) -> None:
     if old is new:
         return
     gravity = old.settings["gravity"]
-    rows = BodyIndex(old.bodies).rows(new.bodies["id"])
+    rows = Index(old.bodies["id"]).rows(new.bodies["id"])
     is_common = rows < len(old.bodies)
     a, b = old.bodies[rows[is_common]], new.bodies[is_common]
     velocity = kinetic_energy(a["mass"], a["moment"], b["velocity"], b["spin"]) - kinetic_energy(

@@ -16,6 +16,7 @@ from sandbox.space.causes import Cause
 from sandbox.space.contents import Contents, Meeting, half_length, half_width, is_dynamic, is_static, shape_words
 from sandbox.space.energy import Ledger, is_finite, ledger_of
 from sandbox.space.figures import (
+    LAWLESS,
     Hit,
     Overlap,
     Residual,
@@ -23,7 +24,6 @@ from sandbox.space.figures import (
     escapes,
     hits,
     jitter,
-    joint_errors,
     joint_residuals,
     overlaps,
     residuals,
@@ -33,7 +33,6 @@ from sandbox.space.figures import (
 )
 from sandbox.space.findings import BodyReport, Certainty, Fault, Finding, Rule, found_by
 from sandbox.space.mechanics import Floats, Rows
-from sandbox.space.memory import JointKind
 from sandbox.space.passages import Passage, Passages
 from sandbox.space.recording import Recording, Step
 from sandbox.space.rules import PRODUCT_RULES, RULE_OF, passing_words
@@ -51,7 +50,6 @@ MOST: Final = 0.5  # of the steps
 MANY_MOVES: Final = 10  # steps before which the program set a body's position
 MAX_JOINT_ENERGY: Final = 0.01  # of the largest kinetic energy
 CALLBACK: Final = 1e-6  # of the largest kinetic energy, in a step: above rounding
-DRIVES: Final = (JointKind.SPRING, JointKind.ROTARY_SPRING, JointKind.MOTOR)
 
 
 @dataclass(frozen=True)
@@ -186,10 +184,6 @@ class Evidence:
         place = rows["position"][rows["id"] == first]
         return replace(report, position=(float(place[0, 0]), float(place[0, 1]))) if len(place) else report
 
-    def step_at(self, time: float) -> Step:
-        """Return the step that ended at a time, s."""
-        return min(self.steps, key=lambda step: abs(step.end - time))
-
     def is_dynamic(self, body_id: int) -> bool:
         """Return whether a body moves by forces."""
         body = self.recording.body(body_id)
@@ -215,12 +209,13 @@ def _stretched(evidence: Evidence) -> Iterator[Fault]:
     for stretch in stretches(evidence.steps):
         joint = evidence.recording.joint(stretch.key)
         limit = _stretch_limit(evidence, stretch, joint)
-        if math.isinf(joint.max_force) and abs(stretch.error) > limit:
-            since = next(end for end, error in _errors(evidence, stretch.key) if abs(error) > limit)
-            off = f"{abs(stretch.error):.3g} {'rad' if stretch.is_angle else 'px'}"
-            what = f"its {type(joint).__name__} to {{}} is off by {off} at {stretch.time:.3f} s"
-            report = evidence.report((stretch.body_a, stretch.body_b), evidence.step_at(stretch.time), what)
-            yield Fault(abs(stretch.error) / limit, report, off, since=since)
+        over, (number, error) = np.abs(stretch.errors) > limit, stretch.worst
+        if math.isinf(joint.max_force) and over.any():
+            worst, first = evidence.steps[number], evidence.steps[stretch.steps[over.argmax()]]
+            off = f"{abs(error):.3g} {'rad' if stretch.is_angle else 'px'}"
+            what = f"its {type(joint).__name__} to {{}} is off by {off} at {worst.end:.3f} s"
+            report = evidence.report((stretch.body_a, stretch.body_b), worst, what)
+            yield Fault(abs(error) / limit, report, off, since=first.end)
 
 
 def _stretch_limit(evidence: Evidence, stretch: Stretch, joint: pymunk.Constraint) -> float:
@@ -228,13 +223,6 @@ def _stretch_limit(evidence: Evidence, stretch: Stretch, joint: pymunk.Constrain
         return MAX_ANGLE
     length = getattr(joint, "distance", getattr(joint, "max", 0.0))
     return MAX_STRETCH * max([length, *map(half_length, evidence.shapes(stretch.body_a, stretch.body_b))])
-
-
-def _errors(evidence: Evidence, key: int) -> Iterator[tuple[float, float]]:
-    """Yield the end of each step, s, and how far a joint was from its law then, px or rad."""
-    for step in evidence.steps:
-        for error in joint_errors(step.after)[step.after.joints["key"] == key].tolist():
-            yield step.end, error
 
 
 class _Deep(Enum):
@@ -378,9 +366,9 @@ def _unsolved_for_long(evidence: Evidence, residual: Residual, how: str) -> Iter
     if not evidence.lasts(steps):
         return
     worst = int(np.flatnonzero(over)[residual.approach[over].argmax()])
-    speed, end = residual.approach[worst], evidence.steps[residual.steps[worst]].end
-    what = f"{how.format(f'{speed:.3g}', f'{end:.3f}')}; a step's gravity adds {fall[worst]:.3g}"
-    report = evidence.report((residual.body_a, residual.body_b), evidence.step_at(end), what)
+    speed, step = residual.approach[worst], evidence.steps[residual.steps[worst]]
+    what = f"{how.format(f'{speed:.3g}', f'{step.end:.3f}')}; a step's gravity adds {fall[worst]:.3g}"
+    report = evidence.report((residual.body_a, residual.body_b), step, what)
     yield Fault(float(speed / fall[worst]), report, since=evidence.steps[steps[0]].end)
 
 
@@ -402,9 +390,9 @@ def _other_bounces(evidence: Evidence) -> Iterator[Fault]:
     steps = [step for step, is_changed in zip(evidence.steps, evidence.changed_by_callbacks, strict=True) if is_changed]
     for bounce in wrong_bounces(steps):
         due = bounce.elasticity * bounce.approach
-        what = f"left {{}} at {bounce.separation:.3g} instead of {due:.3g} px/s at {bounce.time:.3f} s"
-        report = evidence.report((bounce.body_a, bounce.body_b), evidence.step_at(bounce.time), what)
-        yield Fault(abs(bounce.separation - due) / bounce.approach, report, since=bounce.time)
+        what = f"left {{}} at {bounce.separation:.3g} instead of {due:.3g} px/s at {bounce.step.end:.3f} s"
+        report = evidence.report((bounce.body_a, bounce.body_b), bounce.step, what)
+        yield Fault(abs(bounce.separation - due) / bounce.approach, report, since=bounce.step.end)
 
 
 def _jittery(evidence: Evidence) -> Iterator[Fault]:
@@ -418,9 +406,9 @@ def _jittery(evidence: Evidence) -> Iterator[Fault]:
 def _gone(evidence: Evidence) -> Iterator[Fault]:
     for escape in escapes(evidence.steps):
         if escape.is_finite:
-            what = f"far off from {escape.time:.3f} s on"
-            report = evidence.report((escape.body,), evidence.step_at(escape.time), what)
-            yield Fault(1 / escape.time, report, since=escape.time)
+            since = escape.step.end
+            report = evidence.report((escape.body,), escape.step, f"far off from {since:.3f} s on")
+            yield Fault(1 / since, report, since=since)
 
 
 def _moved(evidence: Evidence) -> Iterator[Fault]:
@@ -512,7 +500,7 @@ def _joints_that_drive(evidence: Evidence) -> Iterator[Fault]:
     """Joints that add energy, with those of all bodies that they hold together: the solver sets these off in one."""
     ledger = evidence.ledger
     rows = {int(row["key"]): row for step in evidence.steps for row in step.after.joints}
-    passive = [key for key in ledger.of_joints if key in rows and rows[key]["kind"] not in DRIVES]
+    passive = [key for key in ledger.of_joints if key in rows and rows[key]["kind"] not in LAWLESS]
     assembly: dict[int, set[int]] = {}  # of each dynamic body: the keys of the joints that hold it, shared by all
     for key in passive:
         bodies = (int(rows[key][end]) for end in ("body_a", "body_b"))

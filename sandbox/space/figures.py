@@ -8,7 +8,7 @@ import numpy as np
 import pymunk
 from numpy.typing import NDArray
 
-from sandbox.space.mechanics import BodyIndex, Floats, Rows, dot, turned, with_static
+from sandbox.space.mechanics import Floats, Index, Rows, dot, turned, with_static
 from sandbox.space.memory import CONTACT, JOINT, JointKind, Snapshot
 from sandbox.space.recording import Step
 
@@ -59,15 +59,21 @@ def _listed(of_step: Iterable[Rows], kind: np.dtype[Any]) -> tuple[Rows, NDArray
 def _by_pair(
     contacts: Rows, number: NDArray[np.intp], of: str
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]]:
-    """Yield the rows of each pair of bodies or shapes by step, the numbers of these steps, and where each begins.
+    """Yield the rows of each pair of bodies or shapes, as `_by_key` does."""
+    return _by_key(np.sort(np.stack([contacts[f"{of}_a"], contacts[f"{of}_b"]], axis=1), axis=1), number)
 
-    Pairs come in the order of their first contacts: the ids are addresses, whose order differs from run to run.
+
+def _by_key(
+    keys: Rows, number: NDArray[np.intp]
+) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]]:
+    """Yield the rows of each key by step, the numbers of these steps, and where each begins. keys: (n, k).
+
+    Keys come in the order of their first rows: they are addresses, whose order differs from run to run.
     """
-    ends = np.sort(np.stack([contacts[f"{of}_a"], contacts[f"{of}_b"]], axis=1), axis=1)
-    _, begin, pair = np.unique(ends, axis=0, return_index=True, return_inverse=True)
-    pair = begin.argsort().argsort()[pair.ravel()]
-    order = np.lexsort((number, pair))
-    for rows in np.split(order, np.bincount(pair).cumsum()[:-1]) if len(order) else ():
+    _, begin, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    group = begin.argsort().argsort()[group.ravel()]
+    order = np.lexsort((number, group))
+    for rows in np.split(order, np.bincount(group).cumsum()[:-1]) if len(order) else ():
         at, first = np.unique(number[rows], return_index=True)
         yield rows, at, first
 
@@ -115,7 +121,7 @@ def hits(steps: Iterable[Step]) -> Iterator[Hit]:
         contacts = contacts[contacts["is_first"] == 1]
         if not len(contacts):
             continue
-        index, velocity = BodyIndex(step.before.bodies), with_static(step.before.bodies["velocity"])
+        index, velocity = Index(step.before.bodies["id"]), with_static(step.before.bodies["velocity"])
         between = velocity[index.rows(contacts["body_b"])] - velocity[index.rows(contacts["body_a"])]
         speeds = np.abs(dot(between, contacts["normal"])).tolist()
         for side, other in (("a", "b"), ("b", "a")):
@@ -174,7 +180,7 @@ def joint_residuals(steps: Sequence[Step], joint_of: Callable[[int], pymunk.Cons
     keys, of_key = np.unique(joints["key"], return_inverse=True)
     named = [joint_of(key) for key in keys.tolist()]
     error_bias, max_bias = (np.array([getattr(joint, name) for joint in named]) for name in ("error_bias", "max_bias"))
-    error = _errors_of(joints)
+    error = joint_errors(joints)
     apart = joints["place_b"] + joints["arm_b"] - joints["place_a"] - joints["arm_a"]
     size = np.abs(error)
     outwards = np.sign(error)[:, None] * apart / np.where(size > 0, np.linalg.norm(apart, axis=1), 1.0)[:, None]
@@ -182,41 +188,45 @@ def joint_residuals(steps: Sequence[Step], joint_of: Callable[[int], pymunk.Cons
     due = np.minimum((1 - error_bias[of_key] ** lengths) * size / lengths, max_bias[of_key])
     approach = np.where(size > 0, dot(_velocities(holding, steps), outwards) + due, 0.0)
     found = {}
-    for position, key in enumerate(keys.tolist()):
-        rows = np.flatnonzero(of_key == position)
-        ends = int(joints["body_a"][rows[0]]), int(joints["body_b"][rows[0]])
-        found[key] = Residual(*ends, number[rows], approach[rows], np.zeros(len(rows)))
+    for rows, at, _ in _by_key(joints["key"][:, None], number):
+        key, *ends = joints[["key", "body_a", "body_b"]][rows[0]].item()
+        found[key] = Residual(*ends, at, approach[rows], np.zeros(len(rows)))
     return found
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """How far a joint was from its law at worst, by its key: px, or rad for RotaryLimit, Ratchet and Gear."""
+    """How far a joint, by its key, was from its law in n steps: px, or rad for RotaryLimit, Ratchet and Gear.
+
+    steps, errors: (n,), numbers from 0.
+    """
 
     key: int
     kind: JointKind
     body_a: int
     body_b: int
-    time: float
-    error: float
+    steps: NDArray[np.intp]
+    errors: Floats
 
     @property
     def is_angle(self) -> bool:
         """Whether the error is an angle."""
         return self.kind in IN_ANGLE
 
+    @property
+    def worst(self) -> tuple[int, float]:
+        """The number of the step of the largest error, and that error."""
+        at = int(np.abs(self.errors).argmax())
+        return int(self.steps[at]), float(self.errors[at])
 
-def joint_errors(state: Snapshot) -> Floats:
-    """Return how far each joint of a state just after a step is from its law: (j,) px or rad, 0 for springs and motors.
+
+def joint_errors(joints: Rows) -> Floats:
+    """Return how far each joint just after a step is from its law: (j,) px or rad, 0 for springs and motors.
 
     PinJoint: its length less the distance; SlideJoint: what is outside of its limits; PivotJoint and GrooveJoint: the
     distance of the anchors, of the anchor from the groove; RotaryLimitJoint and RatchetJoint: the angle outside of the
     limits; GearJoint: the angle off.
     """
-    return _errors_of(state.joints)
-
-
-def _errors_of(joints: Rows) -> Floats:
     ends = [joints[f"place_{side}"] + joints[f"arm_{side}"] for side in ("a", "b")]
     distance = np.linalg.norm(ends[1] - ends[0], axis=1)
     angle_a, angle_b = joints["angle_a"], joints["angle_b"]
@@ -236,28 +246,24 @@ def _errors_of(joints: Rows) -> Floats:
 
 
 def stretches(steps: Iterable[Step]) -> list[Stretch]:
-    """Return the largest error of each joint, in units of its law, lengths before angles, the largest first."""
-    worst: dict[int, Stretch] = {}
-    for step in steps:
-        joints = step.after.joints
-        if not len(joints):
-            continue
-        for row, error in zip(joints, joint_errors(step.after).tolist(), strict=True):
-            key = int(row["key"])
-            if row["kind"] not in LAWLESS and (key not in worst or abs(error) > abs(worst[key].error)):
-                kind = JointKind(row["kind"])
-                ends = int(row["body_a"]), int(row["body_b"])
-                worst[key] = Stretch(key, kind, *ends, step.end, error)
-    return sorted(worst.values(), key=lambda stretch: (stretch.is_angle, -abs(stretch.error)))
+    """Return the errors of each joint that has a law for places or angles, in the order in which they came."""
+    lawful = [step.after.joints[~np.isin(step.after.joints["kind"], LAWLESS)] for step in steps]
+    joints, number = _listed(lawful, JOINT)
+    errors = joint_errors(joints)
+    found = []
+    for rows, at, _ in _by_key(joints["key"][:, None], number):
+        key, kind, *ends = joints[["key", "kind", "body_a", "body_b"]][rows[0]].item()
+        found.append(Stretch(key, JointKind(kind), *ends, at, errors[rows]))
+    return found
 
 
 @dataclass(frozen=True)
 class Bounce:
-    """A first contact that did not end as its elasticity says: bodies by id, s, px/s."""
+    """A first contact that did not end as its elasticity says: bodies by id, px/s."""
 
     body_a: int
     body_b: int
-    time: float
+    step: Step
     elasticity: float
     approach: float
     separation: float
@@ -281,7 +287,7 @@ def wrong_bounces(steps: Iterable[Step], tolerance: float = 0.05) -> list[Bounce
         for row, v, u in zip(contacts, approach.tolist(), separation.tolist(), strict=True):
             if v > least and abs(u / v - row["elasticity"]) > tolerance:
                 ends = int(row["body_a"]), int(row["body_b"])
-                bounces.append(Bounce(*ends, step.end, float(row["elasticity"]), v, u))
+                bounces.append(Bounce(*ends, step, float(row["elasticity"]), v, u))
     return bounces
 
 
@@ -310,7 +316,7 @@ def _velocities(of_step: Iterable[Rows], steps: Sequence[Step]) -> Floats:
 def _velocity(contacts: Rows, state: Snapshot) -> Floats:
     """Return the velocity of body B at each contact or joint, relative to body A."""
     bodies = state.bodies
-    index = BodyIndex(bodies)
+    index = Index(bodies["id"])
     velocity, spin = with_static(bodies["velocity"]), with_static(bodies["spin"])
     at = []
     for side in ("a", "b"):
@@ -344,10 +350,10 @@ def jitter(steps: Iterable[Step]) -> dict[int, float]:
 
 @dataclass(frozen=True)
 class Escape:
-    """A body that left the world, by id: since when, s; whether its place or velocity was not finite."""
+    """A body that left the world, by id: in which step; whether its place or velocity was not finite."""
 
     body: int
-    time: float
+    step: Step
     is_finite: bool
 
 
@@ -375,5 +381,5 @@ def escapes(steps: Iterable[Step], margin: float = 10.0) -> list[Escape]:
         inside = ((after["position"] > low - size) & (after["position"] < high + size)).all(axis=1)
         for row in np.flatnonzero(~(is_finite & inside)).tolist():
             body = int(after["id"][row])
-            left.setdefault(body, Escape(body, step.end, bool(is_finite[row])))
+            left.setdefault(body, Escape(body, step, bool(is_finite[row])))
     return list(left.values())

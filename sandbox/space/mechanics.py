@@ -52,19 +52,19 @@ def with_static(values: Floats) -> Floats:
     return np.concatenate([values, np.zeros((1, *values.shape[1:]))])
 
 
-class BodyIndex:
-    """Finds bodies by their ids. What is not in the Space stands still, in a row after the last."""
+class Index:
+    """Finds rows by their keys, such as bodies by their ids. What is unknown is in a row after the last."""
 
-    def __init__(self, bodies: Rows) -> None:
-        self._order = np.argsort(bodies["id"])
-        self._ids = bodies["id"][self._order]
+    def __init__(self, keys: Rows) -> None:
+        self._order = np.argsort(keys)
+        self._keys = keys[self._order]
 
-    def rows(self, ids: Rows) -> NDArray[np.intp]:
-        """Return the row of each id, or the number of rows if it is unknown."""
-        if not len(self._ids):
-            return np.zeros(len(ids), np.intp)
-        place = np.minimum(np.searchsorted(self._ids, ids), len(self._ids) - 1)
-        return np.where(self._ids[place] == ids, self._order[place], len(self._ids))
+    def rows(self, wanted: Rows) -> NDArray[np.intp]:
+        """Return the row of each key, or the number of rows if it is unknown."""
+        if not len(self._keys):
+            return np.zeros(wanted.shape, np.intp)
+        place = np.minimum(np.searchsorted(self._keys, wanted), len(self._keys) - 1)
+        return np.where(self._keys[place] == wanted, self._order[place], len(self._keys))
 
 
 def is_default_spring(joints: Rows) -> NDArray[np.bool_]:
@@ -82,7 +82,7 @@ def strain(springs: Rows, read: Snapshot, state: Snapshot) -> Floats:
     """
     ends, angles = [], []
     then, now = read.bodies, state.bodies
-    index_then, index_now = BodyIndex(then), BodyIndex(now)
+    index_then, index_now = Index(then["id"]), Index(now["id"])
     for side in ("a", "b"):
         rows = index_now.rows(springs[f"body_{side}"])
         angle = with_static(now["angle"])[rows]

@@ -7,7 +7,7 @@ bodies go where they went.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -32,7 +32,7 @@ from sandbox.space.description import (
     rebuild,
     set_mass,
 )
-from sandbox.space.mechanics import Floats, Rows
+from sandbox.space.mechanics import Floats, Index, Rows
 from sandbox.space.memory import SETTINGS, JointKind, Snapshot, SpaceMemory
 from sandbox.space.recording import Recording
 from sandbox.space.roster import Change
@@ -134,15 +134,16 @@ class Between:
 class Script:
     """What all replays of the first steps of a recording repeat.
 
-    recorded: where bodies were; between: what the program did before each step; retyped: bodies that became or ceased
-    to be dynamic before a step; at_rest: whether bodies are added at rest, as `rebuild` has it.
+    numbers: returns those of bodies by their ids; recorded: where bodies were; between: what the program did before
+    each step; retyped: bodies that became or ceased to be dynamic before a step; at_rest: whether bodies are added at
+    rest, as `rebuild` has it.
     """
 
     def __init__(self, recording: Recording, count: int) -> None:
         self.roster, self.at_rest = recording.roster, False
         self.steps = recording.from_start[:count]
-        numbers = {body: self.roster.bodies[self.roster.by_id[body]] for body in sorted(self.roster.by_id)}
-        self._ids, self._numbers = np.array([*numbers], np.uint64), np.array([*numbers.values()], np.intp)
+        numbers = {body_id: self.roster.bodies[body] for body_id, body in self.roster.by_id.items()}
+        self.numbers = _numbers_by(numbers)
         self.recorded = Motion.empty(len(self.steps), len(self.roster.bodies))
         for number, step in enumerate(self.steps):
             self.recorded.put(number, self.numbers(step.after.bodies["id"]), step.after.bodies)
@@ -180,10 +181,6 @@ class Script:
                 of_shape = [complex(*point) - centers[shape.body] for point in points_of(shape)]
                 points[shape.body] += [(point, shape.radius) for point in of_shape]
         return points
-
-    def numbers(self, ids: Rows) -> Numbers:
-        """Return the numbers of bodies by their ids."""
-        return _found(self._ids, self._numbers, ids)
 
     def pairs(self, step: int) -> Numbers:
         """Return the numbers of the bodies of finite mass that touch or are joined in a step, (k, 2)."""
@@ -288,12 +285,10 @@ def points_of(shape: AnyShape) -> tuple[tuple[float, float], ...]:
             return shape.vertices
 
 
-def _found(keys: Rows, values: NDArray[Any], wanted: Rows) -> NDArray[Any]:
-    """Return the values of wanted keys, STATIC for unknown ones. keys: sorted."""
-    if not len(keys):
-        return np.full(wanted.shape, STATIC)
-    at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
-    return np.where(keys[at] == wanted, values[at], STATIC)
+def _numbers_by(number_of: Mapping[int, int]) -> Callable[[Rows], Numbers]:
+    """Return a function that returns the numbers of bodies by their ids, STATIC for unknown ones."""
+    index, numbers = Index(np.array([*number_of], np.uint64)), np.array([*number_of.values(), STATIC], np.intp)
+    return lambda ids: numbers[index.rows(ids)]
 
 
 def _common(old: Rows, new: Rows, key: str) -> tuple[Rows, Rows]:
@@ -360,12 +355,10 @@ class Stage:
 
     def _read(self) -> None:
         self.now = self._memory.snapshot().bodies
-        self.numbers = _found(self._ids, self._numbers, self.now["id"])
+        self.numbers = self._numbers_by(self.now["id"])
 
     def _name_bodies(self) -> None:
-        number_of = {body.id: number for number, body in self._bodies.items()}
-        self._ids = np.array(sorted(number_of), np.uint64)
-        self._numbers = np.array([number_of[body] for body in sorted(number_of)], np.intp)
+        self._numbers_by = _numbers_by({body.id: number for number, body in self._bodies.items()})
 
     def _shift(self) -> None:
         """Put bodies some units in the last place off, each in another direction."""

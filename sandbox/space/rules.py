@@ -88,19 +88,18 @@ def _moments(contents: Contents) -> Iterator[tuple[pymunk.Body, float, float]]:
                 yield body, body.moment, of_shapes[1]
 
 
-def _moment(contents: Contents) -> Iterator[Fault]:
-    return (_moment_fault(contents, *each) for each in _moments(contents) if _can_turn(contents, each[0]))
+def _moment(*, can_turn: bool) -> Callable[[Contents], Iterator[Fault]]:
+    """Return a rule for moments that do not fit, of bodies that something can turn, or of others."""
 
+    def find(contents: Contents) -> Iterator[Fault]:
+        for body, moment, expected in _moments(contents):
+            if can_turn == _can_turn(contents, body):
+                size = max(moment / expected, expected / moment)
+                how = f"{size:.3g} times too {'large' if moment > expected else 'small'}"
+                what = f"moment {moment:.4g}, {how}: its shapes have {expected:.4g}"
+                yield Fault(size, contents.report(body, what))
 
-def _moment_without_effect(contents: Contents) -> Iterator[Fault]:
-    return (_moment_fault(contents, *each) for each in _moments(contents) if not _can_turn(contents, each[0]))
-
-
-def _moment_fault(contents: Contents, body: pymunk.Body, moment: float, expected: float) -> Fault:
-    factor = moment / expected
-    size = max(factor, 1 / factor)
-    what = f"moment {moment:.4g}, {size:.3g} times too {'large' if factor > 1 else 'small'}: its shapes have"
-    return Fault(size, contents.report(body, f"{what} {expected:.4g}"))
+    return find
 
 
 def _can_turn(contents: Contents, body: pymunk.Body) -> bool:
@@ -603,7 +602,7 @@ RULES: Final[tuple[Rule[Contents], ...]] = (
         "The second argument of Body(mass, moment) is a number that does not follow from shape and mass.",
         "Body(), and shape.mass = ...: Pymunk computes the moment; or pymunk.moment_for_circle, moment_for_box, "
         "moment_for_poly. float('inf') prevents turning.",
-        _moment,
+        _moment(can_turn=True),
     ),
     Rule(
         "dt-long",
@@ -732,7 +731,7 @@ RULES: Final[tuple[Rule[Contents], ...]] = (
         "The second argument of Body(mass, moment) is a number that does not follow from shape and mass. Circles "
         "without friction never turn; with friction, they will.",
         "Body(), and shape.mass = ...: Pymunk computes the moment; or pymunk.moment_for_circle.",
-        _moment_without_effect,
+        _moment(can_turn=False),
     ),
 )
 RULE_OF: Final = {rule.key: rule for rule in RULES}

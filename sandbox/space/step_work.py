@@ -9,8 +9,8 @@ from pymunk._chipmunk_cffi import ffi, lib
 
 from sandbox.space.causes import NUMBER, Account, Cause
 from sandbox.space.mechanics import (
-    BodyIndex,
     Floats,
+    Index,
     Rows,
     cross,
     dot,
@@ -60,10 +60,8 @@ class ContactHistory:
         for cached in self._steps:
             if len(cached) and len(missing):
                 cached_pair = _pair_key(cached)
-                cached_key = cached_pair ^ cached["hash"]
-                order = np.argsort(cached_key)
-                at = order[np.minimum(np.searchsorted(cached_key[order], key[missing]), len(order) - 1)]
-                hit = cached_key[at] == key[missing]
+                at = Index(cached_pair ^ cached["hash"]).rows(key[missing])
+                hit = at < len(cached)
                 start[missing[hit]] = np.stack([cached["impulse"], cached["tangential"]], axis=1)[at[hit]]
                 missing = missing[~np.isin(pair[missing], cached_pair)]  # a pair has the points of its last contact
         self._steps = [contacts, *self._steps][: int(step.after.settings["persistence"])]
@@ -154,8 +152,8 @@ class StepWork:
 
     def __init__(self, step: Step, history: ContactHistory) -> None:
         self._step, self._after = step, step.after.bodies
-        self._index = BodyIndex(self._after)
-        rows = BodyIndex(step.before.bodies).rows(self._after["id"])
+        self._index = Index(self._after["id"])
+        rows = Index(step.before.bodies["id"]).rows(self._after["id"])
         self._is_new = rows == len(step.before.bodies)
         self._before = self._after.copy()  # a body that a callback added in the step has no part in it
         self._before[~self._is_new] = step.before.bodies[rows[~self._is_new]]
@@ -202,11 +200,7 @@ class StepWork:
         """
         rows = self._step.after.joints
         before = self._step.before.joints
-        start = np.zeros((len(rows), 2))
-        if len(before):
-            order = np.argsort(before["key"])
-            at = order[np.minimum(np.searchsorted(before["key"][order], rows["key"]), len(order) - 1)]
-            start = np.where((before["key"][at] == rows["key"])[:, None], before["impulse"][at], 0.0)
+        start = with_static(before["impulse"])[Index(before["key"]).rows(rows["key"])]
         is_spring = np.isin(rows["kind"], (JointKind.SPRING, JointKind.ROTARY_SPRING))
         is_free = np.isin(rows["kind"], _LIMITED) & (rows["setting"][:, _BIAS] == 0)
         applied = rows["impulse"] + np.where(is_spring[:, None], 0.0, (_cached_share(self._step) - 1) * start)
@@ -352,7 +346,7 @@ def add_membership(work: Floats, old: Snapshot, new: Snapshot) -> None:
         (Cause.ADDED, 1, new.bodies, old.bodies),
         (Cause.REMOVED, -1, old.bodies, new.bodies),
     ):
-        rows = bodies[BodyIndex(others).rows(bodies["id"]) == len(others)]
+        rows = bodies[Index(others["id"]).rows(bodies["id"]) == len(others)]
         kinetic = kinetic_energy(rows["mass"], rows["moment"], rows["velocity"], rows["spin"])
         work[NUMBER[cause]] += sign * (kinetic + potential_energy(rows["mass"], rows["position"], gravity)).sum()
     change = new.settings["gravity"] - gravity
