@@ -101,9 +101,6 @@ class SweepTable(Sequence[Row]):
     def __getitem__(self, index: int | slice) -> Row | list[Row]:
         return self.rows[index]
 
-    def __iter__(self) -> Iterator[Row]:
-        return iter(self.rows)
-
     def __len__(self) -> int:
         return len(self.rows)
 

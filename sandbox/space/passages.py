@@ -211,12 +211,7 @@ def _touch(state: Snapshot, body: int, wall: pymunk.Shape) -> bool:
 
 def _path(start: Floats, chord: Floats, angle: float, turn: float) -> Floats:
     """Return the points of a way relative to a body, as seen from that body, which turns by so much: (n, 2) px."""
-    count = 1 + min(MAX_CHORDS, int(abs(turn) / MAX_TURN))
-    points = [start + share / count * chord for share in range(count + 1)]
-    angles = [angle + share / count * turn for share in range(count + 1)]
-    return np.array(
-        [
-            (x * math.cos(a) + y * math.sin(a), y * math.cos(a) - x * math.sin(a))
-            for (x, y), a in zip(points, angles, strict=True)
-        ]
-    )
+    shares = np.linspace(0, 1, 2 + min(MAX_CHORDS, int(abs(turn) / MAX_TURN)))
+    x, y = (start + shares[:, None] * chord).T
+    cos, sin = np.cos(angle + shares * turn), np.sin(angle + shares * turn)
+    return np.column_stack([x * cos + y * sin, y * cos - x * sin])
