@@ -186,7 +186,7 @@ def depth_of(a: pymunk.Shape, b: pymunk.Shape) -> float | None:
 def half_width(shape: pymunk.Shape) -> float:
     """Return half the smallest width of a shape, px."""
     if not isinstance(shape, pymunk.Poly):
-        return shape.radius
+        return float(shape.radius)
     corners = np.array(shape.get_vertices())
     sides = np.roll(corners, -1, axis=0) - corners
     sides = sides[np.hypot(*sides.T) > 0]
@@ -198,7 +198,7 @@ def half_width(shape: pymunk.Shape) -> float:
 def half_length(shape: pymunk.Shape) -> float:
     """Return half the largest width of a shape, px."""
     corners = corners_of(shape)
-    return max((a - b).length for a in corners for b in corners) / 2 + shape.radius
+    return max((a - b).length for a in corners for b in corners) / 2 + float(shape.radius)
 
 
 def corners_of(shape: pymunk.Shape) -> list[pymunk.Vec2d]:
