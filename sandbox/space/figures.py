@@ -189,8 +189,8 @@ def joint_residuals(steps: Sequence[Step], joint_of: Callable[[int], pymunk.Cons
     approach = np.where(size > 0, dot(_velocities(holding, steps), outwards) + due, 0.0)
     found = {}
     for rows, at, _ in _by_key(joints["key"][:, None], number):
-        key, *ends = joints[["key", "body_a", "body_b"]][rows[0]].item()
-        found[key] = Residual(*ends, at, approach[rows], np.zeros(len(rows)))
+        key, a, b = joints[["key", "body_a", "body_b"]][rows[0]].item()
+        found[key] = Residual(a, b, at, approach[rows], np.zeros(len(rows)))
     return found
 
 
@@ -252,8 +252,8 @@ def stretches(steps: Iterable[Step]) -> list[Stretch]:
     errors = joint_errors(joints)
     found = []
     for rows, at, _ in _by_key(joints["key"][:, None], number):
-        key, kind, *ends = joints[["key", "kind", "body_a", "body_b"]][rows[0]].item()
-        found.append(Stretch(key, JointKind(kind), *ends, at, errors[rows]))
+        key, kind, a, b = joints[["key", "kind", "body_a", "body_b"]][rows[0]].item()
+        found.append(Stretch(key, JointKind(kind), a, b, at, errors[rows]))
     return found
 
 
