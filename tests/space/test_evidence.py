@@ -181,6 +181,28 @@ def slow_shot() -> Evidence:
     return evidence_of(space, 30)
 
 
+def lands_flat() -> Evidence:
+    """A plank of 10 px that is found 4.8 px deep in the floor, from where Pymunk takes it out in 0.2 s and more."""
+    space = world()
+    floor(space, elasticity=0)
+    plank = box(space, 0, 194.8 - 3 * 4.9, (60, 10))
+    plank.velocity = 0, 4.9 / DT
+    return evidence_of(space, 60)
+
+
+def kicked_into_another() -> Evidence:
+    """By 11.7 px in a step, once."""
+    space = world()
+    kicked = box(space, 0, 0)
+    box(space, 20.5, 0)
+
+    def kick(number: int) -> None:
+        if number == 5:
+            kicked.velocity = 700, 0
+
+    return evidence_of(space, 60, kick)
+
+
 def overlapping() -> Evidence:
     """Balls that come in overlapping, which the linter says."""
     space = world()
@@ -359,6 +381,8 @@ FAULTS: Sequence[tuple[Callable[[], Evidence], set[str]]] = (
     (batted, set()),
     (shot_through_each_other, {"passed-through"}),
     (shot_past_each_other, set()),
+    (lands_flat, {"deep-at-once"}),
+    (kicked_into_another, {"deep-at-once"}),
     (overlapping, set()),
     (slowed_by_handler, {"other-bounce"}),
     (deadened_by_handler, set()),
@@ -415,6 +439,20 @@ def test_the_shares_of_a_balance_sum_to_the_change() -> None:
     change = (ledger.total[-1] - ledger.total[0]) / ledger.scale
     assert sum(Balance(ledger).shares.values()) == pytest.approx(change, abs=1e-9)
     assert math.isclose(float(list(Balance(ledger).lines())[-1].split()[0]), 100 * change, abs_tol=0.006)
+
+
+def test_a_balance_is_in_units_of_energy_where_hardly_anything_moves_by_itself() -> None:
+    """The program lifts a ball of 1 kg by 1 px in each of 9 steps, against 900 px/s²; none falls far in a step."""
+    space = world(GRAVITY)
+    body = ball(space, 0, 0)
+
+    def lift(number: int) -> None:
+        body.position, body.velocity = (0, -float(number)), (0, 0)
+
+    lines = list(Balance(evidence_of(space, 10, lift).ledger).lines())
+    assert "in kg px²/s²; its largest kinetic energy is 112:" in lines[0]  # of 15 px/s
+    [of_program] = [line for line in lines if line.endswith("  the program: positions")]
+    assert float(of_program.split()[0]) == pytest.approx(9 * 900, rel=0.01)
 
 
 def test_a_space_at_rest_has_no_balance() -> None:

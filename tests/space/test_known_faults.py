@@ -1088,6 +1088,11 @@ def test_a_wrong_moment_comes_before_what_it_does() -> None:
     assert list(findings_of(Game(space, 180)))[:2] == ["moment", "unsolved"]
 
 
+@pytest.mark.parametrize("make", [ragdoll_in_itself, rocket_pushed_at_its_place], ids=lambda make: make.__name__)
+def test_what_is_wrong_in_the_program_comes_before_what_follows_from_it(make: Callable[[], Game]) -> None:
+    assert next(iter(findings_of(make()))) in {"overlap-joined", "wrong-point"}
+
+
 def test_a_body_that_is_gone_is_named_by_its_shape() -> None:
     space = ground()
     made = ball(space, 0, 150, velocity=(0, 800))
