@@ -60,6 +60,7 @@ class WallOnBody(NamedTuple):
     elasticity: float
     friction: float
     joined: bool
+    velocity: Vector = (0, 0)
 
 
 class SpaceContents(NamedTuple):

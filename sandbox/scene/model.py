@@ -85,6 +85,8 @@ class Wall(Model):
     """The wall's factor: the elasticity of a contact is the product of the wall's and the ball's."""
     friction: NotNegative = 0
     """The wall's factor: the friction of a contact is the product of the wall's and the ball's."""
+    velocity: Vector = (0, 0)
+    """Velocity, px/s, which no contact changes; the ends are where the wall is at 0 s."""
 
     joined: Annotated[bool, Strict()] = False
     """Whether it continues the joined wall before it: Pymunk then ignores the crack between the two."""
@@ -103,6 +105,16 @@ class Wall(Model):
     def is_peg(self) -> bool:
         """Whether it has no length: a circle, as wide as it is thick."""
         return self.start == self.to
+
+    @property
+    def moves(self) -> bool:
+        """Whether it has a velocity."""
+        return self.velocity != (0, 0)
+
+    def at(self, time: float) -> "Wall":
+        """Return the wall where it is at a time (s) of the run."""
+        start, to = ((x + time * self.velocity[0], y + time * self.velocity[1]) for x, y in (self.start, self.to))
+        return self.model_copy(update={"start": start, "to": to}) if self.moves else self
 
 
 class Pegs(Model):

@@ -28,6 +28,8 @@ PIECE: Final = np.dtype(
         ("elasticity", "f8"),  # the wall's factor
         ("friction", "f8"),  # the wall's factor
         ("wall", "i8"),  # its number: the arena's from 0, then the scene's
+        ("vx", "f8"),  # px/s
+        ("vy", "f8"),
     ]
 )
 
@@ -118,22 +120,22 @@ def separation(
     return away, radius[first] + np.where(of_wall, walls.half_thickness[wall], radius[ball])
 
 
-def pieces_of(scene: Scene) -> NDArray[np.void]:
+def pieces_of(scene: Scene, time: float = 0.0) -> NDArray[np.void]:
     """Return the faces of the arena if they stand (left, top, right, bottom), then the pieces of each wall.
 
-    These are a face and two ends; of a peg, which has no face, the whole circle.
+    These are a face and two ends; of a peg, which has no face, the whole circle. time: s, at which they are there.
     """
     width, height = scene.arena.size
     corners: list[Vector] = [(0, height), (0, 0), (width, 0), (width, height), (0, height)]
     arena = [_face(start, end, 0, scene.arena, wall) for wall, (start, end) in enumerate(pairwise(corners))]
-    inner = (_pieces_of_wall(wall, number) for number, wall in enumerate(scene.walls, len(arena)))
+    inner = (_pieces_of_wall(wall.at(time), number) for number, wall in enumerate(scene.walls, len(arena)))
     return np.array([*(arena if scene.arena.walls else ()), *chain.from_iterable(inner)], PIECE)
 
 
 def _pieces_of_wall(wall: Wall, number: int) -> tuple[tuple[float, ...], ...]:
     start, end, half_thickness = wall.start, wall.to, wall.thickness / 2
     if wall.is_peg:
-        return ((*start, 0.0, 0.0, 0.0, half_thickness, wall.elasticity, wall.friction, number),)
+        return ((*start, 0.0, 0.0, 0.0, half_thickness, wall.elasticity, wall.friction, number, *wall.velocity),)
     ends = (_end(start, end, half_thickness, wall, number), _end(end, start, half_thickness, wall, number))
     return _face(start, end, half_thickness, wall, number), *ends
 
@@ -141,9 +143,11 @@ def _pieces_of_wall(wall: Wall, number: int) -> tuple[tuple[float, ...], ...]:
 def _face(start: Vector, end: Vector, half_thickness: float, of: Arena | Wall, number: int) -> tuple[float, ...]:
     along = np.subtract(end, start)
     length = float(np.hypot(*along))
-    return (*start, *(along / length), length, half_thickness, of.elasticity, of.friction, number)
+    velocity = of.velocity if isinstance(of, Wall) else (0.0, 0.0)
+    return (*start, *(along / length), length, half_thickness, of.elasticity, of.friction, number, *velocity)
 
 
 def _end(at: Vector, other_end: Vector, half_thickness: float, of: Wall, number: int) -> tuple[float, ...]:
     outward = np.subtract(at, other_end)
-    return (*at, *(outward / np.hypot(*outward)), 0.0, half_thickness, of.elasticity, of.friction, number)
+    along = outward / np.hypot(*outward)
+    return (*at, *along, 0.0, half_thickness, of.elasticity, of.friction, number, *of.velocity)

@@ -49,9 +49,9 @@ from sandbox.engines.exact.records import NONE, STATIC
 from sandbox.engines.exact.statics import columns_of, equilibrium, pushed
 from sandbox.engines.exact.support import MAX_SUPPORTS, normal_to, report_support, unit
 from sandbox.engines.exact.touching import gap_to_piece
-from sandbox.engines.exact.world import Motion, World, meet, motion, move_to_now, release
+from sandbox.engines.exact.world import Motion, World, meet, motion, move_to_now, release, seen_from
 from sandbox.engines.laws import friction_impulse
-from sandbox.state import CONTACT, Bools, Contacts, Floats, Integers
+from sandbox.state import CONTACT, Bools, Contacts, Floats, Integers, no_contacts
 
 GAP_ROUNDING: Final = 1e-14  # relative, of coordinates, 45 units in the last place: gaps within it are closed
 CLOCK_ROUNDING: Final = 1e-15  # relative, of the time, 5 units in the last place
@@ -72,6 +72,8 @@ MAX_IMPACTS: Final = 30_000_000  # of a sequence that does not become steady; th
 STOP_STIFFNESS: Final = 1e10
 FEW: Final = 64  # discs and contacts of a group, for which there is room at first; it grows
 RESIDUAL: Final = 4  # times an approach that is left: what contacts among the same bodies may make of it
+# Of the fastest wall: at this speed contacts still close if walls squeeze discs, and much slower if they do not.
+SQUEEZE: Final = 1e-6
 REST: Final = 1e-13  # of the group's speeds before: a slower approach counts as rest
 
 MEMBER: Final = np.dtype(  # a disc of a group
@@ -94,6 +96,8 @@ LINK: Final = np.dtype(  # a contact of a group
         ("second", "i8"),  # member, or ~piece of wall
         ("nx", "f8"),  # unit normal from first to second
         ("ny", "f8"),
+        ("wall_vx", "f8"),  # px/s, of the wall if the second is one, or 0
+        ("wall_vy", "f8"),
         ("depth", "f8"),  # px
         ("elasticity", "f8"),
         ("friction", "f8"),
@@ -128,8 +132,8 @@ def _closing(member: NDArray[np.void], link: Record) -> float:
     closing = a.vx * link.nx + a.vy * link.ny
     if link.second >= 0:
         b = member[link.second]
-        closing -= b.vx * link.nx + b.vy * link.ny
-    return closing
+        return closing - (b.vx * link.nx + b.vy * link.ny)
+    return closing - (link.wall_vx * link.nx + link.wall_vy * link.ny)
 
 
 @kernel
@@ -139,8 +143,8 @@ def _slip(member: NDArray[np.void], link: Record) -> float:
     slip = a.vy * link.nx - a.vx * link.ny + a.rim
     if link.second >= 0:
         b = member[link.second]
-        slip += b.rim - (b.vy * link.nx - b.vx * link.ny)
-    return slip
+        return slip + (b.rim - (b.vy * link.nx - b.vx * link.ny))
+    return slip - (link.wall_vy * link.nx - link.wall_vx * link.ny)
 
 
 @kernel
@@ -160,7 +164,7 @@ def _changes(member: NDArray[np.void], link: Record) -> tuple[float, float]:
 def _scale(member: NDArray[np.void], link: Record) -> tuple[float, float]:
     """Return the speeds of a contact's bodies, added up (px/s), and the sum of their inverse masses (1/kg)."""
     a = member[link.first]
-    speed, per_mass = abs(a.vx) + abs(a.vy), a.per_mass
+    speed, per_mass = abs(a.vx) + abs(a.vy) + abs(link.wall_vx) + abs(link.wall_vy), a.per_mass
     if link.second >= 0:
         b = member[link.second]
         speed += abs(b.vx) + abs(b.vy)
@@ -333,10 +337,14 @@ def _link_pieces(world: World, at: int, i: int, way: float, now: float, link: ND
     cell, grid = world.event[i].cell, world.grid
     for k in range(grid.cell[cell].begin, grid.cell[cell + 1].begin):
         p = np.int64(grid.piece[k])
-        gap = gap_to_piece(world, i, p, m.x, m.y)
-        nx, ny, _ = normal_to(m, world.piece[p])
-        if gap <= _slack(world, i, m.vx * nx + m.vy * ny, way, now):
+        piece, relative = world.piece[p], seen_from(world.piece[p], m, now)
+        gap = gap_to_piece(world, i, p, relative.x, relative.y)
+        nx, ny, _ = normal_to(relative, piece)
+        rounding = CLOCK_ROUNDING * now * (abs(piece.vx) + abs(piece.vy))
+        if gap <= rounding + _slack(world, i, relative.vx * nx + relative.vy * ny, way, now):
             links = _add_link(link, links, at, ~p, nx, ny, -gap)
+            if links <= len(link):
+                link[links - 1].wall_vx, link[links - 1].wall_vy = piece.vx, piece.vy
     return links
 
 
@@ -470,7 +478,7 @@ def _closings(member: NDArray[np.void], link: NDArray[np.void]) -> Floats:
     """Return the speeds at which contacts close, (k,) px/s."""
     first, second = member[link["first"]], member[np.maximum(link["second"], 0)]
     at_wall = link["second"] < 0
-    vx, vy = (first[key] - np.where(at_wall, 0.0, second[key]) for key in ("vx", "vy"))
+    vx, vy = (first[key] - np.where(at_wall, link[f"wall_{key}"], second[key]) for key in ("vx", "vy"))
     closing: Floats = vx * link["nx"] + vy * link["ny"]
     return closing
 
@@ -496,7 +504,8 @@ class Collapses:
             # A sequence that was as slow as hops from its start is resolved across gaps too short for contacts of their
             # own. One that has slowed down to this ends before bodies meet that are apart.
             member, link = self._group(seed, CONTACT_TIME * world.hop_speed, now)
-        still = REST * max(np.abs([member["vx"], member["vy"], member["rim"]]).max(), world.hop_speed)
+        speeds = (member["vx"], member["vy"], member["rim"], link["wall_vx"], link["wall_vy"])
+        still = REST * max(*(np.abs(speed).max(initial=0.0) for speed in speeds), world.hop_speed)
         fastest = _closings(member, link).max(initial=0.0)
         outcome = self._continue(member, link, still, SLOWED * fastest)
         has_room = outcome == Outcome.PARTED
@@ -505,13 +514,17 @@ class Collapses:
             outcome = self._continue(member, link, still, SLOWED * fastest)
         if outcome != Outcome.PARTED:
             self._stop(member, link)
+            if _closings(member, link).max() > SQUEEZE * np.abs(world.frames).max() > 0:
+                self._give_way(member)
+                return no_contacts()
         if has_room:
             self._part(member, link, still)
         if world.has_gravity:
             self._hop(member, link, still)
         at_rest = len(link) * still  # a disc at rest is as fast as the approaches between it and a wall, added up
-        for key in ("vx", "vy", "rim"):
-            member[key][np.abs(member[key]) < at_rest] = 0.0
+        for vx, vy in world.frames:
+            for key, speed in (("vx", vx), ("vy", vy), ("rim", 0.0)):
+                member[key][np.abs(member[key] - speed) < at_rest] = speed
         rows = np.zeros(len(link) + MAX_SUPPORTS * len(member), CONTACT)
         log = Log(rows, np.zeros(1, np.int64), collects)
         residual = RESIDUAL * max(at_rest, _closings(member, link).max(initial=0.0)) if has_room else np.inf
@@ -579,23 +592,42 @@ class Collapses:
         swaps = first == NONE  # only the first of a column moves
         normal[swaps] *= -1
         first, second = np.where(swaps, second, first), np.where(swaps, NONE, second)
+        driven = self._driven(member, link, swaps) * (second == NONE)
         columns = columns_of(first, second, normal, np.zeros(len(link)))
         mass = np.repeat(1 / member["per_mass"][moves, None], 2, axis=1)
         before = np.stack([member["vx"], member["vy"]], axis=1)[moves]
         nothing = np.zeros(len(link))
         stiffness = STOP_STIFFNESS * float(mass.min())
-        _, impulse = equilibrium(columns, mass, mass * before, nothing, nothing > 0, stiffness)
+        opening = (driven * normal.T).sum(axis=0)
+        _, impulse = equilibrium(columns, mass, mass * before, nothing, nothing > 0, stiffness, opening)
         after = before + pushed(columns, impulse, len(mass)) / mass
         member["vx"][moves], member["vy"][moves] = after.T
         link["impulse"] += impulse
         if _closings(member, link).max() > closing:
             member[:], link[:] = member_before, link_before
 
+    def _give_way(self, member: NDArray[np.void]) -> None:
+        """Have an island woken, which counts as infinitely heavy, where walls close on discs; if none is there, end."""
+        plan, islands = self._world.rest.plan, member["disc"][member["per_mass"] == 0]
+        if len(islands):
+            plan["wake_request"] = islands[0]
+        else:
+            plan["dead_end"] = 1
+
+    def _driven(self, member: NDArray[np.void], link: NDArray[np.void], swaps: Bools) -> Floats:
+        """Return the velocity of the second of each contact or, if it `swaps` them, of the first: (2, k) px/s."""
+        first, second = member[link["first"]], member[np.maximum(link["second"], 0)]
+        at_wall = link["second"] < 0
+        return np.stack(
+            [np.where(swaps, first[key], np.where(at_wall, link[f"wall_{key}"], second[key])) for key in ("vx", "vy")]
+        )
+
     def _part(self, member: NDArray[np.void], link: NDArray[np.void], still: float) -> None:
         """Let bodies that still touch part at the speed of rounding, but for discs that gravity presses on walls."""
         at_wall = link["second"] < 0
         pull = link["nx"] * self._world.gravity[0] + link["ny"] * self._world.gravity[1]
-        fastest = 2 * (np.abs(member["vx"]) + np.abs(member["vy"])).max()
+        of_walls = (np.abs(link["wall_vx"]) + np.abs(link["wall_vy"])).max(initial=0.0)
+        fastest = max(2 * (np.abs(member["vx"]) + np.abs(member["vy"])).max(), of_walls)
         rounding = 2 * max(still, MIN_APPROACH * fastest)  # so that what is parted is beyond rounding
         touches = (link["impulse"] > 0) & ~(at_wall & (pull > self._world.min_pull))
         before, links_before = member.copy(), link.copy()
