@@ -20,7 +20,7 @@ from sandbox.scores.expectations import overlap_in, worst
 from sandbox.text import counted, listed
 
 NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller change counts as none: 100.0000 % is left
-NO_ERROR: Final = (Cause.ELASTICITY, Cause.FRICTION, Cause.APPLIED)  # what the scene and the mouse ask for
+NO_ERROR: Final = (Cause.ELASTICITY, Cause.FRICTION, Cause.APPLIED, Cause.MOVING_WALLS)  # of the scene and the mouse
 NO_CAUSES: Final = (
     Cause.SPIN,
     Cause.ROUNDING,
@@ -196,7 +196,7 @@ def _start(comparison: Comparison) -> str:
 def _overlapping(comparison: Comparison) -> str:
     """Say how deep bodies overlap at the start."""
     start = comparison.runs[comparison.against].path[0].astype(float) if comparison.against in comparison.runs else None
-    deepest = 0.0 if start is None else overlap_in(comparison.scene, start)
+    deepest = 0.0 if start is None else overlap_in(comparison.scene, start, comparison.since)
     if deepest <= SEEN_AT_START * float(comparison.scene.bodies.radius.min()):
         return ""
     by = comparison.scene.units.text(Dimension.LENGTH, "{:.3g}", deepest)

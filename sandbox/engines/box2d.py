@@ -55,6 +55,7 @@ class Box2DEngine:
     traits = Traits(together=True)
 
     def __init__(self, scene: Scene, initial: State) -> None:
+        self.check(scene)
         self.world = pyb2d3.World(
             gravity=_metres(scene.gravity),
             restitution_threshold=0.0,
@@ -77,6 +78,12 @@ class Box2DEngine:
         self._start_angle, self._angle = initial.angle, initial.angle.copy()
         self._touching: set[tuple[int, int]] = set()
         self._contacts = ContactLog()
+
+    @staticmethod
+    def check(scene: Scene) -> None:
+        """Raise Refused if walls of the scene move."""
+        if scene.walls_move:
+            raise Refused("box2d: walls that move are not supported; use --engines pymunk")
 
     def step(self) -> None:
         """Call `World.step`."""
@@ -157,7 +164,9 @@ class Box2DEngine:
             solved &= impulse[:, 0] > least
         contacts["impulse"], contacts["tangential"] = impulse.T
         falling, row = before.velocity + self._gravity / self._rate, np.zeros(len(first), np.int64)
-        contacts["slip"] = slips(contacts, row, falling[None], before.spin[None], self._balls.radius)
+        contacts["slip"] = slips(
+            contacts, row, falling[None], before.spin[None], self._balls.radius, self._walls.velocity
+        )
         self._contacts.add(contacts[solved])
 
     def _geometry(self, position: Floats, first: Integers, second: Integers) -> tuple[Floats, Floats]:

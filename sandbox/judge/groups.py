@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.exact.prediction import time_to_piece
-from sandbox.engines.exact.world import Motion
+from sandbox.engines.exact.world import Motion, seen_from
 from sandbox.engines.laws import NEVER, time_to_touch
 from sandbox.judge.free_flight import BALL, fill_ball
 from sandbox.judge.law import LAW, law
@@ -23,12 +23,13 @@ from sandbox.quantity import pass_through
 from sandbox.state import Bools, Floats, Integers, States
 
 MAX_COMPUTED: Final = 256  # balls of a group that is computed at all; a step of more is not judged
+BY_MOVING_WALL: Final = -1
 FOUND: Final = np.dtype(
     [
         ("step", "i8"),  # row of the state that it leads to
         ("begin", "i8"),  # of its balls in `member`
         ("count", "i8"),
-        ("ended", "i8"),  # whether the exact step came to its end
+        ("ended", "i8"),  # whether the exact step came to its end; BY_MOVING_WALL if that is left to the reference
         ("elastic", "f8"),  # kg px²/s², what restitution takes in it
     ]
 )
@@ -39,7 +40,8 @@ class Flown(NamedTuple):
 
     before, after: the engine's states of (steps, n), with pushes already in the velocities before; exact: what the
     exact step has after, written; dt: (steps,) s; off: (steps, n) whether a ball did not fly as the engine flies;
-    floor: px, below which a difference is rounding.
+    floor: px, below which a difference is rounding; time: (steps,) s, since the start of the comparison; moving: PIECE,
+    of the walls that move, where they are at its start.
     """
 
     before: States
@@ -48,16 +50,22 @@ class Flown(NamedTuple):
     dt: Floats
     off: Bools
     floor: float
+    time: Floats
+    moving: NDArray[np.void]
 
 
 class Work(NamedTuple):
-    """What screening works in, (n,) each. Of the groups, by their first ball: ended, elastic, and met contacts."""
+    """What screening works in, (n,) each.
+
+    Of the groups, by their first ball: whether it is by a wall that moves, ended, elastic, and met contacts.
+    """
 
     order: Integers
     low: Floats
     root: Integers
     touched: Bools
     members: Integers
+    by_moving_wall: Bools
     ended: Bools
     elastic: Floats
     met: Integers
@@ -113,6 +121,12 @@ def _meets_wall(
     x, v = f.before.position[step, i], f.before.velocity[step, i]
     m = Motion(x[0], x[1], v[0], v[1], gravity[0], gravity[1])
     reach = ball[i].radius * (1 + NEAR if f.off[step, i] else 1.0)
+    if len(f.moving) > 0:
+        b = ball[len(ball) - 1 :]
+        b[0] = ball[i]
+        fill_ball(b[0], f.before, step, i)
+        if _meets_moving_wall(f, b[0], step, gravity) or (f.off[step, i] and _is_by_moving_wall(f, b, step, gravity)):
+            return True
     if f.off[step, i]:
         b = ball[len(ball) - 1]
         b.x, b.y, b.radius = x[0], x[1], reach
@@ -121,6 +135,41 @@ def _meets_wall(
                 return True
     for p in range(len(piece)):  # noqa: SIM110
         if time_to_piece(m, reach, piece[p], False) <= f.dt[step] + TIE:
+            return True
+    return False
+
+
+@kernel
+def _meets_moving_wall(f: Flown, b: Record, step: int, gravity: tuple[float, float]) -> bool:
+    """Return whether a ball, without another contact in a step, has one with a wall that moves."""
+    m, now = Motion(b.x, b.y, b.vx, b.vy, gravity[0], gravity[1]), f.time[step]
+    for p in range(len(f.moving)):
+        if time_to_piece(seen_from(f.moving[p], m, now), b.radius, f.moving[p], False) <= f.dt[step] + TIE:
+            return True
+    return False
+
+
+@kernel
+def _is_near_moving_wall(f: Flown, b: Record, step: int, speed: float) -> bool:
+    """Return whether a ball can get to a wall that moves within a step, at a speed (px/s)."""
+    x, y, radius, near = b.x, b.y, b.radius, False
+    for p in range(len(f.moving)):
+        piece = f.moving[p]
+        b.x, b.y = x - f.time[step] * piece.vx, y - f.time[step] * piece.vy
+        b.radius = radius * (1 + NEAR) + f.dt[step] * (speed + math.hypot(piece.vx, piece.vy))
+        near = near or depth_in(b, piece) > 0
+    b.x, b.y, b.radius = x, y, radius
+    return bool(near)
+
+
+@kernel
+def _is_by_moving_wall(f: Flown, ball: NDArray[np.void], step: int, gravity: tuple[float, float]) -> bool:
+    """Return whether one of some balls can get to a wall that moves within a step."""
+    speed = math.hypot(gravity[0], gravity[1]) * f.dt[step]
+    for i in range(len(ball)):
+        speed = max(speed, math.hypot(ball[i].vx, ball[i].vy) + math.hypot(gravity[0], gravity[1]) * f.dt[step])
+    for i in range(len(ball)):  # noqa: SIM110
+        if _is_near_moving_wall(f, ball[i], step, speed):
             return True
     return False
 
@@ -147,7 +196,8 @@ def _compute(
         group.ball[a] = ball[w.members[a]]
     for a in range(k):
         fill_ball(group.ball[a], f.before, step, w.members[a])
-    return bool(run_law(group, law, scratch_of(scratch, k)))
+    w.by_moving_wall[w.members[0]] = _is_by_moving_wall(f, group.ball, step, (law.gx, law.gy))
+    return bool(not w.by_moving_wall[w.members[0]] and run_law(group, law, scratch_of(scratch, k)))
 
 
 @kernel
@@ -300,6 +350,8 @@ def screen(
                     continue
             g = found[rows]
             g.step, g.begin, g.count, g.ended, g.elastic = step, filled, k, w.ended[r], w.elastic[r]
+            if k <= MAX_COMPUTED and w.by_moving_wall[r]:
+                g.ended = BY_MOVING_WALL
             for a in range(k):
                 member[filled + a] = w.members[a]
             rows += 1
@@ -323,8 +375,8 @@ def _sort(f: Flown, w: Work, step: int, gravity: tuple[float, float]) -> None:
 def work_for(n: int) -> Work:
     """Return what screening works in."""
     order, root, members, met = (np.arange(n) for _ in range(4))
-    touched, ended, low, elastic = np.empty(n, bool), np.empty(n, bool), np.empty(n), np.empty(n)
-    return Work(order, low, root, touched, members, ended, elastic, met)
+    (touched, by_moving_wall, ended), (low, elastic) = np.empty((3, n), bool), np.empty((2, n))
+    return Work(order, low, root, touched, members, by_moving_wall, ended, elastic, met)
 
 
 def scratch_for(balls: int) -> Scratch:

@@ -43,12 +43,21 @@ from sandbox.judge.reference_step import reference_steps
 from sandbox.judge.search import Search, as_exact, cause_of, cause_of_law, cause_of_push, exact_trials
 from sandbox.judge.soft_contacts import SoftMemory, bounced_at_its_end
 from sandbox.judge.thresholds import DOUBLE, FAR, MAX_BALLS, MAX_FITS, MAX_FRUITLESS, SINGLE
-from sandbox.judge.touching import Missed, Springs, StartOverlaps, StepError, Touch, Touches
+from sandbox.judge.touching import (
+    Missed,
+    Springs,
+    StartOverlaps,
+    StepError,
+    Touch,
+    Touches,
+    in_walls,
+    still_and_moving,
+)
 from sandbox.judge.words import NO_SINGLE_ERROR, of_depth, of_impulses, of_missed, of_push
 from sandbox.quantity import energy, kinetic_energies, length, pass_through, passing, spin_energy
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension
-from sandbox.scene.walls import pieces_of, wall_distance
+from sandbox.scene.walls import wall_distance
 from sandbox.state import NO_DAMPING, PUSH, Bools, Damping, Floats, Integers, Pushes, State, States
 
 BLOCK_STEPS: Final = 256  # that are judged together, of few balls
@@ -84,7 +93,8 @@ class Judge:
         self._damping = damping
         self.scene, self._gravity = scene, (float(scene.gravity[0]), float(scene.gravity[1]))
         self._bodies, n = scene.bodies, len(scene.bodies)
-        self._ball, self._piece = balls_of(scene, MAX_COMPUTED), pieces_of(scene)
+        self._ball, (self._piece, self._moving) = balls_of(scene, MAX_COMPUTED), still_and_moving(scene)
+        self._begun = 0.0  # s, of the steps that are judged
         self._scratch = scratch_for(n + MAX_COMPUTED)
         self._law = np.array([law(self._gravity)], LAW)
         self._work = work_for(n)
@@ -108,6 +118,7 @@ class Judge:
         self._gaining: list[tuple[StepError, Integers]] = []  # errors whose `gained` is to be set, with all their balls
         self.errors: list[StepError] = []
         self.rightful = np.zeros((4, len(Cause)))
+        self._by_moving_walls = 0.0  # kg px²/s², what contacts with walls that move give in a block
 
     def add(self, states: States, pushes: Pushes, dt: Floats) -> None:
         """Add substeps. states: of substeps + 1 rows; pushes: by a hand, by row, in their order; dt: (substeps,) s.
@@ -148,9 +159,9 @@ class Judge:
 
     def _judge_block(self, states: States, pushes: Pushes, dt: Floats) -> None:
         before, after = states.after_pushes(pushes).rows(slice(-1)), states.rows(slice(1, None))
-        floor = self._floor(states, dt)
+        floor, times = self._floor(states, dt), self._begun + np.cumsum(dt) - dt
         if not self._knows_flight:
-            flies = self._free_balls(before, after)
+            flies = self._free_balls(before, after, times)
             moves = np.maximum(length(before.velocity), length(after.velocity)) * dt[:, None] > floor
             if (flies & moves).any() or not any(self._gravity):  # what stays where it is may be held there
                 flies &= moves
@@ -160,7 +171,7 @@ class Judge:
             self.habit, self._knows_flight = habit or Habit({}), habit is not None
         exact = self._flown(before, dt, {})
         strange = self._strays(after, self._flown(before, dt, self.habit.fields), dt, floor)
-        f = Flown(before, after, exact, dt, strange, floor)
+        f = Flown(before, after, exact, dt, strange, floor, times, self._moving)
         groups, member, elastic = self._screen(f)
         grouped = np.zeros(strange.shape, bool)
         errors = self._judge_groups(f, groups, member, elastic, grouped)
@@ -183,6 +194,7 @@ class Judge:
         self.errors += of_block
         self._enter(states, f, elastic, of_block)
         self._steps += len(dt)
+        self._begun += float(dt.sum())
 
     def _judge_groups(
         self, f: Flown, groups: np.ndarray, member: Integers, elastic: Floats, grouped: Bools
@@ -361,15 +373,18 @@ class Judge:
         elastic[step] += self._energy(end, balls) - self._energy(_end(f.exact, step, balls), balls)
         _set_exact(f, step, balls, end)
 
-    def _free_balls(self, before: States, after: States) -> Bools:
-        """Return which balls touch nothing before a step and after it: (steps, n); of many balls, in some steps."""
+    def _free_balls(self, before: States, after: States, times: Floats) -> Bools:
+        """Return which balls touch nothing before a step and after it: (steps, n); of many balls, in some steps.
+
+        times: (steps,) s, of the starts of the steps.
+        """
         n, radius, filters = len(self._bodies), self._bodies.radius, self._bodies.filters
         rows = min(len(before.position), max(1, MAX_PAIRS // (n * n)))
         free = np.zeros((len(before.position), n), bool)
         free[:rows] = True
         for states in (before, after):
             x = states.position[:rows]
-            free[:rows] &= wall_distance(self.scene, x) > (1 + FAR) * radius
+            free[:rows] &= wall_distance(self.scene, x, times[:rows, None]) > (1 + FAR) * radius
             for i in range(n - 1):
                 apart = length(x[:, i + 1 :] - x[:, i : i + 1]) > (1 + FAR) * (radius[i + 1 :] + radius[i])
                 apart |= pass_through(filters[i], filters[i + 1 :].T)
@@ -566,7 +581,8 @@ class Judge:
         dt, centre = f.dt[rows], np.divide(self.scene.arena.size, 2)
         x, v, y, w = (a[rows, balls] for states in (f.before, f.after) for a in (states.position, states.velocity))
         way = dt * (np.maximum(length(v), length(w)) + dt * float(np.hypot(*self._gravity))) + length(y - x)
-        by_wall = np.logical_or.reduceat(wall_distance(self.scene, x) <= radius + way, begins)
+        way += dt * max((float(np.hypot(*wall.velocity)) for wall in self.scene.walls), default=0.0)
+        by_wall = np.logical_or.reduceat(wall_distance(self.scene, x, f.time[rows]) <= radius + way, begins)
         before = States(*(a[rows, balls][:, None] for a in f.before))
         given = flown(self._ball[:1], before, dt, self._gravity, self._given)  # whose size does not matter
         at, fallen = given.position[:, 0] - centre, given.velocity[:, 0]
@@ -736,10 +752,14 @@ class Judge:
         return bool(moved + np.abs(f.after.velocity[step, balls]).max() * f.dt[step] <= f.floor)
 
     def _by_reference(self, f: Flown, step: int, balls: Integers) -> tuple[End | None, bool]:
-        """Return how some balls should end a step by the reference, if they are few, and whether they do."""
-        if len(balls) > MAX_TRIED or self._unlike_reference >= MAX_FRUITLESS:
+        """Return how some balls should end a step by the reference, if they are few, and whether they do.
+
+        By a wall that moves, nothing else knows that; elsewhere, it ends after too many steps unlike the reference.
+        """
+        only_way = self._are_by_moving_wall(f, step, balls)
+        if len(balls) > MAX_TRIED or (self._unlike_reference >= MAX_FRUITLESS and not only_way):
             return None, False
-        start, dt, end = State(0.0, *(rows[step, balls] for rows in f.before)), float(f.dt[step]), None
+        start, dt, end = State(float(f.time[step]), *(rows[step, balls] for rows in f.before)), float(f.dt[step]), None
         after, enough = _end(f.after, step, balls), self._negligible(f)
         for exact in reference_steps(self.scene, balls, start, dt):
             end = End(exact.position, exact.velocity, exact.spin)
@@ -747,7 +767,7 @@ class Judge:
             if max(off_x, off_v * dt, spun * float(self._bodies.radius[balls].max()) * dt) <= enough:
                 self._unlike_reference = 0
                 return after, True
-        self._unlike_reference += 1
+        self._unlike_reference += not only_way
         return end, False
 
     def _uncomputed(self, f: Flown, step: int, balls: Integers, elastic: Floats) -> list[StepError]:
@@ -758,14 +778,50 @@ class Judge:
         _set_exact(f, step, balls, _end(f.before, step, balls))  # the step may have ended anywhere
         end, is_right = self._by_reference(f, step, balls)
         if end:
+            before = elastic[step]
             self._take(f, step, balls, elastic, end)
-            return [] if is_right else [self._error(f, step, balls, None, Cause.UNKNOWN, NO_SINGLE_ERROR)]
+            if self._are_by_moving_wall(f, step, balls):
+                self._by_moving_walls += elastic[step] - before
+                elastic[step] = before
+            if is_right:
+                return []
+            unknown = self._error(f, step, balls, None, Cause.UNKNOWN, NO_SINGLE_ERROR)
+            return [self._late_at_moving_wall(f, step, balls, end) or unknown]
         because = (
-            "A ball leans on others, or goes round an edge: such a step is not computed."
+            "A ball leans on others, goes round an edge, or meets a wall that moves: such a step is not computed."
             if len(balls) <= MAX_BALLS
             else f"{len(balls)} balls touch in one step: too many to tell what is wrong."
         )
         return [self._error(f, step, balls, None, Cause.UNKNOWN, because)]
+
+    def _deepest_in_moving_wall(self, x: Floats, radius: Floats, time: float) -> float:
+        """Return how deep some balls are in walls that move, at most, px. x: (k, 2) px; time: s."""
+        moved = self._moving.copy()
+        for axis in "xy":
+            moved[axis] += time * moved[f"v{axis}"]
+        return float(in_walls(x, radius, moved).max(initial=-np.inf))
+
+    def _are_by_moving_wall(self, f: Flown, step: int, balls: Integers) -> bool:
+        """Return whether some balls can get to a wall that moves within a step."""
+        dt, radius = float(f.dt[step]), self._bodies.radius[balls]
+        speeds = length(f.before.velocity[step, balls]) + dt * float(np.hypot(*self._gravity))
+        speed = float(speeds.max() + np.hypot(self._moving["vx"], self._moving["vy"]).max(initial=0.0))
+        reach = radius * (1 + FAR) + dt * speed
+        return self._deepest_in_moving_wall(f.before.position[step, balls], reach, float(f.time[step])) > 0
+
+    def _late_at_moving_wall(self, f: Flown, step: int, balls: Integers, end: End) -> StepError | None:
+        """Return the error of a ball that flew to the end of its step, in a wall that moves, and bounced only then."""
+        after, dt, enough = _end(f.after, step, balls), float(f.dt[step]), self._negligible(f)
+        time = float(f.time[step]) + dt
+        depth = self._deepest_in_moving_wall(after.position, self._bodies.radius[balls], time)
+        way = self._flown_in(f, step, self.habit.fields).position[0, balls] - after.position
+        off_v = np.abs(after.velocity - end.velocity).max() * dt
+        if len(balls) > 1 or depth <= enough or max(off_v, np.abs(way).max()) > enough:
+            return None
+        late = length(after.position - end.position) / length(after.velocity - f.before.velocity[step, balls])
+        error = self._error(f, step, balls, None, Cause.LATE, of_depth(self.scene, depth, depth / float(late[0])))
+        error.depth = depth
+        return error
 
     def _cause_of(self, outcome: Outcome, problem: Problem) -> Cause:
         if not outcome.trial.is_wrong:
@@ -800,7 +856,9 @@ class Judge:
         end = energy(f.after, bodies, gravity, size)
         sums[Cause.APPLIED] += float((pushed - start).sum())
         sums[Cause.ELASTICITY] += float(elastic.sum())
-        rest = float((exact - pushed).sum() - elastic.sum())
+        sums[Cause.MOVING_WALLS] += self._by_moving_walls
+        rest = float((exact - pushed).sum() - elastic.sum() - self._by_moving_walls)
+        self._by_moving_walls = 0.0
         smooth = self.habit.cause or Cause.ROUNDING  # what is taken for right may have the engine's flight in it
         sums[Cause.FRICTION if scene.is_rough else smooth] += rest
         sums[Cause.ROUNDING] += float((end - exact).sum()) - sum(error.energy for error in errors)

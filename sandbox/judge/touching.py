@@ -94,6 +94,13 @@ def in_walls(x: Floats, radius: Floats, piece: NDArray[np.void]) -> Floats:
     return depths
 
 
+def still_and_moving(scene: Scene) -> tuple[NDArray[np.void], NDArray[np.void]]:
+    """Return the pieces of the walls that stand still, and of those that move, where they are at 0 s."""
+    piece = pieces_of(scene)
+    moves = (piece["vx"] != 0) | (piece["vy"] != 0)
+    return piece[~moves], piece[moves]
+
+
 class Touch(NamedTuple):
     """Two bodies that overlap before a step, or after it.
 
@@ -114,8 +121,8 @@ class Touches:
 
     def __init__(self, scene: Scene) -> None:
         self._scene, self._gravity = scene, np.array(scene.gravity)
-        self._piece = pieces_of(scene)
-        self._walls = range(0 if scene.arena.walls else ARENA_COUNT, ARENA_COUNT + len(scene.walls))
+        self._piece, _ = still_and_moving(scene)
+        self._walls = np.unique(self._piece["wall"]).tolist()
 
     def of(self, f: Flown, row: int, pair: tuple[int, int]) -> Touch:
         """Return how two bodies touch in a step."""

@@ -73,7 +73,7 @@ class Arena(Model):
 
 
 class Wall(Model):
-    """A static wall inside the arena: a segment with round ends; a peg, which is a circle, if both are one point."""
+    """A wall inside the arena: a segment with round ends; a peg, which is a circle, if both are one point."""
 
     start: Vector = Field(validation_alias="from", serialization_alias="from")
     """One end, px."""
@@ -441,10 +441,19 @@ class Scene(Model):
             colors += itertools.islice(itertools.cycle(in_turn), group.ball_count)
         return tuple(colors)
 
-    def wall_line(self, wall: int) -> tuple[Vector, Vector, float]:
-        """Return the ends of a wall by its number, px, and its thickness, px: 0 of the arena's."""
+    @property
+    def walls_move(self) -> bool:
+        """Whether a wall has a velocity."""
+        return any(wall.moves for wall in self.walls)
+
+    def at(self, time: float) -> Self:
+        """Return the scene with its walls where they are at a time (s)."""
+        return self.changed(walls=tuple(wall.at(time) for wall in self.walls)) if self.walls_move else self
+
+    def wall_line(self, wall: int, time: float = 0.0) -> tuple[Vector, Vector, float]:
+        """Return the ends of a wall by its number, px, at a time (s), and its thickness, px: 0 of the arena's."""
         if wall >= len(ARENA_WALLS):
-            inner = self.walls[wall - len(ARENA_WALLS)]
+            inner = self.walls[wall - len(ARENA_WALLS)].at(time)
             return inner.start, inner.to, inner.thickness
         width, height = self.arena.size
         top_left, top_right, bottom_left, bottom_right = (0.0, 0.0), (width, 0.0), (0.0, height), (width, height)

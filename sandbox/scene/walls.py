@@ -34,31 +34,40 @@ PIECE: Final = np.dtype(
 )
 
 
+_FACTORS: Final = "elasticity", "friction"
+
+
 class Walls(NamedTuple):
-    """Walls by number. start, end: (m, 2) px, of the centre lines; the rest (m,): px and the walls' factors."""
+    """Walls by number. start, end: (m, 2) px, of the centre lines; velocity: (m, 2) px/s.
+
+    The rest, (m,): px and the walls' factors.
+    """
 
     start: Floats
     end: Floats
     half_thickness: Floats
     elasticity: Floats
     friction: Floats
+    velocity: Floats
 
 
-def walls_of(scene: Scene, depth: float = 0.0) -> Walls:
+def walls_of(scene: Scene, depth: float = 0.0, time: float = 0.0) -> Walls:
     """Return the arena's walls, whether they stand or not, and then the scene's own.
 
-    depth: px, half the thickness of the arena's, which stand outside: their inner faces are on the arena's edge.
+    depth: px, half the thickness of the arena's, which stand outside: their inner faces are on the arena's edge; time:
+    s, at which they are there.
     """
     out = depth * OUTWARD
     along = depth * np.abs(OUTWARD[:, ::-1])
-    lines = [scene.wall_line(wall) for wall in range(ARENA_COUNT + len(scene.walls))]
+    lines = [scene.wall_line(wall, time) for wall in range(ARENA_COUNT + len(scene.walls))]
     start, end, thickness = (np.array(part, float) for part in zip(*lines, strict=True))
     start[:ARENA_COUNT] += out - along
     end[:ARENA_COUNT] += out + along
     thickness[:ARENA_COUNT] = 2 * depth
     surfaces = (*[scene.arena] * ARENA_COUNT, *scene.walls)
-    factors = (np.array([getattr(each, key) for each in surfaces], float) for key in ("elasticity", "friction"))
-    return Walls(start, end, thickness / 2, *factors)
+    elasticity, friction = (np.array([getattr(each, key) for each in surfaces], float) for key in _FACTORS)
+    velocity = np.array([(0.0, 0.0)] * ARENA_COUNT + [wall.velocity for wall in scene.walls])
+    return Walls(start, end, thickness / 2, elasticity, friction, velocity)
 
 
 def arena_faces(scene: Scene) -> Floats:
@@ -90,14 +99,15 @@ def offset_to_segment(x: float, y: float, start: Floats, end: Floats) -> tuple[f
     return start[0] + fraction * along_x - x, start[1] + fraction * along_y - y
 
 
-def wall_distance(scene: Scene, position: Floats) -> Floats:
+def wall_distance(scene: Scene, position: Floats, time: Floats | float = 0.0) -> Floats:
     """Return the distance of points (..., 2) px from the nearest wall's face, px: (...); negative in a wall.
 
-    Infinite if no wall stands.
+    Infinite if no wall stands. time: s, of all points, or of each (...).
     """
     distance = -outside(position, scene.arena.size) if scene.arena.walls else np.full(position.shape[:-1], np.inf)
     for wall in scene.walls:
-        distance = np.minimum(distance, segment_distance(position, wall.start, wall.to) - wall.thickness / 2)
+        seen = position - np.multiply.outer(time, wall.velocity)
+        distance = np.minimum(distance, segment_distance(seen, wall.start, wall.to) - wall.thickness / 2)
     return distance
 
 

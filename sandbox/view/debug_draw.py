@@ -71,7 +71,7 @@ class DebugDraw:
         past: the scene and where its balls are, which are drawn without contacts; by default those that are there now.
         """
         if past is not None:
-            draw_walls(surface, past[0], scale, origin)
+            draw_walls(surface, past[0], past[1].time, scale, origin)
             Discs(past[0].bodies.radius, past[0].colors).draw(surface, past[1].position, scale, past[1].angle, origin)
         elif self.is_batch:
             self._draw_batch(surface, scale, origin)
@@ -87,6 +87,8 @@ class DebugDraw:
     def _draw_batch(self, surface: Surface, scale: float, origin: Vector) -> None:
         for wall in self._walls:
             ends = (wall.a, wall.b) if isinstance(wall, pymunk.Segment) else (wall.offset, wall.offset)
+            if wall.body:
+                ends = wall.body.local_to_world(ends[0]), wall.body.local_to_world(ends[1])
             draw_wall(surface, wall.color, ends, 2 * wall.radius, scale, origin)
         self._buffer.clear()
         get_space_bodies(self._space, BodyFields.POSITION | BodyFields.ANGLE, self._buffer)
@@ -108,8 +110,8 @@ class DebugDraw:
 
 
 def _is_peg(shape: Shape) -> bool:
-    """Return whether a shape is a circle that stands still."""
-    return isinstance(shape, pymunk.Circle) and shape.body is not None and shape.body.body_type == pymunk.Body.STATIC
+    """Return whether a shape is a circle that nothing pushes."""
+    return isinstance(shape, pymunk.Circle) and shape.body is not None and shape.body.body_type != pymunk.Body.DYNAMIC
 
 
 class SpaceOptions(DrawOptions):

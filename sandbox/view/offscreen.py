@@ -116,7 +116,7 @@ def draw_start(surface: Surface, scene: Scene) -> None:
     arena.midleft = surface.get_rect().midleft
     inside = surface.subsurface(arena.clip(surface.get_rect()))
     inside.fill(palette(scene.arena.background).ground)
-    draw_walls(inside, scene, scale)
+    draw_walls(inside, scene, state.time, scale)
     discs = Discs(scene.bodies.radius, scene.colors)
     discs.draw(inside, state.position, scale, state.angle)
     pygame.draw.rect(surface, theme.wall, arena, 1)

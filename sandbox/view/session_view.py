@@ -154,7 +154,7 @@ class Pane:
             past = None if self._live else (self.scene, self.state)
             self.debug_draw.draw(inside, scale, past, origin)
         else:
-            draw_walls(inside, self.scene, scale, origin)
+            draw_walls(inside, self.scene, self.state.time, scale, origin)
             self._discs.draw(inside, self.state.position, scale, self.state.angle, origin)
         for layer, draw in ABOVE_BALLS.items():
             if layer in showing:

@@ -1,4 +1,4 @@
-"""Walls with a constant velocity, in `exact`: closed forms, and the same run seen from a frame that moves along."""
+"""Walls with a constant velocity: closed forms, and the same run seen from a frame that moves along."""
 
 import math
 from collections.abc import Mapping
@@ -8,15 +8,19 @@ from typing import Any, Final
 import numpy as np
 import pytest
 
+from sandbox.analysis.comparison import compare
 from sandbox.engines import create
-from sandbox.errors import LimitReached
+from sandbox.errors import LimitReached, Refused
+from sandbox.judge.causes import Cause
+from sandbox.run.trajectory import simulate
+from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import Floats, State
 
-OPEN: Final = {"size": (800, 600), "walls": False}
-FLOOR: Final = {"from": (-5000, 502), "to": (5000, 502), "friction": 1}
-FALLS: Final = {"gravity": (0, 900), "arena": OPEN}
+OPEN: Final[dict[str, Any]] = {"size": (800, 600), "walls": False}
+FLOOR: Final[dict[str, Any]] = {"from": (-5000, 502), "to": (5000, 502), "friction": 1}
+FALLS: Final[dict[str, Any]] = {"gravity": (0, 900), "arena": OPEN}
 
 
 def states(scene: Scene, seconds: float) -> list[State]:
@@ -38,7 +42,7 @@ def row(*balls: tuple[float, float], **keys: Any) -> list[dict[str, Any]]:
 
 
 HEAP: Final = [(200 + 40 * k, 480) for k in range(3)] + [(220 + 40 * k, 480 - 20 * math.sqrt(3)) for k in range(2)]
-SLOPES: Final = [
+SLOPES: Final[list[dict[str, Any]]] = [
     {"from": (100, 300), "to": (300, 400), "friction": 0.6},
     {"from": (300, 400), "to": (500, 300), "friction": 0.6},
 ]
@@ -74,10 +78,10 @@ def test_a_wall_hits_a_ball(elasticity: float) -> None:
 
 
 def test_a_wall_comes_from_outside_and_meets_balls_in_every_cell() -> None:
-    balls = [{"radius": 5, "position": (20 + 40 * k, 50 + 25 * k)} for k in range(19)]
+    places = [(20 + 40 * k, 50 + 25 * k) for k in range(19)]
     wall = {"from": (-1000, -100), "to": (-1000, 700), "thickness": 10, "velocity": (600, 0)}
-    state = end(3, arena=OPEN, balls=balls, walls=[wall])
-    hit = (np.array([ball["position"][0] for ball in balls]) + 990) / 600
+    state = end(3, arena=OPEN, balls=[{"radius": 5, "position": place} for place in places], walls=[wall])
+    hit = (np.array(places)[:, 0] + 990) / 600
     np.testing.assert_allclose(state.position[:, 0], -990 + 600 * hit + 1200 * (3 - hit), rtol=1e-13)
 
 
@@ -223,3 +227,35 @@ def test_what_stands_on_a_moving_floor_is_frozen(velocity: tuple[float, float]) 
     assert len(contacts) == 60 * (3 + 2 + 1 + 4)  # with the floor, of the lower row, of the upper, and between them
     weight = contacts["impulse"][contacts["second"] < 0].sum()
     assert weight == pytest.approx(5 * 900, rel=1e-9)
+
+
+@pytest.mark.parametrize("engine", ["pymunk", "impulse"])
+def test_stepped_engines_give_a_ball_what_the_law_says(engine: str) -> None:
+    ball = {"radius": 10, "position": (400, 300), "velocity": (-50, 7), "elasticity": 0.6, "friction": 0.5}
+    wall = {"from": (200, 200), "to": (200, 400), "velocity": (100, 30), "friction": 0.4}
+    tables: dict[str, Any] = {"arena": OPEN, "balls": [ball], "walls": [wall]}
+    stepped, exact = (simulate(Scene(**tables), name, seconds=2) for name in (engine, "exact"))
+    np.testing.assert_allclose(stepped.velocity[-1], exact.velocity[-1], rtol=1e-12)
+    np.testing.assert_allclose(stepped.spin[-1], exact.spin[-1], rtol=1e-12)
+    assert np.abs(stepped.position[-1] - exact.position[-1]).max() < (100 + 190) / 60  # a step late
+
+
+@pytest.mark.parametrize("engine", ["article", "box2d"])
+def test_others_refuse_walls_that_move(engine: str) -> None:
+    if engine == "box2d":
+        pytest.importorskip("pyb2d3")
+    scene = Scene(arena=OPEN, balls=row((100, 100)), walls=[{**FLOOR, "velocity": (1, 0)}])
+    with pytest.raises(Refused):
+        create(engine, scene, spawn(scene))
+
+
+def test_pymunk_is_late_at_a_piston_and_its_energy_is_that_of_the_piston() -> None:
+    """Energy that a wall gives, 4.69 times that of the start here, is no error, and no elasticity."""
+    comparison = compare(load("truths/piston"), ["pymunk", "exact"])
+    for run in comparison.runs.values():
+        given = [entry.energy for entry in run.figures.ledger if entry.cause == Cause.MOVING_WALLS]
+        assert given == [pytest.approx(run.energy[-1] - run.energy[0], rel=1e-9)]
+    first = comparison.runs["pymunk"].figures.first_difference
+    assert first is not None
+    assert first.cause == Cause.LATE
+    assert comparison.runs["exact"].figures.first_difference is None

@@ -577,3 +577,49 @@ def test_the_examples_become_scenes_and_are_watched(file: Path, tmp_path: Path) 
 
 def test_there_are_examples() -> None:
     assert [file.stem for file in EXAMPLES] == ["gas", "pile", "pinball"]
+
+
+def add_piston(space: pymunk.Space, velocity: tuple[float, float]) -> pymunk.Body:
+    """Add a wall and a peg, both on one kinematic body, which is not where their places count from."""
+    body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    body.position, body.velocity = (300, 0), velocity
+    wall, peg = pymunk.Segment(body, (50, -20), (50, 320), 4), pymunk.Circle(body, 10, (0, 150))
+    wall.elasticity = peg.elasticity = 1
+    space.add(body, wall, peg)
+    return body
+
+
+def test_kinematic_bodies_that_keep_their_velocity_are_compared_with_exact() -> None:
+    """Balls fly towards a wall and a peg that come; the contacts of both runs name them."""
+    space = box()
+    add_ball(space, 200, 250, 30)
+    add_ball(space, 200, 150, 30)
+    add_piston(space, (-60, 0))
+    for _ in range(30):  # the wall has moved when watching begins
+        space.step(1 / RATE)
+    with watch(space) as watched:
+        for _ in range(2 * RATE):
+            space.step(1 / RATE)
+    run, exact = watched.comparison.runs["space"], watched.comparison.runs["exact"]
+    expected = [(1, 9), (0, 8), (1, 4)]  # the peg, the wall beyond the box's four, and the box on the left
+    for contacts in (run.contacts, exact.contacts):
+        assert list(zip(contacts["first"].tolist(), (~contacts["second"]).tolist(), strict=True)) == expected
+    np.testing.assert_allclose(exact.path[-1], [(97, 250), (43, 150)], atol=1e-4)
+    assert run.figures.first_difference is not None
+    assert run.figures.first_difference.cause == Cause.LATE
+
+
+def test_a_kinematic_body_whose_velocity_changes_ends_the_part() -> None:
+    space = box()
+    add_ball(space, 200, 250, 30)
+    body = add_piston(space, (-60, 0))
+    with watch(space) as watched:
+        for step in range(3 * RATE):
+            if step == RATE // 4:
+                body.velocity = -30, 0
+            space.step(1 / RATE)
+    why = "the velocity of a kinematic body changed"
+    with pytest.warns(SpaceWarning, match=f"^before step 16, {why}; .*, steps 16 to 180 of 180$"):
+        comparison = watched.comparison
+    contacts = comparison.runs["exact"].contacts
+    assert contacts["impulse"].tolist() == pytest.approx([2 * 60])  # of 30 px/s towards the wall, that comes at 30
