@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -13,7 +14,7 @@ from sandbox.engines import create
 from sandbox.errors import LimitReached, Refused
 from sandbox.judge.causes import Cause
 from sandbox.run.trajectory import simulate
-from sandbox.scene.files import load
+from sandbox.scene.files import dump, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import Floats, State
@@ -259,3 +260,11 @@ def test_pymunk_is_late_at_a_piston_and_its_energy_is_that_of_the_piston() -> No
     assert first is not None
     assert first.cause == Cause.LATE
     assert comparison.runs["exact"].figures.first_difference is None
+
+
+def test_a_scene_saved_in_mid_run_goes_on_as_the_run_does(tmp_path: Path) -> None:
+    scene = load("truths/piston")
+    run = states(scene, 5)
+    dump(scene, tmp_path / "later.toml", state=run[119])
+    for later, whole in zip(states(load(tmp_path / "later.toml"), 3), run[120:], strict=True):
+        np.testing.assert_allclose(later.position, whole.position, rtol=1e-12)
