@@ -86,7 +86,8 @@ def verdicts(name: str, seeds: range, which: tuple[str, ...]) -> Counter[str]:
             scene = scenes(seed)[key]
             if not fault.fits(scene):
                 continue
-            errors = judged(fault.engine, scene).errors
+            timeline = judged(fault.engine, scene)
+            errors = timeline.errors
             cause = errors[0].cause if errors else None
             if cause is None or cause == Cause.UNKNOWN:
                 verdict = "unknown" if cause else "none" if true else "right"
@@ -94,7 +95,7 @@ def verdicts(name: str, seeds: range, which: tuple[str, ...]) -> Counter[str]:
                 verdict = "right" if cause in true else "wrong"
             counted[verdict] += 1
             if verdict == "wrong":
-                print(f"{name}, {key}, seed {seed}: {cause}, {errors[0].because} True: {fault.why}")
+                print(f"{name}, {key}, seed {seed}: {cause}, {timeline.touches.said(errors[0])} True: {fault.why}")
     return counted
 
 

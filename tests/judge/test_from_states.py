@@ -134,9 +134,10 @@ def test_the_impulse_of_the_article_is_named_with_its_restitution() -> None:
         (((300.0, 300.0), (342.0, 300.0)), ((240.0, 0.0), (0.0, 0.0))),
         (((304.0, 300.0), (342.0, 300.0)), ((228.0, 0.0), (12.0, 0.0))),
     ]
-    [error] = judged(scene, *rows).errors
+    timeline = judged(scene, *rows)
+    [error] = timeline.errors
     said = "The impulse is 0.05 of what is due. It is divided by the diameter, 40 px: a restitution of -0.9."
-    assert error.because.startswith(said)
+    assert timeline.touches.said(error).startswith(said)
 
 
 def test_a_ball_that_is_kicked_after_a_block_at_rest_is_judged() -> None:
@@ -168,9 +169,10 @@ def test_a_share_of_velocities_and_spins_that_every_step_takes_is_one_habit() ->
 def test_a_wall_that_is_found_too_soon_is_named_with_its_distance() -> None:
     """The ball flies on until it is 2 px before the wall, and turns there."""
     scene = scene_of("radius = 20\nposition = [773, 300]", size="[800, 600]")
-    [error] = judged(scene, (((773.0, 300.0),), ((300.0, 0.0),)), (((778.0, 300.0),), ((-300.0, 0.0),))).errors
+    timeline = judged(scene, (((773.0, 300.0),), ((300.0, 0.0),)), (((778.0, 300.0),), ((-300.0, 0.0),)))
+    [error] = timeline.errors
     assert (error.cause, error.contact) == (Cause.EARLY, (0, -3))
-    assert numbers_in(error.because) == [2]
+    assert numbers_in(timeline.touches.said(error)) == [2]
 
 
 @pytest.mark.parametrize("into", ["wall", "ball"])

@@ -131,9 +131,10 @@ def test_the_verdict_on_box2d_leaves_little_unknown(name: str) -> None:
 
 def test_box2d_finds_an_oblique_contact_early() -> None:
     """The two are 1.23 px apart before the step in which they would meet after 8.58 ms."""
-    error = judged("oblique")[1].errors[0]
+    timeline = judged("oblique")[1]
+    error = timeline.errors[0]
     assert error.cause == Cause.EARLY
-    assert numbers_in(error.because) == [8.58, 1.23]
+    assert numbers_in(timeline.touches.said(error)) == [8.58, 1.23]
 
 
 def test_box2d_gives_too_little_friction_where_a_bounce_slides() -> None:
