@@ -305,13 +305,14 @@ def _agreed(values: Floats) -> float | None:
 
 def _of_drag(units: Units, drag: float, by_speed: int, by_radius: int, by_mass: int) -> str:
     """Return the sentence on a drag. by_speed, by_radius, by_mass: the powers of what its share goes by."""
-    value = drag / units.factor(Dimension.LENGTH) ** (by_speed + by_radius)
+    value = abs(drag) / units.factor(Dimension.LENGTH) ** (by_speed + by_radius)
     powers = ("v", by_speed + 1), ("r", by_radius), ("1/m", -by_mass)
     factors = [f"{value:.4g}", *(f"{name}{'²' * (power == 2)}" for name, power in powers if power)]
     size = ", ".join(["r its radius"] * bool(by_radius) + ["m its mass"] * bool(by_mass))
     rate = " ".join(factors).replace(" 1/m", " / m")
     of = f" v{f' ({size})' if size else ''}" if len(factors) > 1 else ""
-    return f"Each second of flight takes {rate} {units.name(Dimension.VELOCITY)} off a ball's speed{of}."
+    takes, off = ("takes", "off") if drag > 0 else ("adds", "to")
+    return f"Each second of flight {takes} {rate} {units.name(Dimension.VELOCITY)} {off} a ball's speed{of}."
 
 
 def _complex(v: Floats) -> Complexes:

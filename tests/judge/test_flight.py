@@ -76,6 +76,7 @@ def slowed_by(acceleration: Callable[[Floats], Floats]) -> Change:
 DRAGS: Final = {
     "Each second of flight takes 0.0005 v² px/s off a ball's speed v.": slowed_by(lambda v: 5e-4 * v**2),
     "Each second of flight takes 20 px/s off a ball's speed.": slowed_by(lambda v: 20 + 0 * v),
+    "Each second of flight adds 30 px/s to a ball's speed.": slowed_by(lambda v: -30 + 0 * v),
     "Each second of flight takes 0.4 v / m px/s off a ball's speed v (m its mass).": slowed_by(
         lambda v: 0.4 * v / MASS
     ),
