@@ -55,7 +55,8 @@ class Box2DEngine:
     traits = Traits(together=True)
 
     def __init__(self, scene: Scene, initial: State) -> None:
-        self.check(scene)
+        if scene.walls_move:
+            raise Refused("box2d: walls that move are not supported; use --engines pymunk")
         self.world = pyb2d3.World(
             gravity=_metres(scene.gravity),
             restitution_threshold=0.0,
@@ -78,12 +79,6 @@ class Box2DEngine:
         self._start_angle, self._angle = initial.angle, initial.angle.copy()
         self._touching: set[tuple[int, int]] = set()
         self._contacts = ContactLog()
-
-    @staticmethod
-    def check(scene: Scene) -> None:
-        """Raise Refused if walls of the scene move."""
-        if scene.walls_move:
-            raise Refused("box2d: walls that move are not supported; use --engines pymunk")
 
     def step(self) -> None:
         """Call `World.step`."""
