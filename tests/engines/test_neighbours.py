@@ -88,9 +88,9 @@ def impulse_equals_brute_force(
     lines = np.zeros((5, 4))  # the arena's are not read
     lines[4] = 0.1 * w, 0.4 * h, 0.7 * w, 0.6 * h
     factors = np.array([(1, 0), (1, 0.5), (0.9, 0), (1, 1), (0.8, 0.3)]).T.copy()
-    velocity = np.zeros((5, 2))
+    half, velocity = np.array([0, 0, 0, 0, 2.0]), np.zeros((5, 2))
     velocity[4] = rng.normal(0, 60, 2)
-    walls = Walls(lines[:, :2].copy(), lines[:, 2:].copy(), np.array([0, 0, 0, 0, 2.0]), *factors, velocity)
+    walls = Walls(lines[:, :2].copy(), lines[:, 2:].copy(), half, factors[0], factors[1], velocity)
     face = np.array([0, 0, w, h])
     gravity, friction = rng.normal(0, 900, 2), rng.uniform(0, 1, n)
     filters = np.tile(np.array(MEETS_ALL), (n, 1))
