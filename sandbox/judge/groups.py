@@ -165,9 +165,12 @@ def _is_near_moving_wall(f: Flown, b: Record, step: int, speed: float) -> bool:
 @kernel
 def _is_by_moving_wall(f: Flown, ball: NDArray[np.void], step: int, gravity: tuple[float, float]) -> bool:
     """Return whether one of some balls can get to a wall that moves within a step."""
-    speed = math.hypot(gravity[0], gravity[1]) * f.dt[step]
+    if len(f.moving) == 0:
+        return False
+    fastest = 0.0
     for i in range(len(ball)):
-        speed = max(speed, math.hypot(ball[i].vx, ball[i].vy) + math.hypot(gravity[0], gravity[1]) * f.dt[step])
+        fastest = max(fastest, math.hypot(ball[i].vx, ball[i].vy))
+    speed = fastest + math.hypot(gravity[0], gravity[1]) * f.dt[step]
     for i in range(len(ball)):  # noqa: SIM110
         if _is_near_moving_wall(f, ball[i], step, speed):
             return True

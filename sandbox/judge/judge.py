@@ -94,6 +94,7 @@ class Judge:
         self.scene, self._gravity = scene, (float(scene.gravity[0]), float(scene.gravity[1]))
         self._bodies, n = scene.bodies, len(scene.bodies)
         self._ball, (self._piece, self._moving) = balls_of(scene, MAX_COMPUTED), still_and_moving(scene)
+        self._own_ball = self._ball[:n]  # without the room that steps of groups work in
         self._begun = 0.0  # s, of the steps that are judged
         self._scratch = scratch_for(n + MAX_COMPUTED)
         self._law = np.array([law(self._gravity)], LAW)
@@ -165,8 +166,7 @@ class Judge:
             moves = np.maximum(length(before.velocity), length(after.velocity)) * dt[:, None] > floor
             if (flies & moves).any() or not any(self._gravity):  # what stays where it is may be held there
                 flies &= moves
-            ball = self._ball[: len(self._bodies)]
-            flights = Flights(self.scene.units, ball, self._gravity, before, after, dt, floor, flies)
+            flights = Flights(self.scene.units, self._own_ball, self._gravity, before, after, dt, floor, flies)
             habit = find_habit(flights, self._damping.per_second)
             self.habit, self._knows_flight = habit or Habit({}), habit is not None
         exact = self._flown(before, dt, {})
@@ -248,7 +248,7 @@ class Judge:
         flights = [Trial(habit.fields) for habit in self._bases]
         laws = laws_of([*exact_trials(f.floor), *flights, *self._tried], self._gravity)
         parts = np.zeros(int(groups["count"].sum()), PART)
-        ball = self._ball[: len(self._bodies)]
+        ball = self._own_ball
         count = explain(
             f, ball, self._piece, laws, len(flights), self._desk, self._scratch, remains, groups, member, parts, elastic
         )
@@ -426,7 +426,7 @@ class Judge:
 
     def _flown(self, before: States, dt: Floats, fields: Fields) -> States:
         """Return the states after steps of free flight. fields: of LAW, that are not exact."""
-        return flown(self._ball[: len(self._bodies)], before, dt, self._gravity, fields)
+        return flown(self._own_ball, before, dt, self._gravity, fields)
 
     def _flown_in(self, f: Flown, step: int, fields: Fields) -> States:
         """Return the state after one step of free flight, as the only row. fields: as for `_flown`."""

@@ -1,15 +1,14 @@
 """Velocities that change without a contact: what such changes have in common, and the sentences on them."""
 
 from enum import IntEnum
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from sandbox.judge.causes import NEGLIGIBLE
+from sandbox.judge.thresholds import ALIKE
 from sandbox.scene.units import Dimension, Units
 from sandbox.state import Floats
-
-ALIKE: Final = 1e-3  # of a speed, by which the ends of several changes may differ to be one
 
 
 class Kind(IntEnum):

@@ -7,11 +7,11 @@ import numpy as np
 
 from sandbox.judge.fit import Outcome
 from sandbox.judge.law import Scope
+from sandbox.judge.thresholds import ALIKE
 from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.scene.units import Dimension
 from sandbox.state import Floats
 
-ALIKE: Final = 1e-3  # of a restitution, by which those of several contacts may differ to be one
 SEVERAL: Final = 3  # contacts that part at one speed; fewer may do so by chance
 RULES: Final[Mapping[str, Callable[[Floats, Floats], Floats]]] = {  # of the two factors of a contact
     "the larger of the two elasticities, not their product": np.maximum,

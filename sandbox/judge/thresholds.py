@@ -12,5 +12,6 @@ MAX_BALLS: Final = 6  # of a group that is fitted; the models of more are too ma
 MAX_FITS: Final = 300  # of a run, each up to 10 ms; then only models that have explained a step are tried
 MAX_FRUITLESS: Final = 6  # fits in a row that explain nothing, or steps unlike the reference's: then none is tried
 SPRING_STEPS: Final = 3  # in a row, in which a touch pushes two apart: a solver of impulses needs one, or two
+ALIKE: Final = 1e-3  # of a value, by which those of several steps may differ to be one: a sentence has three digits
 FAR: Final = 0.1  # of a radius, by which a ball is apart from everything that it cannot have touched
 NEAR: Final = 1.0  # of the smaller radius, within which two bodies may have been made to touch early

@@ -85,10 +85,8 @@ class Timeline:
             if _key(outcome) in refuted:
                 error.cause, error.because = Cause.UNKNOWN, NO_SINGLE_ERROR
             elif most < 2 and error.numbers <= _freedom(outcome):
-                error.cause, error.because = (
-                    Cause.UNKNOWN,
-                    f"{self.touches.said(error)} Nothing else in the run confirms that.",
-                )
+                said = self.touches.said(error)
+                error.cause, error.because = Cause.UNKNOWN, f"{said} Nothing else in the run confirms that."
             elif len(causes) > 1:
                 names = " Or: ".join(dict.fromkeys(of_outcome(scene, o, c) for o, c in best))
                 error.cause, error.because = Cause.UNKNOWN, f"Two errors explain it. {names}"

@@ -10,6 +10,7 @@ from sandbox.judge.explain import Part
 from sandbox.judge.fit import Outcome
 from sandbox.judge.models import BY_NAME
 from sandbox.judge.restitutions import in_common
+from sandbox.judge.thresholds import ALIKE
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
@@ -19,7 +20,6 @@ from sandbox.state import Floats
 SHORT = 1e-3  # ms; a contact that is so little late or early is found in time
 LONG = 1000.0  # ms; a contact that closes so slowly that it would be later is said by its depth
 NO_SINGLE_ERROR = "What the step did fits no single error."
-ALIKE = 1e-3  # of a value, by which those of several steps may differ to be said once
 
 
 def of_outcome(scene: Scene, outcome: Outcome, cause: Cause) -> str:

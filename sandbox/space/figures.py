@@ -100,10 +100,11 @@ def touches(steps: Sequence[Step]) -> list[Touch]:
 
 
 class Hit(NamedTuple):
-    """A point of a first contact, seen from a body: its id and the other one's, the other shape by address.
+    """A contact point of a body in the first step of a contact.
 
-    speed: px/s, of its centre of gravity along the contact's normal, relative to the other body's; reach: px, from the
-    centre of gravity to the point, along the normal.
+    body, other_body: ids of the two bodies; other: address of the shape that is hit; speed: px/s, of the body's centre
+    of gravity along the contact's normal, relative to the other body's; reach: px, from the centre of gravity to the
+    point, along the normal.
     """
 
     step: Step
