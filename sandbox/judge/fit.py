@@ -16,7 +16,7 @@ from sandbox.judge.models import BY_NAME, IN_TIME, Fault, Fields
 from sandbox.judge.one_step import MET, Group, Scratch, run_laws
 from sandbox.judge.soft_step import NO_CONTACTS, SoftScratch, run_soft, soft_scratch_for
 from sandbox.judge.thresholds import LEFT_OVER
-from sandbox.state import Floats
+from sandbox.state import Floats, Integers
 
 GRID: Final = 33  # points of a parameter's range from which a fit may begin
 STARTS: Final = 4  # of these, the best, from which it does
@@ -175,9 +175,7 @@ class Problem:
         base = self.laws(trials)
         low, high = self._ranges(models)
         grid = np.linspace(low, high, GRID, axis=1) + 1e-3 * (high - low)[:, None] / GRID  # off the right value
-        after, _, _ = self.run(
-            _with(np.repeat(base, GRID), _places([m for m in models for _ in range(GRID)]), grid.ravel())
-        )
+        after, _, _ = self.run(_set(np.repeat(base, GRID), _places(models, GRID), grid.ravel()))
         left = np.linalg.norm(self.residuals(after), axis=1).reshape(grid.shape)
         left[np.isnan(left)] = np.inf
         flat = np.isclose(left[:, 1:], left[:, :-1], rtol=1e-9, atol=0)
@@ -188,7 +186,7 @@ class Problem:
         laws, trials = np.repeat(base, STARTS), [trial for trial in trials for _ in range(STARTS)]
         value = self._refine(laws, models, value)
         fitted = [trial._replace(value=float(v)) for trial, v in zip(trials, value, strict=True)]
-        outcomes = self.outcomes_of(fitted, _with(laws, _places(models), value))
+        outcomes = self.outcomes_of(fitted, _set(laws, _places(models), value))
         return [min(outcomes[k : k + STARTS], key=lambda o: o.left) for k in range(0, len(outcomes), STARTS)]
 
     def _ranges(self, models: Sequence[Fault]) -> tuple[Floats, Floats]:
@@ -198,17 +196,17 @@ class Problem:
         return unit * low, unit * high
 
     def _refine(self, laws: Laws, models: Sequence[Fault], value: Floats) -> Floats:
-        """Return values that leave less over, from given ones."""
+        """Return values that leave less over, from given ones. laws: written."""
         low, high = self._ranges(models)
         step, places = STEP * (high - low), _places(models)
-        now = self.residuals(self.run(_with(laws, places, value))[0])
+        now = self.residuals(self.run(_set(laws, places, value))[0])
         for _ in range(ROUNDS):
-            ahead = self.residuals(self.run(_with(laws, places, value + step))[0])
+            ahead = self.residuals(self.run(_set(laws, places, value + step))[0])
             slope = (ahead - now) / step[:, None]
             steep = np.einsum("lk,lk->l", slope, slope)
             change = -np.einsum("lk,lk->l", slope, now) / np.where(steep > 0, steep, np.inf)
             value = np.clip(value + np.nan_to_num(change), low, high)
-            now = self.residuals(self.run(_with(laws, places, value))[0])
+            now = self.residuals(self.run(_set(laws, places, value))[0])
             if np.nanmin(np.abs(now).max(axis=1)) <= self.floor / 100 or not np.abs(change).max() > 0:
                 break
         return value
@@ -223,24 +221,27 @@ def without_idle_faults(trials: Sequence[Trial]) -> list[Trial]:
 def laws_of(trials: Sequence[Trial], gravity: tuple[float, float]) -> Laws:
     """Return the laws of some trials. gravity: px/s²."""
     laws = np.repeat(np.array([law(gravity)], LAW), len(trials))
+    fields: dict[str, dict[int, float]] = {}
     for number, trial in enumerate(trials):
         for name, value in trial.fields.items():
-            laws[name][number] = value
+            fields.setdefault(name, {})[number] = value
+    for name, values in fields.items():
+        laws[name][list(values)] = list(values.values())
     return laws
 
 
-def _places(models: Sequence[Fault]) -> dict[str, list[int]]:
-    """Return which of some models have each field of LAW for their parameter."""
+def _places(models: Sequence[Fault], times: int = 1) -> dict[str, Integers]:
+    """Return which of some models, each of which is repeated, have each field of LAW for their parameter."""
     places: dict[str, list[int]] = {}
     for number, model in enumerate(models):
         for name in model.parameters:
             places.setdefault(name, []).append(number)
-    return places
+    repeats = np.arange(times)
+    return {name: np.add.outer(times * np.array(numbers), repeats).ravel() for name, numbers in places.items()}
 
 
-def _with(laws: Laws, places: Mapping[str, list[int]], value: Floats) -> Laws:
-    """Return laws with other values of the models' parameters. places: see `_places`."""
-    laws = laws.copy()
+def _set(laws: Laws, places: Mapping[str, Integers], value: Floats) -> Laws:
+    """Set the values of the models' parameters in laws, and return these. places: see `_places`."""
     for name, numbers in places.items():
         laws[name][numbers] = value[numbers]
     return laws
