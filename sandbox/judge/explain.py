@@ -809,6 +809,8 @@ def explain(
     while g < len(found):
         step, begin, k, first = found[g].step, found[g].begin, found[g].count, count
         members = member[begin : begin + k]
+        for a in range(k if whole else 0):  # in the order that they had before they were divided
+            members[a] = desk.order[a]
         if found[g].ended == BY_MOVING_WALL:
             part = parts[count]
             part.step, part.begin, part.size, part.kind = step, begin, k, UNCOMPUTED

@@ -40,8 +40,8 @@ class Trial(NamedTuple):
 
     @property
     def key(self) -> Hashable:
-        """What makes it equal to another."""
-        return self.fault, self.value, tuple(self.rule.items()), tuple(self.scope.items())
+        """What makes it equal to another, but for what a fit leaves over."""
+        return self.fault, f"{self.value:.6g}", tuple(self.rule.items()), tuple(self.scope.items())
 
     @property
     def is_fitted(self) -> bool:

@@ -40,7 +40,7 @@ from sandbox.judge.law import LAW, Scope, law
 from sandbox.judge.models import BY_NAME, FRICTION, Fields
 from sandbox.judge.one_step import MET, Group
 from sandbox.judge.reference_step import reference_steps
-from sandbox.judge.search import Search, as_exact, cause_of, cause_of_law, cause_of_push, exact_trials
+from sandbox.judge.search import MAX_VAIN, Search, as_exact, cause_of, cause_of_law, cause_of_push, exact_trials
 from sandbox.judge.soft_contacts import SoftMemory, bounced_at_its_end
 from sandbox.judge.thresholds import DOUBLE, FAR, MAX_BALLS, MAX_FITS, MAX_FRUITLESS, SINGLE
 from sandbox.judge.touching import (
@@ -100,7 +100,8 @@ class Judge:
         self._law = np.array([law(self._gravity)], LAW)
         self._work = work_for(n)
         self._steps = 0  # substeps that are judged
-        self._fits = self._fruitless = self._opinions = self._unlike_reference = 0
+        self._fits = self._fruitless = self._opinions = self._unlike_reference = self._vain_variations = 0
+        self._known_before = 0  # trials, when what was unexplained was last looked at
         self._known: Counter[Hashable] = Counter()
         self._trials: dict[Hashable, Trial] = {}
         self._tried: list[Trial] = []
@@ -116,6 +117,7 @@ class Judge:
         self._block = max(1, min(BLOCK_STEPS, BLOCK_STATES // n))
         self._held = States.empty(self._block + 1, n)
         self._held_pushes, self._held_dt = np.empty(0, PUSH), np.empty(0)
+        self._unexplained: list[tuple[StepError, Problem]] = []
         self._gaining: list[tuple[StepError, Integers]] = []  # errors whose `gained` is to be set, with all their balls
         self.errors: list[StepError] = []
         self.rightful = np.zeros((4, len(Cause)))
@@ -146,7 +148,8 @@ class Judge:
 
     def so_far(self) -> "Judge":
         """Return a copy that has judged all steps, while this one goes on to fill its block."""
-        shared = {id(self.scene): self.scene, id(self._bodies): self._bodies}
+        shared: dict[int, object] = {id(self.scene): self.scene, id(self._bodies): self._bodies}
+        shared |= {id(problem): problem for _, problem in self._unexplained}
         judge = deepcopy(self, shared | {id(error): copy(error) for error in self.errors})
         judge.finish()
         return judge
@@ -192,6 +195,7 @@ class Judge:
             self._start_overlaps.follow(after.position[step], of_step)
             of_block += of_step
         self.errors += of_block
+        self._explain_again()
         self._enter(states, f, elastic, of_block)
         self._steps += len(dt)
         self._begun += float(dt.sum())
@@ -653,7 +657,8 @@ class Judge:
         self._opinions += 1
         step = part.step
         problem = self._problem(f, step, balls)
-        fitting = self._search_of(problem).one_by_one(depths=bool(pushed))
+        search = self._search_of(problem)
+        fitting = self._vary(search, self._likely) or search.one_by_one(depths=bool(pushed))
         self._learn(fitting)
         return self._of_fitting(f, step, balls, elastic, problem, fitting) if fitting else []
 
@@ -676,7 +681,7 @@ class Judge:
         candidates = [(outcome, self._cause_of(outcome, problem)) for outcome in fitting]
         contact = self._contact(problem, candidates)
         if not candidates:
-            return self._unexplained(f, step, balls, contact, problem)
+            return self._of_unknown(f, step, balls, contact, problem)
         outcome, cause = candidates[0]
         because = "" if outcome.trial.is_wrong else self.habit.because
         error = self._error(f, step, balls, contact, cause, because)
@@ -685,9 +690,27 @@ class Judge:
             end, should = (self._energy(_end(states, step, balls), balls) for states in (f.after, f.exact))
             error.energy = end - should
             error.because = self._passed(f, step, contact) if contact else because
-        error.candidates, error.numbers = candidates, problem.numbers
-        error.depth = float(outcome.met["depth"].max()) if len(outcome.met) else None
+        _name(error, candidates, problem)
         return [error]
+
+    def _explain_again(self) -> None:
+        """Explain steps that nothing had explained by faults that others have shown since."""
+        known, still = len(self._trials), list[tuple[StepError, Problem]]()
+        if known == self._known_before:
+            return
+        self._known_before = known
+        for error, problem in self._unexplained:
+            if error.cause != Cause.UNKNOWN:
+                continue  # it has been found to be a spring, or an overlap
+            fitting = [o for o in self._search_known(problem) if o.trial.fault]
+            candidates = [(o, self._cause_of(o, problem)) for o in fitting]
+            if not candidates or candidates[0][1] == Cause.MISSED:
+                still.append((error, problem))
+                continue
+            self._learn(fitting)
+            error.contact, error.because, error.cause = self._contact(problem, candidates), "", candidates[0][1]
+            _name(error, candidates, problem)
+        self._unexplained = still
 
     @property
     def _likely(self) -> list[Trial]:
@@ -699,13 +722,27 @@ class Judge:
 
     def _search(self, problem: Problem) -> list[Outcome]:
         """Return what explains a step: of what has explained others or, if that does not, of all models."""
-        search = self._search_of(problem)
-        fitting = search.known(self._likely)
+        fitting = self._search_known(problem)
         few = len(problem.group.ball) <= MAX_BALLS
         if not fitting and few and self._fits < MAX_FITS and self._fruitless < MAX_FRUITLESS:
-            fitting = search.all()
+            fitting = self._search_of(problem).all()
             self._fits += 1
             self._fruitless = 0 if fitting else self._fruitless + 1
+        return fitting
+
+    def _search_known(self, problem: Problem) -> list[Outcome]:
+        """Return what explains a step of what has explained others, if need be in steps by another rule."""
+        search, likely = self._search_of(problem), self._likely
+        fitting = search.known(likely)
+        return fitting or self._vary(search, likely)
+
+    def _vary(self, search: Search, likely: Sequence[Trial]) -> list[Outcome]:
+        """Return what explains a step of faults that have explained others, by any rule; not after many in vain."""
+        faulty = [trial for trial in likely if trial.fault and not trial.is_in_time]
+        if not faulty or self._vain_variations >= MAX_VAIN:
+            return []
+        fitting = search.varied(faulty)
+        self._vain_variations = 0 if fitting else self._vain_variations + 1
         return fitting
 
     def _passed(self, f: Flown, step: int, contact: tuple[int, int]) -> str:
@@ -740,11 +777,14 @@ class Judge:
         _set_exact(f, step, balls, end)
 
     def _learn(self, fitting: Sequence[Outcome]) -> None:
-        """Remember what explains a step, to be tried first in others."""
-        for outcome in fitting:
-            if not outcome.trial.is_soft and outcome.trial.scope.get("scope") != Scope.ONE:
-                self._trials.setdefault(outcome.trial.key, outcome.trial)
-                self._known[outcome.trial.key] += 1
+        """Remember what explains a step, to be tried in others, and first of all what has explained most."""
+        trials = [outcome.trial for outcome in fitting]
+        trials = [trial for trial in trials if not trial.is_soft and trial.scope.get("scope") != Scope.ONE]
+        for trial in trials:
+            self._trials.setdefault(trial.key, trial)
+            self._known[trial.key] += 0
+        if trials:
+            self._known[max((trial.key for trial in trials), key=self._known.__getitem__)] += 1
 
     def _rests(self, f: Flown, step: int, balls: Integers) -> bool:
         """Return whether balls that lie on each other stay where they are."""
@@ -836,13 +876,16 @@ class Judge:
             done = [pair for pair in due if pair not in done]
         return next(iter([*done, *due]), None)
 
-    def _unexplained(
+    def _of_unknown(
         self, f: Flown, step: int, balls: Integers, contact: tuple[int, int] | None, problem: Problem
     ) -> list[StepError]:
         """Return the errors of a group that no model explains: of each ball alone, if it can have had no contact."""
         off = np.abs((problem.after - problem.exact.after) * problem.scale) > f.floor
         if contact or self.touches.among(f, step, balls.tolist()):
-            return [self._error(f, step, balls, contact, Cause.UNKNOWN, NO_SINGLE_ERROR)]
+            error = self._error(f, step, balls, contact, Cause.UNKNOWN, NO_SINGLE_ERROR)
+            if len(self._unexplained) < MAX_FITS:
+                self._unexplained.append((error, problem))
+            return [error]
         wrong, kicked = off.any(axis=1), np.asarray(off[:, 2:].any(axis=1))
         return self._alone(f, step, balls[wrong], kicked[wrong])
 
@@ -876,6 +919,13 @@ def _cross(a: Floats, b: Floats) -> Floats:
 def _pairs(outcome: Outcome) -> list[tuple[int, int]]:
     """Return the contacts of an outcome: first and second."""
     return [(int(m["first"]), int(m["second"])) for m in outcome.met]
+
+
+def _name(error: StepError, candidates: list[tuple[Outcome, Cause]], problem: Problem) -> None:
+    """Set what outcomes that leave nothing over say of an error, but for its cause."""
+    met = candidates[0][0].met
+    error.candidates, error.numbers = candidates, problem.numbers
+    error.depth = float(met["depth"].max()) if len(met) else None
 
 
 def _met(part: Part, depth: float) -> NDArray[np.void]:

@@ -37,6 +37,14 @@ class Place(IntEnum):
     MIRROR = 6  # at a wall: as far off it as the overlap was deep, whatever the restitution
 
 
+class Parting(IntEnum):
+    """What is done with an overlap of bodies that part already."""
+
+    PLACE = 0  # they are put where the law puts bodies that overlap
+    RESOLVE = 1  # and exchange momentum
+    NONE = 2
+
+
 class Order(IntEnum):
     """In which order the contacts of a step are resolved."""
 
@@ -113,7 +121,8 @@ LAW: Final = np.dtype(
         ("order", "i8"),
         ("wall_place", "i8"),
         ("pair_place", "i8"),
-        ("parting", "i8"),  # 1: contacts are resolved though the bodies part
+        ("wall_parting", "i8"),
+        ("pair_parting", "i8"),
         ("rebound", "i8"),  # 1: of contacts solved together, the velocity before gravity bounces
         ("substeps", "i8"),  # of a step whose contacts are soft
         ("margin", "f8"),  # px, up to which apart such contacts are found

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sandbox.judge.causes import Cause
-from sandbox.judge.law import Exchange, Masses, Mixing, Order, Place, Scope, When
+from sandbox.judge.law import Exchange, Masses, Mixing, Order, Parting, Place, Scope, When
 from sandbox.scene.units import Dimension, Units
 from sandbox.state import Floats
 
@@ -20,6 +20,14 @@ Fields = Mapping[str, float]
 
 
 IN_TIME: Final[Fields] = {}
+PARTINGS: Final = (  # at walls, and of pairs, the likelier first
+    (Parting.PLACE, Parting.PLACE),
+    (Parting.PLACE, Parting.NONE),
+    (Parting.RESOLVE, Parting.RESOLVE),
+    (Parting.RESOLVE, Parting.NONE),
+    (Parting.RESOLVE, Parting.PLACE),
+    (Parting.PLACE, Parting.RESOLVE),
+)
 
 
 class Fault(NamedTuple):
@@ -327,12 +335,15 @@ def rules(*, gravity: bool, flight: Fields) -> Iterator[Fields]:
     pairs = (Place.LEAVE, Place.HALVES, Place.BY_MASS)
     in_turn = (Order.WALLS_FIRST, Order.PAIRS_FIRST, Order.REVERSED)
     at_ends = (When.AFTER_MOVE, When.BEFORE_MOVE)
-    names = ("when", "rebound", "parting", "after", "theta", "order", "wall_place", "pair_place")
+    names = ("when", "rebound", "partings", "after", "theta", "order", "wall_place", "pair_place")
     together = ((Order.TOGETHER,), (Place.LEAVE, Place.ON), pairs)
+    partings = range(len(PARTINGS))
     for values in chain(
-        product(at_ends, (0,), (0, 2, 1), afters, thetas, in_turn, walls, pairs),
-        product((When.ONE_BY_ONE,), (0,), (0, 2, 1), (0,), thetas, in_turn, walls, pairs),
+        product(at_ends, (0,), partings, afters, thetas, in_turn, walls, pairs),
+        product((When.ONE_BY_ONE,), (0,), partings, (0,), thetas, in_turn, walls, pairs),
         product(at_ends, (0,), (0,), afters, thetas, *together),
         product((When.AFTER_MOVE,), (1,) if gravity or flight else (), (0,), (0,), thetas, *together),
     ):
-        yield dict(zip(names, values, strict=True))
+        rule = dict(zip(names, values, strict=True))
+        wall, pair = PARTINGS[rule.pop("partings")]
+        yield rule | {"wall_parting": wall, "pair_parting": pair}

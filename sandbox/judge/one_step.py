@@ -19,7 +19,7 @@ from sandbox.engines.exact.support import normal_to, unit
 from sandbox.engines.exact.world import Motion
 from sandbox.engines.laws import NEVER, friction_impulse, time_to_touch
 from sandbox.judge.free_flight import kept_in, move, slow
-from sandbox.judge.law import Exchange, Masses, Mixing, Order, Place, Scope, Slows, When
+from sandbox.judge.law import Exchange, Masses, Mixing, Order, Parting, Place, Scope, Slows, When
 from sandbox.judge.thresholds import EVENTS_PER_BALL, MAX_EVENTS, TIE
 from sandbox.judge.together import Room, depth_in, find_touches, solve_together
 from sandbox.quantity import pass_through
@@ -573,10 +573,11 @@ def _resolve_overlap(group: Group, law: Record, scratch: Scratch, i: int, j: int
         return
     closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny if pair else a.vx * nx + a.vy * ny
     parting = 0.0
-    if closing > 0 or law.parting == 1:
+    if_parting = law.pair_parting if pair else law.wall_parting
+    if closing > 0 or if_parting == Parting.RESOLVE:
         for _ in range(_times(law, first, second)):
             parting = _resolve(group, law, scratch, i, j, nx, ny, depth, group.dt)
-    elif not pair or law.parting != 2:
+    elif if_parting == Parting.NONE:
         return
     if pair:
         _part(law, a, b, nx, ny, depth)

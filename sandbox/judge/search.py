@@ -12,11 +12,13 @@ import numpy as np
 from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.judge.explain import PUSHED_WAYS, Part
 from sandbox.judge.fit import Outcome, Problem, Trial, laws_of
-from sandbox.judge.law import Laws, Order, Place, Scope
+from sandbox.judge.law import Laws, Order, Parting, Place, Scope
 from sandbox.judge.models import BY_NAME, FAULTS, FRICTION, Fault, Fields, rules, scopes
 from sandbox.judge.soft_contacts import SoftMemory, cause_of_soft
 
 MAX_WAYS: Final = 16  # rules with a fault each, of those that come to different results
+MAX_VAIN: Final = 60  # searches for one of these in a row, each of 20 ms: then none is tried
+MAX_VARIED: Final = 4  # faults that are tried by all rules, of those that have explained most steps
 OFFSET: Final = BY_NAME["offset"]
 EARLY: Final = (0.055, 0.11, 0.33, 0.55, 1.1)  # radii, at which contacts are looked for that are found early
 
@@ -52,6 +54,20 @@ class Search:
         likely += [Trial(way) for k, way in enumerate(ways) if way not in ways[:k]]  # a fault may change nothing here
         likely += self.memory.known(self.problem, self.flight, rough=self.rough)
         return self.problem.fits(self.problem.outcomes(likely))
+
+    def varied(self, trials: Sequence[Trial]) -> list[Outcome]:
+        """Return what explains the step of the faults that have explained others, in steps by any rule."""
+        faults = {(trial.fault, f"{trial.value:.3g}", *trial.scope.items()): trial for trial in reversed(trials)}
+        rules, _ = _of_rules(self.problem.gravity, tuple(sorted(self.flight.items())))
+        kinds = {second >= 0 for _, second in _contacts([self.problem.exact, self.habitual])}
+        parts: list[Fields] = [{"scope": Scope.PAIRS}, {"scope": Scope.WALLS}] if len(kinds) > 1 else []
+        ways = [
+            Trial(way.rule, trial.fault, scope, trial.value)
+            for trial in [*faults.values()][-MAX_VARIED:]
+            for scope in ([{}, *parts] if not trial.scope else [trial.scope])
+            for way in rules
+        ]
+        return self.problem.fits(self.problem.outcomes(ways))
 
     def all(self) -> list[Outcome]:
         """Return what explains the step of all models."""
@@ -166,7 +182,8 @@ def cause_of(outcome: Outcome, problem: Problem) -> Cause:
 
 def _turns_back(trial: Trial, closing: float) -> bool:
     """Return whether a contact that already parts is resolved again. closing: px/s, the least of its contacts."""
-    return not trial.is_odd and not trial.is_in_time and trial.rule["parting"] == 1 and closing <= 0
+    partings = trial.rule.get("wall_parting"), trial.rule.get("pair_parting")
+    return not trial.is_odd and not trial.is_in_time and closing <= 0 and Parting.RESOLVE in partings
 
 
 def cause_of_law(trial: Trial, closing: float, pair: bool, *, moved: bool) -> Cause:

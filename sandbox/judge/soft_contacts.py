@@ -109,7 +109,7 @@ def _trials(
     problem: Problem, flight: Fields, substeps: Sequence[int] | frozenset[int], margins: Sequence[float], *, rough: bool
 ) -> list[Trial]:
     """Return the ways to make a step with so many substeps, and such margins (px)."""
-    base = {name: value for name, value in flight.items() if name in ("gx", "gy")} | {"when": When.SOFT, "parting": 0}
+    base = {name: value for name, value in flight.items() if name in ("gx", "gy")} | {"when": When.SOFT}
     stops = [(-1, 0.0), *_stops(problem)] if substeps else []
     return [
         Trial(
