@@ -36,12 +36,24 @@ class Trial(NamedTuple):
     @property
     def fields(self) -> dict[str, float]:
         """The fields of LAW that it changes."""
-        return {**self.rule, **self.scope, **BY_NAME[self.fault].fields_at(self.value)} if self.fault else {**self.rule}
+        return {**self.rule, **self.fields_of_fault}
+
+    @property
+    def fields_of_fault(self) -> dict[str, float]:
+        """The fields of LAW that its fault changes."""
+        return {**self.scope, **BY_NAME[self.fault].fields_at(self.value)} if self.fault else {}
 
     @property
     def key(self) -> Hashable:
         """What makes it equal to another, but for what a fit leaves over."""
         return self.fault, f"{self.value:.6g}", tuple(self.rule.items()), tuple(self.scope.items())
+
+    @property
+    def model(self) -> tuple[str, float]:
+        """What makes it the same model as another: its name, and its value to three digits."""
+        if self.is_soft:
+            return f"soft {self.rule['substeps']}", 0.0
+        return (self.fault, float(f"{self.value:.3g}")) if self.fault else (repr(sorted(self.rule.items())), 0.0)
 
     @property
     def is_fitted(self) -> bool:

@@ -105,6 +105,7 @@ class Judge:
         self._known: Counter[Hashable] = Counter()
         self._trials: dict[Hashable, Trial] = {}
         self._tried: list[Trial] = []
+        self._models: dict[Hashable, list[tuple[Trial, Cause]]] = {}  # of these, that explain a part
         self._bases: list[Habit] = []
         self._falls: Counter[int] = Counter()  # of the ways to fall, how many steps each has explained
         self.against: Counter[str] = Counter()
@@ -186,6 +187,8 @@ class Judge:
         for error in self._flights(f, off, strange):
             self._gaining.append((error, np.array(error.balls)))
             errors.setdefault(error.step - self._steps - 1, []).append(error)
+        for step, of_step in errors.items():
+            errors[step] = self._judge_joined(f, step, of_step, elastic)
         self._set_gained(f)
         of_block = []
         if not self._steps:
@@ -219,6 +222,41 @@ class Judge:
             begin, size = begin + size, min(2 * size, MAX_CHUNK)
         return errors
 
+    def _judge_joined(self, f: Flown, step: int, errors: list[StepError], elastic: Floats) -> list[StepError]:
+        """Return the errors of a step, of which those that nothing explains are judged together where balls may meet.
+
+        In the step, two may touch that neither the exact steps of their groups nor the engine leave in touch.
+        """
+        unknown = [k for k, error in enumerate(errors) if error.because == NO_SINGLE_ERROR]
+        kept, again = set(range(len(errors))), list[StepError]()
+        for joined in self._that_may_meet(f, step, [(k, np.array(errors[k].balls)) for k in unknown]):
+            balls = np.unique(np.concatenate([errors[k].balls for k in joined]))
+            problem = self._problem(f, step, balls)
+            if as_exact(problem) or self._search_known(problem):
+                self._take(f, step, balls, elastic, _end_of(problem.exact))
+                kept -= set(joined)
+                together = self._judge_group(f, step, balls, elastic, [], ended=True)
+                self._gaining += [(error, balls) for error in together[:1]]
+                again += together
+        return [*(errors[k] for k in sorted(kept)), *again]
+
+    def _that_may_meet(self, f: Flown, step: int, groups: Sequence[tuple[int, Integers]]) -> list[list[int]]:
+        """Return the numbers of those of some groups of balls whose balls may meet others' in a step, joined."""
+        joined: list[tuple[list[int], Integers]] = []
+        for number, balls in groups:
+            near = [(numbers, some) for numbers, some in joined if self._may_meet(f, step, balls, some)]
+            apart = [(numbers, some) for numbers, some in joined if not self._may_meet(f, step, balls, some)]
+            together = [number, *(k for numbers, _ in near for k in numbers)]
+            joined = [*apart, (together, np.concatenate([balls, *(some for _, some in near)]))]
+        return [numbers for numbers, _ in joined if len(numbers) > 1]
+
+    def _may_meet(self, f: Flown, step: int, balls: Integers, others: Integers) -> bool:
+        """Return whether one of some balls may meet one of others in a step."""
+        x, reach = f.before.position[step], (1 + FAR) * self._bodies.radius
+        reach = reach + f.dt[step] * np.maximum(length(f.before.velocity[step]), length(f.after.velocity[step]))
+        apart = length(x[balls][:, None] - x[others]) - reach[balls][:, None] - reach[others]
+        return bool((apart <= 0).any())
+
     def _judge_part(
         self, f: Flown, part: Part, balls: Integers, sums: Sums, elastic: Floats, remains: Remains
     ) -> list[StepError]:
@@ -247,7 +285,7 @@ class Judge:
         self, f: Flown, groups: np.ndarray, member: Integers, elastic: Floats, remains: Remains
     ) -> list[tuple[Part, Integers, Sums]]:
         """Return the parts of some groups with what explains them, their balls, and their sums."""
-        self._tried = self._likely
+        self._tried, self._models = self._likely, {}
         self._bases = self._ways_to_fly(float(f.dt[0]))
         flights = [Trial(habit.fields) for habit in self._bases]
         laws = laws_of([*exact_trials(f.floor), *flights, *self._tried], self._gravity)
@@ -345,20 +383,30 @@ class Judge:
         self, f: Flown, part: Part, balls: Integers, fitting: Sequence[Trial], over: Floats, should: Floats
     ) -> list[StepError]:
         """Return the error of a part that known laws explain. over: as `_sums`; should: (k, 2) px, where balls end."""
-        fitting = without_idle_faults(fitting)
+        models = self._models_of(part, fitting)
         late, in_time = _met(part, part.depth), _met(part, 0.0)
-        outcomes = [Outcome(trial, 0.0, in_time if trial.is_in_time else late, should) for trial in fitting]
-        faulty = any(trial.fault for trial in fitting)
-        candidates = [(o, self._cause_of_law(o.trial, part)) for o in (outcomes if faulty else outcomes[:1])]
+        candidates = [
+            (Outcome(trial, 0.0, in_time if trial.is_in_time else late, should), cause) for trial, cause in models
+        ]
         (outcome, cause), contact = candidates[0], (part.first, part.second)
         error = self._error(f, part.step, balls, contact, cause, "", over)
-        error.depth, error.by_rule, error.candidates = float(outcome.met["depth"][0]), not faulty, candidates
-        if faulty:
-            self._learn(outcomes)
+        error.depth, error.candidates = float(outcome.met["depth"][0]), candidates
+        error.by_rule = not any(trial.fault for trial, _ in models)
+        if not error.by_rule:
+            self._known[outcome.trial.key] += 1
         return [error] if self._shows(f, error) else []
 
-    def _cause_of_law(self, trial: Trial, part: Part) -> Cause:
-        return cause_of_law(trial, part.least, part.second >= 0, moved=bool(part.moved))
+    def _models_of(self, part: Part, fitting: Sequence[Trial]) -> list[tuple[Trial, Cause]]:
+        """Return the known trials that explain a part, the first of each model, with their causes."""
+        seen = part.fits, part.second >= 0, part.least <= 0, part.moved
+        if seen not in self._models:
+            models: dict[Hashable, tuple[Trial, Cause]] = {}
+            for trial in without_idle_faults(fitting):
+                cause = cause_of_law(trial, part.least, part.second >= 0, moved=bool(part.moved))
+                models.setdefault((trial.model, cause), (trial, cause))
+            faulty = [model for model in models.values() if model[0].fault]
+            self._models[seen] = [*models.values()] if faulty else [*models.values()][:1]
+        return self._models[seen]
 
     def _shows(self, f: Flown, error: StepError) -> bool:
         """Return whether an error is more than noise."""
@@ -769,7 +817,7 @@ class Judge:
         self, f: Flown, step: int, balls: Integers, elastic: Floats, outcome: Outcome, problem: Problem
     ) -> None:
         """Take an outcome for what is right."""
-        end = End(outcome.after[:, :2], outcome.after[:, 2:4], outcome.after[:, 4])
+        end = _end_of(outcome)
         if max(len(outcome.met), len(problem.exact.met)) < MET_KEPT:
             elastic[step] += outcome.met["elastic"].sum() - problem.exact.met["elastic"].sum()
         else:
@@ -937,6 +985,10 @@ def _met(part: Part, depth: float) -> NDArray[np.void]:
 
 def _end(states: States, step: int | Integers, balls: Integers) -> End:
     return End(states.position[step, balls], states.velocity[step, balls], states.spin[step, balls])
+
+
+def _end_of(outcome: Outcome) -> End:
+    return End(outcome.after[:, :2], outcome.after[:, 2:4], outcome.after[:, 4])
 
 
 def _set_exact(f: Flown, step: int, balls: Integers, end: End) -> None:

@@ -57,17 +57,18 @@ class Search:
 
     def varied(self, trials: Sequence[Trial]) -> list[Outcome]:
         """Return what explains the step of the faults that have explained others, in steps by any rule."""
-        faults = {(trial.fault, f"{trial.value:.3g}", *trial.scope.items()): trial for trial in reversed(trials)}
-        rules, _ = _of_rules(self.problem.gravity, tuple(sorted(self.flight.items())))
+        faults = {(*trial.model, *trial.scope.items()): trial for trial in reversed(trials)}
+        rules, laws = _of_rules(self.problem.gravity, tuple(sorted(self.flight.items())))
         kinds = {second >= 0 for _, second in _contacts([self.problem.exact, self.habitual])}
         parts: list[Fields] = [{"scope": Scope.PAIRS}, {"scope": Scope.WALLS}] if len(kinds) > 1 else []
-        ways = [
-            Trial(way.rule, trial.fault, scope, trial.value)
-            for trial in [*faults.values()][-MAX_VARIED:]
-            for scope in ([{}, *parts] if not trial.scope else [trial.scope])
-            for way in rules
-        ]
-        return self.problem.fits(self.problem.outcomes(ways))
+        outcomes = list[Outcome]()
+        for known in [*faults.values()][-MAX_VARIED:]:
+            for scope in [known.scope] if known.scope else [{}, *parts]:
+                ways, faulty = [Trial(way.rule, known.fault, scope, known.value) for way in rules], laws.copy()
+                for name, value in ways[0].fields_of_fault.items():
+                    faulty[name] = value
+                outcomes += self.problem.outcomes_of(ways, faulty)
+        return self.problem.fits(outcomes)
 
     def all(self) -> list[Outcome]:
         """Return what explains the step of all models."""

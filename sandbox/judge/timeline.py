@@ -64,14 +64,14 @@ class Timeline:
     def _decide(self) -> None:
         """Choose the model of each step among those that leave nothing over."""
         scene = self._judge.scene
-        support = Counter(key for error in self.errors for key in {_key(o) for o, _ in error.candidates})
+        support = Counter(key for error in self.errors for key in {o.trial.model for o, _ in error.candidates})
         against = self._judge.against
         refuted = {key for key, times in support.items() if against[key[0]] > times}
         for error in self.errors:
             if not error.candidates or error.cause == Cause.LATE:
                 continue
-            most = max(support[_key(o)] for o, _ in error.candidates)
-            best = [(o, c) for o, c in error.candidates if support[_key(o)] == most]
+            most = max(support[o.trial.model] for o, _ in error.candidates)
+            best = [(o, c) for o, c in error.candidates if support[o.trial.model] == most]
             best = [(o, c) for o, c in best if not o.trial.is_fitted] or best
             best = [(o, c) for o, c in best if not o.trial.is_odd] or best
             best.sort(key=lambda candidate: MODELS.index(candidate[0].trial.fault))
@@ -82,7 +82,7 @@ class Timeline:
                 best = [(o, c) for o, c in best if c == Cause.OVERSHOOT]
             causes = list(dict.fromkeys(c for _, c in best))
             outcome, cause = best[0]
-            if _key(outcome) in refuted:
+            if outcome.trial.model in refuted:
                 error.cause, error.because = Cause.UNKNOWN, NO_SINGLE_ERROR
             elif most < 2 and error.numbers <= _freedom(outcome):
                 said = self.touches.said(error)
@@ -152,14 +152,6 @@ class Timeline:
 
 def _model(error: StepError) -> str:
     return error.candidates[0][0].trial.fault if error.candidates else ""
-
-
-def _key(outcome: Outcome) -> tuple[str, float]:
-    """Return what makes two outcomes the same model: its name, and its value to three digits."""
-    trial = outcome.trial
-    if trial.is_soft:
-        return f"soft {trial.rule['substeps']}", 0.0
-    return trial.fault or repr(sorted(trial.rule.items())), float(f"{trial.value:.3g}") if trial.fault else 0.0
 
 
 def _freedom(outcome: Outcome) -> int:
