@@ -232,7 +232,8 @@ class Judge:
         for joined in self._that_may_meet(f, step, [(k, np.array(errors[k].balls)) for k in unknown]):
             balls = np.unique(np.concatenate([errors[k].balls for k in joined]))
             problem = self._problem(f, step, balls)
-            if as_exact(problem) or self._search_known(problem):
+            ends = np.isfinite(problem.exact.left)
+            if ends and (as_exact(problem) or self._search_known(problem)):
                 self._take(f, step, balls, elastic, _end_of(problem.exact))
                 kept -= set(joined)
                 together = self._judge_group(f, step, balls, elastic, [], ended=True)
@@ -863,7 +864,7 @@ class Judge:
         if self._rests(f, step, balls):
             _set_exact(f, step, balls, _end(f.after, step, balls))
             return []
-        _set_exact(f, step, balls, _end(f.before, step, balls))  # the step may have ended anywhere
+        _set_exact(f, step, balls, _end(self._flown_in(f, step, {}), 0, balls))  # the contacts are not known
         end, is_right = self._by_reference(f, step, balls)
         if end:
             before = elastic[step]
