@@ -16,7 +16,7 @@ from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.exact.support import normal_to, unit
 from sandbox.judge.causes import NEGLIGIBLE
 from sandbox.judge.free_flight import BALL, fill_ball, fly, kept_in
-from sandbox.judge.groups import BY_MOVING_WALL, MAX_COMPUTED, Flown, differs, find_root, link
+from sandbox.judge.groups import MAX_COMPUTED, NO_FRAME, Flown, differs, find_root, link
 from sandbox.judge.law import Slows, When
 from sandbox.judge.one_step import Group, Scratch, run_law, scratch_of
 from sandbox.judge.thresholds import LEFT_OVER
@@ -789,7 +789,6 @@ def _write(f: Flown, remains: Remains, step: int, members: Integers, part: Recor
 def explain(
     f: Flown,
     ball: NDArray[Any],
-    piece: NDArray[Any],
     laws: NDArray[Any],
     bases: int,
     desk: Desk,
@@ -811,7 +810,7 @@ def explain(
         members = member[begin : begin + k]
         for a in range(k if whole else 0):  # in the order that they had before they were divided
             members[a] = desk.order[a]
-        if found[g].ended == BY_MOVING_WALL:
+        if found[g].frame == NO_FRAME:
             part = parts[count]
             part.step, part.begin, part.size, part.kind = step, begin, k, UNCOMPUTED
             count += 1
@@ -819,14 +818,14 @@ def explain(
             continue
         _fill(f, desk.ball, desk.after, ball, step, members)
         leans = found[g].ended == 0
-        _order_parts(f, desk, Group(desk.ball[:k], piece, f.dt[step]), laws[0], step, leans, whole, members)
+        _order_parts(f, desk, Group(desk.ball[:k], f.piece, f.dt[step]), laws[0], step, leans, whole, members)
         at, apart = 0, True
         while at < k and apart:
             size, part = _size_of_part(desk.label[at:k]), parts[count]
             of_part = members[at : at + size]
             part.step, part.begin, part.size = step, begin + at, size
             _fill(f, desk.mine, desk.after, ball, step, of_part)
-            _explain(desk, Group(desk.mine[:size], piece, f.dt[step]), laws, bases, scratch, part, f.floor)
+            _explain(desk, Group(desk.mine[:size], f.piece, f.dt[step]), laws, bases, scratch, part, f.floor)
             apart = size == k or leans or _is_apart(f, desk, step, of_part, f.floor)
             _save(desk, remains, step, of_part, part)
             at += size

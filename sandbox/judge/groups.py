@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.exact.prediction import time_to_piece
-from sandbox.engines.exact.world import Motion, seen_from
+from sandbox.engines.exact.world import Motion
 from sandbox.engines.laws import NEVER, time_to_touch
 from sandbox.judge.free_flight import BALL, fill_ball
 from sandbox.judge.law import LAW, law
@@ -20,28 +20,52 @@ from sandbox.judge.one_step import MET, Group, Scratch, run_law, scratch_of
 from sandbox.judge.thresholds import MAX_EVENTS, NEAR, TIE
 from sandbox.judge.together import TOUCH, TOUCHES_PER_BALL, depth_in, room_for_contacts
 from sandbox.quantity import pass_through
+from sandbox.scene.model import Scene
+from sandbox.scene.walls import pieces_of
 from sandbox.state import Bools, Floats, Integers, States
 
 MAX_COMPUTED: Final = 256  # balls of a group that is computed at all; a step of more is not judged
-BY_MOVING_WALL: Final = -1
+NO_FRAME: Final = -1  # instead of a frame, of balls near walls that do not move alike
 FOUND: Final = np.dtype(
     [
         ("step", "i8"),  # row of the state that it leads to
         ("begin", "i8"),  # of its balls in `member`
         ("count", "i8"),
-        ("ended", "i8"),  # whether the exact step came to its end; BY_MOVING_WALL if that is left to the reference
+        ("ended", "i8"),  # whether the exact step came to its end
+        ("frame", "i8"),  # in which it is judged, or NO_FRAME
         ("elastic", "f8"),  # kg px²/s², what restitution takes in it
     ]
 )
 
 
+class Frames(NamedTuple):
+    """A scene's walls by the frames of reference in which they stand still.
+
+    piece: PIECE, where they are at 0 s, frame by frame; begin: (frames + 1,), of each frame's in `piece`; velocity:
+    (frames, 2) px/s, of the frames; the first, of the walls that do not move, is there without any too.
+    """
+
+    piece: NDArray[np.void]
+    begin: Integers
+    velocity: Floats
+
+    def of(self, k: int) -> NDArray[np.void]:
+        """Return the pieces of a frame."""
+        return self.piece[self.begin[k] : self.begin[k + 1]]
+
+    def frame_of(self, wall: int) -> int:
+        """Return the frame of a wall."""
+        return int(np.searchsorted(self.begin, np.flatnonzero(self.piece["wall"] == wall)[0], side="right")) - 1
+
+
 class Flown(NamedTuple):
-    """A block of steps as the engine did them, and exactly.
+    """A block of steps as the engine did them, and exactly, seen from a frame.
 
     before, after: the engine's states of (steps, n), with pushes already in the velocities before; exact: what the
     exact step has after, written; dt: (steps,) s; off: (steps, n) whether a ball did not fly as the engine flies;
-    floor: px, below which a difference is rounding; time: (steps,) s, since the start of the comparison; moving: PIECE,
-    of the walls that move, where they are at its start.
+    floor: px, below which a difference is rounding; time: (steps,) s, since the start of the comparison; frame: (steps,
+    n), written: in which each ball is judged, or NO_FRAME; piece: PIECE, of the walls that stand still in this frame;
+    velocity: (2,) px/s, of this frame.
     """
 
     before: States
@@ -51,13 +75,27 @@ class Flown(NamedTuple):
     off: Bools
     floor: float
     time: Floats
-    moving: NDArray[np.void]
+    frame: Integers
+    piece: NDArray[np.void]
+    velocity: Floats
+
+    def seen_from(self, frames: Frames, k: int) -> "Flown":
+        """Return the same as a frame has it; for the first frame, itself. Spins are shared."""
+        if k == 0:
+            return self
+        velocity, end = frames.velocity[k], self.time + self.dt
+        before, after, exact = (
+            states._replace(position=states.position - np.multiply.outer(time, velocity)[:, None])
+            for states, time in ((self.before, self.time), (self.after, end), (self.exact, end))
+        )
+        before, after, exact = (s._replace(velocity=s.velocity - velocity) for s in (before, after, exact))
+        return self._replace(before=before, after=after, exact=exact, piece=frames.of(k), velocity=velocity)
 
 
 class Work(NamedTuple):
     """What screening works in, (n,) each.
 
-    Of the groups, by their first ball: whether it is by a wall that moves, ended, elastic, and met contacts.
+    Of the groups, by their first ball: frame, whether it ended, elastic, and met contacts.
     """
 
     order: Integers
@@ -65,7 +103,7 @@ class Work(NamedTuple):
     root: Integers
     touched: Bools
     members: Integers
-    by_moving_wall: Bools
+    frame: Integers
     ended: Bools
     elastic: Floats
     met: Integers
@@ -115,66 +153,58 @@ def _joined(f: Flown, ball: NDArray[np.void], step: int, i: int, j: int) -> bool
 
 @kernel
 def _meets_wall(
-    f: Flown, ball: NDArray[np.void], piece: NDArray[np.void], step: int, i: int, gravity: tuple[float, float]
+    f: Flown, ball: NDArray[np.void], frames: Frames, step: int, i: int, gravity: tuple[float, float]
 ) -> bool:
     """Return whether a ball has a contact with a wall in the exact step, or is near one and flies otherwise."""
-    x, v = f.before.position[step, i], f.before.velocity[step, i]
-    m = Motion(x[0], x[1], v[0], v[1], gravity[0], gravity[1])
-    reach = ball[i].radius * (1 + NEAR if f.off[step, i] else 1.0)
-    if len(f.moving) > 0:
-        b = ball[len(ball) - 1 :]
-        b[0] = ball[i]
-        fill_ball(b[0], f.before, step, i)
-        if _meets_moving_wall(f, b[0], step, gravity) or (f.off[step, i] and _is_by_moving_wall(f, b, step, gravity)):
-            return True
-    if f.off[step, i]:
-        b = ball[len(ball) - 1]
-        b.x, b.y, b.radius = x[0], x[1], reach
-        for p in range(len(piece)):
-            if depth_in(b, piece[p]) > 0:
+    x, v, now = f.before.position[step, i], f.before.velocity[step, i], f.time[step]
+    reach, b = ball[i].radius * (1 + NEAR if f.off[step, i] else 1.0), ball[len(ball) - 1]
+    for k in range(len(frames.velocity)):
+        ux, uy = frames.velocity[k]
+        m = Motion(x[0] - now * ux, x[1] - now * uy, v[0] - ux, v[1] - uy, gravity[0], gravity[1])
+        b.x, b.y, b.radius = m.x, m.y, reach
+        for p in range(frames.begin[k], frames.begin[k + 1]):
+            if f.off[step, i] and depth_in(b, frames.piece[p]) > 0:
                 return True
-    for p in range(len(piece)):  # noqa: SIM110
-        if time_to_piece(m, reach, piece[p], False) <= f.dt[step] + TIE:
-            return True
+            if time_to_piece(m, reach, frames.piece[p], False) <= f.dt[step] + TIE:
+                return True
     return False
 
 
 @kernel
-def _meets_moving_wall(f: Flown, b: Record, step: int, gravity: tuple[float, float]) -> bool:
-    """Return whether a ball, without another contact in a step, has one with a wall that moves."""
-    m, now = Motion(b.x, b.y, b.vx, b.vy, gravity[0], gravity[1]), f.time[step]
-    for p in range(len(f.moving)):
-        if time_to_piece(seen_from(f.moving[p], m, now), b.radius, f.moving[p], False) <= f.dt[step] + TIE:
-            return True
-    return False
-
-
-@kernel
-def _is_near_moving_wall(f: Flown, b: Record, step: int, speed: float) -> bool:
-    """Return whether a ball can get to a wall that moves within a step, at a speed (px/s)."""
+def _is_by(b: Record, frames: Frames, k: int, time: float, more: float) -> bool:
+    """Return whether a ball with a larger radius is in a wall of a frame. time: s; more: px."""
     x, y, radius, near = b.x, b.y, b.radius, False
-    for p in range(len(f.moving)):
-        piece = f.moving[p]
-        b.x, b.y = x - f.time[step] * piece.vx, y - f.time[step] * piece.vy
-        b.radius = radius * (1 + NEAR) + f.dt[step] * (speed + math.hypot(piece.vx, piece.vy))
-        near = near or depth_in(b, piece) > 0
+    b.x, b.y, b.radius = x - time * frames.velocity[k, 0], y - time * frames.velocity[k, 1], radius + more
+    for p in range(frames.begin[k], frames.begin[k + 1]):
+        near = near or depth_in(b, frames.piece[p]) > 0
     b.x, b.y, b.radius = x, y, radius
     return bool(near)
 
 
 @kernel
-def _is_by_moving_wall(f: Flown, ball: NDArray[np.void], step: int, gravity: tuple[float, float]) -> bool:
-    """Return whether one of some balls can get to a wall that moves within a step."""
-    if len(f.moving) == 0:
-        return False
-    fastest = 0.0
+def _frame_of(f: Flown, ball: NDArray[np.void], frames: Frames, step: int, gravity: tuple[float, float]) -> int:
+    """Return the frame of the walls that some balls can get to within a step; NO_FRAME if these do not move alike."""
+    if len(frames.velocity) == 1:
+        return 0
+    fastest, near_frames, frame = 0.0, 0, 0
     for i in range(len(ball)):
         fastest = max(fastest, math.hypot(ball[i].vx, ball[i].vy))
-    speed = fastest + math.hypot(gravity[0], gravity[1]) * f.dt[step]
-    for i in range(len(ball)):  # noqa: SIM110
-        if _is_near_moving_wall(f, ball[i], step, speed):
-            return True
-    return False
+    fastest += math.hypot(gravity[0], gravity[1]) * f.dt[step]
+    for k in range(len(frames.velocity)):
+        way = f.dt[step] * (fastest + math.hypot(frames.velocity[k, 0], frames.velocity[k, 1]))
+        near = False
+        for i in range(len(ball)):
+            near = near or _is_by(ball[i], frames, k, f.time[step], NEAR * ball[i].radius + way)
+        if near:
+            near_frames, frame = near_frames + 1, k
+    return frame if near_frames <= 1 else NO_FRAME
+
+
+@kernel
+def _move_into(b: Record, velocity: Floats, time: float, sign: float) -> None:
+    """Move a ball into a frame, with sign 1, or out of it, with -1. velocity: (2,) px/s, of the frame; time: s."""
+    b.x, b.y = b.x - sign * time * velocity[0], b.y - sign * time * velocity[1]
+    b.vx, b.vy = b.vx - sign * velocity[0], b.vy - sign * velocity[1]
 
 
 @kernel
@@ -189,18 +219,24 @@ def differs(f: Flown, step: int, i: int, radius: float) -> bool:
 
 @kernel
 def _compute(
-    f: Flown, ball: NDArray[np.void], piece: NDArray[np.void], law: Record, scratch: Scratch, step: int, w: Work, k: int
+    f: Flown, ball: NDArray[np.void], frames: Frames, law: Record, scratch: Scratch, step: int, w: Work, k: int
 ) -> bool:
     """Compute the exact step of the first k of `members`. Returns whether it came to its end."""
+    w.frame[w.members[0]] = 0
     if k > MAX_COMPUTED:
         return False
-    group = Group(ball[len(ball) - k :], piece, f.dt[step])
+    own = ball[len(ball) - k :]
     for a in range(k):
-        group.ball[a] = ball[w.members[a]]
+        own[a] = ball[w.members[a]]
     for a in range(k):
-        fill_ball(group.ball[a], f.before, step, w.members[a])
-    w.by_moving_wall[w.members[0]] = _is_by_moving_wall(f, group.ball, step, (law.gx, law.gy))
-    return bool(not w.by_moving_wall[w.members[0]] and run_law(group, law, scratch_of(scratch, k)))
+        fill_ball(own[a], f.before, step, w.members[a])
+    frame = w.frame[w.members[0]] = _frame_of(f, own, frames, step, (law.gx, law.gy))
+    if frame == NO_FRAME:
+        return False
+    for a in range(k):
+        _move_into(own[a], frames.velocity[frame], f.time[step], 1.0)
+    group = Group(own, frames.piece[frames.begin[frame] : frames.begin[frame + 1]], f.dt[step])
+    return bool(run_law(group, law, scratch_of(scratch, k)))
 
 
 @kernel
@@ -215,11 +251,14 @@ def _members(w: Work, root: int) -> int:
 
 
 @kernel
-def _write(f: Flown, scratch: Scratch, w: Work, step: int, k: int, ended: bool) -> None:
+def _write(f: Flown, frames: Frames, scratch: Scratch, w: Work, step: int, k: int, ended: bool) -> None:
     """Write the exact step of the first k of `members`; where it has no end, what the engine has."""
+    frame = w.frame[w.members[0]]
     for a in range(k):
         i, source = w.members[a], scratch.ball[a]
+        f.frame[step, i] = frame
         if ended:
+            _move_into(source, frames.velocity[frame], f.time[step] + f.dt[step], -1.0)
             f.exact.position[step, i, 0], f.exact.position[step, i, 1] = source.x, source.y
             f.exact.velocity[step, i, 0], f.exact.velocity[step, i, 1] = source.vx, source.vy
             f.exact.spin[step, i] = source.spin
@@ -288,7 +327,7 @@ def _any_differs(f: Flown, ball: NDArray[np.void], w: Work, step: int, k: int) -
 def _compute_all(
     f: Flown,
     ball: NDArray[np.void],
-    piece: NDArray[np.void],
+    frames: Frames,
     law: Record,
     scratch: Scratch,
     step: int,
@@ -306,9 +345,9 @@ def _compute_all(
         for r in range(n):
             if w.root[r] == r and w.touched[r]:
                 k = _members(w, r)
-                w.ended[r] = _compute(f, ball, piece, law, scratch, step, w, k)
+                w.ended[r] = _compute(f, ball, frames, law, scratch, step, w, k)
                 w.elastic[r], w.met[r] = scratch.elastic[0], scratch.tally[0]
-                _write(f, scratch, w, step, k, w.ended[r])
+                _write(f, frames, scratch, w, step, k, w.ended[r])
         grows = _join(f, ball, w, step, gravity, widest, True)
 
 
@@ -316,7 +355,7 @@ def _compute_all(
 def screen(
     f: Flown,
     ball: NDArray[np.void],
-    piece: NDArray[np.void],
+    frames: Frames,
     laws: NDArray[np.void],
     scratch: Scratch,
     w: Work,
@@ -339,9 +378,9 @@ def screen(
     for step in range(len(f.dt)):
         for i in range(n):
             w.root[i] = i
-            w.touched[i] = _meets_wall(f, ball, piece, step, i, gravity)
+            w.touched[i] = _meets_wall(f, ball, frames, step, i, gravity)
         _sort(f, w, step, gravity)
-        _compute_all(f, ball, piece, law, scratch, step, w, widest)
+        _compute_all(f, ball, frames, law, scratch, step, w, widest)
         for r in range(n):
             if w.root[r] != r or not w.touched[r]:
                 continue
@@ -352,9 +391,8 @@ def screen(
                 if not _any_differs(f, ball, w, step, k):
                     continue
             g = found[rows]
-            g.step, g.begin, g.count, g.ended, g.elastic = step, filled, k, w.ended[r], w.elastic[r]
-            if k <= MAX_COMPUTED and w.by_moving_wall[r]:
-                g.ended = BY_MOVING_WALL
+            g.step, g.begin, g.count = step, filled, k
+            g.ended, g.frame, g.elastic = w.ended[r], w.frame[r], w.elastic[r]
             for a in range(k):
                 member[filled + a] = w.members[a]
             rows += 1
@@ -377,9 +415,19 @@ def _sort(f: Flown, w: Work, step: int, gravity: tuple[float, float]) -> None:
 
 def work_for(n: int) -> Work:
     """Return what screening works in."""
-    order, root, members, met = (np.arange(n) for _ in range(4))
-    (touched, by_moving_wall, ended), (low, elastic) = np.empty((3, n), bool), np.empty((2, n))
-    return Work(order, low, root, touched, members, by_moving_wall, ended, elastic, met)
+    order, root, members, frame, met = (np.arange(n) for _ in range(5))
+    (touched, ended), (low, elastic) = np.empty((2, n), bool), np.empty((2, n))
+    return Work(order, low, root, touched, members, frame, ended, elastic, met)
+
+
+def frames_of(scene: Scene) -> Frames:
+    """Return a scene's walls by their frames."""
+    piece = pieces_of(scene)
+    of_piece = np.column_stack([piece["vx"], piece["vy"]])
+    velocity = np.array(list(dict.fromkeys([(0.0, 0.0), *map(tuple, of_piece.tolist())])))
+    frame = (of_piece[:, None] == velocity).all(axis=-1).argmax(axis=1)
+    begin = np.searchsorted(np.sort(frame), np.arange(len(velocity) + 1))
+    return Frames(piece[np.argsort(frame, kind="stable")], begin, velocity)
 
 
 def scratch_for(balls: int) -> Scratch:

@@ -34,7 +34,7 @@ from sandbox.judge.explain import (
 from sandbox.judge.fit import MET_KEPT, Outcome, Problem, Trial, laws_of, without_idle_faults
 from sandbox.judge.flight import Flights, Habit, find_habit, flown, misses, ways_to_fall
 from sandbox.judge.free_flight import balls_of
-from sandbox.judge.groups import FOUND, MAX_COMPUTED, Flown, scratch_for, screen, work_for
+from sandbox.judge.groups import FOUND, MAX_COMPUTED, NO_FRAME, Flown, frames_of, scratch_for, screen, work_for
 from sandbox.judge.kicks import of_kick
 from sandbox.judge.law import LAW, Scope, law
 from sandbox.judge.models import BY_NAME, FRICTION, Fields
@@ -50,8 +50,6 @@ from sandbox.judge.touching import (
     StepError,
     Touch,
     Touches,
-    in_walls,
-    still_and_moving,
 )
 from sandbox.judge.words import NO_SINGLE_ERROR, of_depth, of_impulses, of_missed, of_push
 from sandbox.quantity import energy, kinetic_energies, length, pass_through, passing, spin_energy
@@ -93,7 +91,7 @@ class Judge:
         self._damping = damping
         self.scene, self._gravity = scene, (float(scene.gravity[0]), float(scene.gravity[1]))
         self._bodies, n = scene.bodies, len(scene.bodies)
-        self._ball, (self._piece, self._moving) = balls_of(scene, MAX_COMPUTED), still_and_moving(scene)
+        self._ball, self._frames = balls_of(scene, MAX_COMPUTED), frames_of(scene)
         self._own_ball = self._ball[:n]  # without the room that steps of groups work in
         self._begun = 0.0  # s, of the steps that are judged
         self._scratch = scratch_for(n + MAX_COMPUTED)
@@ -122,7 +120,6 @@ class Judge:
         self._gaining: list[tuple[StepError, Integers]] = []  # errors whose `gained` is to be set, with all their balls
         self.errors: list[StepError] = []
         self.rightful = np.zeros((4, len(Cause)))
-        self._by_moving_walls = 0.0  # kg px²/s², what contacts with walls that move give in a block
 
     def add(self, states: States, pushes: Pushes, dt: Floats) -> None:
         """Add substeps. states: of substeps + 1 rows; pushes: by a hand, by row, in their order; dt: (substeps,) s.
@@ -175,10 +172,18 @@ class Judge:
             self.habit, self._knows_flight = habit or Habit({}), habit is not None
         exact = self._flown(before, dt, {})
         strange = self._strays(after, self._flown(before, dt, self.habit.fields), dt, floor)
-        f = Flown(before, after, exact, dt, strange, floor, times, self._moving)
+        frame = np.zeros(strange.shape, np.int64)
+        f = Flown(before, after, exact, dt, strange, floor, times, frame, self._frames.of(0), self._frames.velocity[0])
         groups, member, elastic = self._screen(f)
         grouped = np.zeros(strange.shape, bool)
-        errors = self._judge_groups(f, groups, member, elastic, grouped)
+        errors: dict[int, list[StepError]] = {}
+        for k in range(len(self._frames.velocity)):
+            seen = f.seen_from(self._frames, k)
+            self._judge_groups(seen, *_of_frame(groups, member, k), elastic, grouped, errors)
+            if seen is not f:
+                steps, balls = np.nonzero(frame == k)
+                end = _in_lab(seen, _end(seen.exact, steps, balls), (f.time + dt)[steps, None])
+                _set_exact(f, steps, balls, end)
         off = self._strays(after, exact, dt, floor) & ~grouped
         if self.habit.cause is None:  # those that fly as they should met nothing
             for rows, flown_rows in zip(f.exact, f.after, strict=True):
@@ -195,7 +200,7 @@ class Judge:
             self._start_overlaps = StartOverlaps(self.scene, states.position[0], self.touches)
         for step in range(len(dt)):
             of_step = self._missed.follow(f, step, self._steps + step + 1, errors.get(step, []))
-            self._start_overlaps.follow(after.position[step], of_step)
+            self._start_overlaps.follow(f, step, of_step)
             of_block += of_step
         self.errors += of_block
         self._explain_again()
@@ -204,10 +209,15 @@ class Judge:
         self._begun += float(dt.sum())
 
     def _judge_groups(
-        self, f: Flown, groups: np.ndarray, member: Integers, elastic: Floats, grouped: Bools
-    ) -> dict[int, list[StepError]]:
-        """Return the errors of groups by their steps. grouped: (steps, n), written: whether a ball is in one."""
-        errors: dict[int, list[StepError]] = {}
+        self,
+        f: Flown,
+        groups: np.ndarray,
+        member: Integers,
+        elastic: Floats,
+        grouped: Bools,
+        errors: dict[int, list[StepError]],
+    ) -> None:
+        """Add the errors of groups, by their steps. grouped: (steps, n), written: whether a ball is in one."""
         remains = Remains(*(np.zeros((*f.before.spin.shape, width)) for width in (2, 3, 5)))
         begin, size = 0, 1
         while begin < len(groups):
@@ -220,7 +230,6 @@ class Judge:
                     self._gaining.append((wrong[0], balls))
                 errors.setdefault(step, []).extend(wrong)
             begin, size = begin + size, min(2 * size, MAX_CHUNK)
-        return errors
 
     def _judge_joined(self, f: Flown, step: int, errors: list[StepError], elastic: Floats) -> list[StepError]:
         """Return the errors of a step, of which those that nothing explains are judged together where balls may meet.
@@ -228,6 +237,7 @@ class Judge:
         In the step, two may touch that neither the exact steps of their groups nor the engine leave in touch.
         """
         unknown = [k for k, error in enumerate(errors) if error.because == NO_SINGLE_ERROR]
+        unknown = [k for k in unknown if not f.frame[step, list(errors[k].balls)].any()]  # by no wall that moves
         kept, again = set(range(len(errors))), list[StepError]()
         for joined in self._that_may_meet(f, step, [(k, np.array(errors[k].balls)) for k in unknown]):
             balls = np.unique(np.concatenate([errors[k].balls for k in joined]))
@@ -292,9 +302,7 @@ class Judge:
         laws = laws_of([*exact_trials(f.floor), *flights, *self._tried], self._gravity)
         parts = np.zeros(int(groups["count"].sum()), PART)
         ball = self._own_ball
-        count = explain(
-            f, ball, self._piece, laws, len(flights), self._desk, self._scratch, remains, groups, member, parts, elastic
-        )
+        count = explain(f, ball, laws, len(flights), self._desk, self._scratch, remains, groups, member, parts, elastic)
         parts = parts[:count]
         if not self._knows_flight:
             ways = ways_to_fall(self.scene.units, self._gravity, float(f.dt[0]))
@@ -305,7 +313,7 @@ class Judge:
         rows, balls = np.repeat(parts["step"], counts), member[first : first + int(counts.sum())]
         end, exact = _end(f.after, rows, balls), _end(f.exact, rows, balls)
         without = end._replace(position=end.position - remains.shift[rows, balls])
-        pushes, rest = (self._sums(*ends, balls, begins - first) for ends in ((end, without), (without, exact)))
+        pushes, rest = (self._sums(f, *ends, balls, begins - first) for ends in ((end, without), (without, exact)))
         each = zip((Part(*row) for row in parts.tolist()), pushes, rest, strict=True)
         return [(part, member[part.begin : part.begin + part.size], Sums(*of_part)) for part, *of_part in each]
 
@@ -366,9 +374,9 @@ class Judge:
         if kind in (COMPRESSIVE, PULLING):
             solved = remains.solved[step, balls]
             solution = end._replace(velocity=solved[:, :2], spin=solved[:, 2])
-            cause, [over] = SOLVED[kind], self._sums(end, solution, balls)
+            cause, [over] = SOLVED[kind], self._sums(f, end, solution, balls)
             errors.append(self._error(f, step, balls, contact, cause, of_impulses(self.scene, part, cause), over))
-            end, [over] = solution, self._sums(solution, exact, balls)
+            end, [over] = solution, self._sums(f, solution, exact, balls)
         fitting = self._fitting(part) if kind == BY_LAW else []
         right = not any(trial.fault for trial in fitting)
         if right and self._is_in_time(f, part):  # all at once, of which the law says nothing
@@ -423,7 +431,8 @@ class Judge:
 
     def _take(self, f: Flown, step: int, balls: Integers, elastic: Floats, end: End) -> None:
         """Take what some balls do for what is right."""
-        elastic[step] += self._energy(end, balls) - self._energy(_end(f.exact, step, balls), balls)
+        if f.frame[step, balls[0]] != NO_FRAME:  # else the walls may have given it
+            elastic[step] += self._energy(end, balls) - self._energy(_end(f.exact, step, balls), balls)
         _set_exact(f, step, balls, end)
 
     def _free_balls(self, before: States, after: States, times: Floats) -> Bools:
@@ -497,7 +506,7 @@ class Judge:
         most, elastic = f.before.spin.size, np.zeros(len(f.dt))
         found, member = np.zeros(most, FOUND), np.zeros(most, np.int64)
         work, contacts = self._work, self.contacts
-        args = f, self._ball, self._piece, self._law, self._scratch, work, found, member, elastic, contacts
+        args = f, self._ball, self._frames, self._law, self._scratch, work, found, member, elastic, contacts
         return found[: screen(*args)], member, elastic
 
     def _flights(self, f: Flown, off: Bools, strange: Bools) -> list[StepError]:
@@ -547,7 +556,7 @@ class Judge:
         when = f"in the step to {self._time(step):.3f} s"
         if np.hypot(*dv) * f.dt[step] <= f.floor:
             return f"The spin of ball {ball} changed by {spin:.3g} rad/s {when}, without a contact."
-        should, after = (states.velocity[step, ball] for states in (f.exact, f.after))
+        should, after = (states.velocity[step, ball] + f.velocity for states in (f.exact, f.after))
         return of_kick(self.scene.units, ball, should, after, when)
 
     def _put(self, f: Flown, step: int, ball: int) -> str:
@@ -565,7 +574,7 @@ class Judge:
             middle = _end(self._flown_in(f, step, habit.within.fields), 0, balls)
             errors = self._by_habit(f, step, balls, habit.within, (middle, should), times)
             should = middle
-        [over] = self._sums(end, should, balls)
+        [over] = self._sums(f, end, should, balls)
         error = self._error(f, step, balls, None, habit.cause or Cause.UNKNOWN, habit.because, over, times)
         return [error, *errors]
 
@@ -585,10 +594,12 @@ class Judge:
     ) -> StepError:
         """Return the error of some balls. over: as `_sums`, by default of all that is over of the exact step."""
         if over is None:
-            [over] = self._sums(_end(f.after, step, balls), _end(f.exact, step, balls), balls)
+            [over] = self._sums(f, _end(f.after, step, balls), _end(f.exact, step, balls), balls)
         shown = [b for b in contact if b >= 0] if contact else [int(balls[0])]
         energy, momentum, displacement, speed = over.tolist()
-        before, after, exact = ((rows.velocity[step, shown], rows.spin[step, shown]) for rows in f[:3])
+        before, after, exact = (
+            (rows.velocity[step, shown] + f.velocity, rows.spin[step, shown]) for rows in (f.before, f.after, f.exact)
+        )
         return StepError(
             self._steps + step + 1,
             tuple(balls.tolist()),
@@ -604,18 +615,19 @@ class Judge:
             exact[0],
             (before[1], after[1], exact[1]),
             f.before.position[step, shown],
+            f.velocity,
             float(f.dt[step]),
             times=times,
         )
 
-    def _sums(self, end: End, should: End, balls: Integers, begins: Integers | None = None) -> Floats:
+    def _sums(self, f: Flown, end: End, should: End, balls: Integers, begins: Integers | None = None) -> Floats:
         """Return what is over of how some balls should have ended a step, of each part of them: (parts, 4).
 
         Its energy (kg px²/s²), momentum (kg px/s), displacement (px) and speed (px/s). begins: of the parts in balls,
         by default of one.
         """
         off_v, off_x = length(end.velocity - should.velocity), length(end.position - should.position)
-        energy = self._energies(end, balls) - self._energies(should, balls)
+        energy = self._energies(_in_lab(f, end), balls) - self._energies(_in_lab(f, should), balls)
         of_ball = np.stack([energy, self._bodies.mass[balls] * off_v, off_x, off_v], axis=1)
         sums: Floats = np.add.reduceat(of_ball, np.zeros(1, np.int64) if begins is None else begins)
         return sums
@@ -736,7 +748,8 @@ class Judge:
         error = self._error(f, step, balls, contact, cause, because)
         if cause == Cause.MISSED:  # what restitution takes, it takes when the contact happens, if it does
             self._accept(f, step, balls, elastic, outcome, problem)
-            end, should = (self._energy(_end(states, step, balls), balls) for states in (f.after, f.exact))
+            ends = (_in_lab(f, _end(states, step, balls)) for states in (f.after, f.exact))
+            end, should = (self._energy(end, balls) for end in ends)
             error.energy = end - should
             error.because = self._passed(f, step, contact) if contact else because
         _name(error, candidates, problem)
@@ -811,7 +824,7 @@ class Judge:
             [f.after.position[step, balls], f.after.velocity[step, balls], f.after.spin[step, balls]]
         )
         warm = self._soft_memory.before(self._steps + step + 1, balls)
-        group = Group(ball, self._piece, float(f.dt[step]))
+        group = Group(ball, f.piece, float(f.dt[step]))
         return Problem(group, after, self._gravity, f.floor, self._scratch, warm)
 
     def _accept(
@@ -843,15 +856,18 @@ class Judge:
     def _by_reference(self, f: Flown, step: int, balls: Integers) -> tuple[End | None, bool]:
         """Return how some balls should end a step by the reference, if they are few, and whether they do.
 
-        By a wall that moves, nothing else knows that; elsewhere, it ends after too many steps unlike the reference.
+        Near walls that do not move alike, nothing else knows that; elsewhere, it ends after too many steps unlike the
+        reference.
         """
-        only_way = self._are_by_moving_wall(f, step, balls)
+        only_way = bool(f.frame[step, balls[0]] == NO_FRAME)
         if len(balls) > MAX_TRIED or (self._unlike_reference >= MAX_FRUITLESS and not only_way):
             return None, False
-        start, dt, end = State(float(f.time[step]), *(rows[step, balls] for rows in f.before)), float(f.dt[step]), None
+        time, dt, end = float(f.time[step]), float(f.dt[step]), None
+        x, v, spin = _in_lab(f, _end(f.before, step, balls), time)
+        start = State(time, x, v, f.before.angle[step, balls], spin)
         after, enough = _end(f.after, step, balls), self._negligible(f)
         for exact in reference_steps(self.scene, balls, start, dt):
-            end = End(exact.position, exact.velocity, exact.spin)
+            end = End(exact.position - (time + dt) * f.velocity, exact.velocity - f.velocity, exact.spin)
             off_x, off_v, spun = (np.abs(mine - due).max(initial=0.0) for mine, due in zip(after, end, strict=True))
             if max(off_x, off_v * dt, spun * float(self._bodies.radius[balls].max()) * dt) <= enough:
                 self._unlike_reference = 0
@@ -867,50 +883,14 @@ class Judge:
         _set_exact(f, step, balls, _end(self._flown_in(f, step, {}), 0, balls))  # the contacts are not known
         end, is_right = self._by_reference(f, step, balls)
         if end:
-            before = elastic[step]
             self._take(f, step, balls, elastic, end)
-            if self._are_by_moving_wall(f, step, balls):
-                self._by_moving_walls += elastic[step] - before
-                elastic[step] = before
-            if is_right:
-                return []
-            unknown = self._error(f, step, balls, None, Cause.UNKNOWN, NO_SINGLE_ERROR)
-            return [self._late_at_moving_wall(f, step, balls, end) or unknown]
+            return [] if is_right else [self._error(f, step, balls, None, Cause.UNKNOWN, NO_SINGLE_ERROR)]
         because = (
-            "A ball leans on others, goes round an edge, or meets a wall that moves: such a step is not computed."
+            "A ball leans on others, goes round an edge, or is near walls that move: such a step is not computed."
             if len(balls) <= MAX_BALLS
             else f"{len(balls)} balls touch in one step: too many to tell what is wrong."
         )
         return [self._error(f, step, balls, None, Cause.UNKNOWN, because)]
-
-    def _deepest_in_moving_wall(self, x: Floats, radius: Floats, time: float) -> float:
-        """Return how deep some balls are in walls that move, at most, px. x: (k, 2) px; time: s."""
-        moved = self._moving.copy()
-        for axis in "xy":
-            moved[axis] += time * moved[f"v{axis}"]
-        return float(in_walls(x, radius, moved).max(initial=-np.inf))
-
-    def _are_by_moving_wall(self, f: Flown, step: int, balls: Integers) -> bool:
-        """Return whether some balls can get to a wall that moves within a step."""
-        dt, radius = float(f.dt[step]), self._bodies.radius[balls]
-        speeds = length(f.before.velocity[step, balls]) + dt * float(np.hypot(*self._gravity))
-        speed = float(speeds.max() + np.hypot(self._moving["vx"], self._moving["vy"]).max(initial=0.0))
-        reach = radius * (1 + FAR) + dt * speed
-        return self._deepest_in_moving_wall(f.before.position[step, balls], reach, float(f.time[step])) > 0
-
-    def _late_at_moving_wall(self, f: Flown, step: int, balls: Integers, end: End) -> StepError | None:
-        """Return the error of a ball that flew to the end of its step, in a wall that moves, and bounced only then."""
-        after, dt, enough = _end(f.after, step, balls), float(f.dt[step]), self._negligible(f)
-        time = float(f.time[step]) + dt
-        depth = self._deepest_in_moving_wall(after.position, self._bodies.radius[balls], time)
-        way = self._flown_in(f, step, self.habit.fields).position[0, balls] - after.position
-        off_v = np.abs(after.velocity - end.velocity).max() * dt
-        if len(balls) > 1 or depth <= enough or max(off_v, np.abs(way).max()) > enough:
-            return None
-        late = length(after.position - end.position) / length(after.velocity - f.before.velocity[step, balls])
-        error = self._error(f, step, balls, None, Cause.LATE, of_depth(self.scene, depth, depth / float(late[0])))
-        error.depth = depth
-        return error
 
     def _cause_of(self, outcome: Outcome, problem: Problem) -> Cause:
         if not outcome.trial.is_wrong:
@@ -948,15 +928,26 @@ class Judge:
         end = energy(f.after, bodies, gravity, size)
         sums[Cause.APPLIED] += float((pushed - start).sum())
         sums[Cause.ELASTICITY] += float(elastic.sum())
-        sums[Cause.MOVING_WALLS] += self._by_moving_walls
-        rest = float((exact - pushed).sum() - elastic.sum() - self._by_moving_walls)
-        self._by_moving_walls = 0.0
+        work = self._work_of_walls(f)
+        sums[Cause.MOVING_WALLS] += work
+        rest = float((exact - pushed).sum() - elastic.sum() - work)
         smooth = self.habit.cause or Cause.ROUNDING  # what is taken for right may have the engine's flight in it
         sums[Cause.FRICTION if scene.is_rough else smooth] += rest
         sums[Cause.ROUNDING] += float((end - exact).sum()) - sum(error.energy for error in errors)
         if scene.is_rough:
             turning = spin_energy(states.spin[[0, -1]], bodies.moment)
             sums[Cause.SPIN] += turning[1] - turning[0]
+
+    def _work_of_walls(self, f: Flown) -> float:
+        """Return what walls that move give in the exact steps of a block, kg px²/s²: their velocity times the impulse.
+
+        All that balls get near walls that do not move alike counts as theirs.
+        """
+        (steps, balls), (rows, at) = np.nonzero(f.frame > 0), np.nonzero(f.frame == NO_FRAME)
+        given = f.exact.velocity[steps, balls] - f.before.velocity[steps, balls] - np.outer(f.dt[steps], self._gravity)
+        power = (self._frames.velocity[f.frame[steps, balls]] * given).sum(axis=1) * self._bodies.mass[balls]
+        end, start = (self._energy(_end(states, rows, at), at) for states in (f.exact, f.before))
+        return float(power.sum()) + end - start
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
@@ -984,6 +975,19 @@ def _met(part: Part, depth: float) -> NDArray[np.void]:
     return met
 
 
+def _of_frame(groups: np.ndarray, member: Integers, k: int) -> tuple[np.ndarray, Integers]:
+    """Return the groups that are judged in a frame, and their members."""
+    chosen = groups[np.maximum(groups["frame"], 0) == k]
+    members = [member[begin : begin + count] for begin, count in zip(chosen["begin"], chosen["count"], strict=True)]
+    chosen["begin"] = np.cumsum(chosen["count"]) - chosen["count"]
+    return chosen, np.concatenate([member[:0], *members])
+
+
+def _in_lab(f: Flown, end: End, time: float | Floats = 0.0) -> End:
+    """Return how balls end a step as it is outside the frame of a block. time: s, for where they are."""
+    return end._replace(position=end.position + time * f.velocity, velocity=end.velocity + f.velocity)
+
+
 def _end(states: States, step: int | Integers, balls: Integers) -> End:
     return End(states.position[step, balls], states.velocity[step, balls], states.spin[step, balls])
 
@@ -992,7 +996,7 @@ def _end_of(outcome: Outcome) -> End:
     return End(outcome.after[:, :2], outcome.after[:, 2:4], outcome.after[:, 4])
 
 
-def _set_exact(f: Flown, step: int, balls: Integers, end: End) -> None:
+def _set_exact(f: Flown, step: int | Integers, balls: Integers, end: End) -> None:
     """Take an end of a step for the exact one."""
     for rows, values in zip((f.exact.position, f.exact.velocity, f.exact.spin), end, strict=True):
         rows[step, balls] = values

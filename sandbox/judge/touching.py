@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sandbox.judge.causes import Cause
 from sandbox.judge.fit import Outcome
-from sandbox.judge.groups import Flown
+from sandbox.judge.groups import Flown, frames_of
 from sandbox.judge.thresholds import SPRING_STEPS
 from sandbox.judge.words import of_outcome, of_turn
 from sandbox.quantity import length, passing
@@ -18,7 +18,7 @@ from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.overlaps import depth_rounding
 from sandbox.scene.units import Dimension
-from sandbox.scene.walls import ARENA_COUNT, nearest_on_segment, pieces_of, wall_distance
+from sandbox.scene.walls import ARENA_COUNT, nearest_on_segment, wall_distance
 from sandbox.state import Bools, Floats, Integers
 
 UNDECIDED: Final = 1  # steps, after which a contact that has not followed is missed
@@ -42,8 +42,8 @@ class StepError:
     how many balls or contacts it stands for; numbers: how many numbers the places, velocities and spins have that it
     shows wrong; depth: px, of the contact when it was found; gained: momentum (kg px/s) and angular momentum about the
     arena's centre (kg px²/s) that neither gravity gave nor a wall can have given; places: (k, 2) px, of the contact's
-    balls before; flown: s, from there to where it is found; by_rule: whether a rule of steps explains it, which has no
-    parameter.
+    balls before, in the frame that moves at `frame`, (2,) px/s; flown: s, from there to where it is found; by_rule:
+    whether a rule of steps explains it, which has no parameter.
     """
 
     step: int
@@ -60,6 +60,7 @@ class StepError:
     should: Floats
     spins: tuple[Floats, Floats, Floats]
     places: Floats
+    frame: Floats
     flown: float
     candidates: list[tuple[Outcome, Cause]] = field(default_factory=list)
     times: int = 1
@@ -94,13 +95,6 @@ def in_walls(x: Floats, radius: Floats, piece: NDArray[np.void]) -> Floats:
     return depths
 
 
-def still_and_moving(scene: Scene) -> tuple[NDArray[np.void], NDArray[np.void]]:
-    """Return the pieces of the walls that stand still, and of those that move, where they are at 0 s."""
-    piece = pieces_of(scene)
-    moves = (piece["vx"] != 0) | (piece["vy"] != 0)
-    return piece[~moves], piece[moves]
-
-
 class Touch(NamedTuple):
     """Two bodies that overlap before a step, or after it.
 
@@ -121,8 +115,11 @@ class Touches:
 
     def __init__(self, scene: Scene) -> None:
         self._scene, self._gravity = scene, np.array(scene.gravity)
-        self._piece, _ = still_and_moving(scene)
-        self._walls = np.unique(self._piece["wall"]).tolist()
+        self._frames = frames_of(scene)
+
+    def seen(self, f: Flown, pair: tuple[int, int]) -> Flown:
+        """Return a block as a frame has it in which the wall of a pair, if there is one, stands still."""
+        return f.seen_from(self._frames, self._frames.frame_of(~pair[1])) if pair[1] < 0 else f
 
     def of(self, f: Flown, row: int, pair: tuple[int, int]) -> Touch:
         """Return how two bodies touch in a step."""
@@ -167,7 +164,7 @@ class Touches:
         """
         if error.contact is None or len(error.places) != sum(body >= 0 for body in error.contact):
             return None, None
-        end, x, v = error.flown, error.places, error.before
+        end, x, v = error.flown, error.places, error.before - error.frame
         first, last = self._overlap(x, v, error.contact, end)
         at_end = self._normal(x, v, error.contact, end) if first <= end <= last else None
         at_touch = self._normal(x, v, error.contact, max(first, 0.0)) if first <= end and last >= 0 else None
@@ -247,15 +244,18 @@ class Touches:
 
     def among(self, f: Flown, row: int, balls: Sequence[int]) -> list[Touch]:
         """Return how some balls touch each other, and walls."""
-        pairs = [*combinations(balls, 2), *((ball, ~wall) for ball in balls for wall in self._walls)]
-        depths = (self._depths(states.position[row, balls], np.array(balls)) for states in (f.before, f.after))
+        pairs = [
+            *combinations(balls, 2),
+            *((ball, ~wall) for ball in balls for wall in np.unique(f.piece["wall"]).tolist()),
+        ]
+        depths = (self._depths(f, states.position[row, balls], np.array(balls)) for states in (f.before, f.after))
         near = np.flatnonzero(np.maximum(*depths) > f.floor)
         return [self.of(f, row, pairs[k]) for k in near.tolist()]
 
-    def _depths(self, x: Floats, balls: Integers) -> Floats:
+    def _depths(self, f: Flown, x: Floats, balls: Integers) -> Floats:
         """Return how deep each two balls are in each other, px, and then each ball in each wall. x: (k, 2) px."""
         radius, filters = self._scene.bodies.radius[balls], self._scene.bodies.filters[balls]
-        return np.concatenate([in_each_other(x, radius, filters), in_walls(x, radius, self._piece).ravel()])
+        return np.concatenate([in_each_other(x, radius, filters), in_walls(x, radius, f.piece).ravel()])
 
 
 class StartOverlaps:
@@ -271,15 +271,16 @@ class StartOverlaps:
         depths = {pair: touches.depth(position, pair) for pair in _near(scene, position)}
         self._depths = {pair: depth for pair, depth in depths.items() if depth > least}
 
-    def follow(self, position: Floats, errors: list[StepError]) -> None:
+    def follow(self, f: Flown, row: int, errors: list[StepError]) -> None:
         """Excuse the errors of a step that come from an overlap, and forget those that the step ended."""
         for error in errors if self._depths else ():
             pair = self._overlap_of(error)
             if pair is not None:
                 error.because = self._because(pair)
                 error.cause, error.candidates = Cause.OVERLAPPED, []
-        for pair in [pair for pair in self._depths if self._touches.depth(position, pair) <= 0]:
-            del self._depths[pair]
+        for pair in list(self._depths):
+            if self._touches.depth(self._touches.seen(f, pair).after.position[row], pair) <= 0:
+                del self._depths[pair]
 
     def _overlap_of(self, error: StepError) -> tuple[int, int] | None:
         """Return the overlap that an error comes from: of its contact, or of its ball in flight."""
@@ -333,7 +334,7 @@ class Missed:
     def follow(self, f: Flown, row: int, step: int, errors: list[StepError]) -> list[StepError]:
         """Follow what is open through a step, and return the step's errors without those that go on."""
         for pair, error in list(self._open.items()):
-            touch = self._touches.of(f, row, pair)
+            touch = self._touches.of(self._touches.seen(f, pair), row, pair)
             if touch.depth + max(touch.free, 0.0) * f.dt[row] <= f.floor:
                 del self._open[pair]
             elif touch.pushed * f.dt[row] > f.floor and touch.central and touch.free > 0:
