@@ -97,7 +97,8 @@ class Problem:
     """A step of a group of balls that an engine did, for models to explain.
 
     after: (k, 5) x, y, vx, vy and spin, of the engine; floor: px, below which a residual is noise; scratch: that steps
-    work in; warm: soft contacts of the step before.
+    work in; warm: soft contacts of the step before; exact: (k, 5), how the step should end, by default as it is
+    computed from contact to contact.
     """
 
     def __init__(
@@ -108,6 +109,7 @@ class Problem:
         floor: float,
         scratch: Scratch,
         warm: NDArray[np.void] = NO_CONTACTS,
+        exact: Floats | None = None,
     ) -> None:
         self.group, self.after, self.gravity, self.floor = group, after, gravity, floor
         self._scratch, self._warm = scratch._replace(ball=scratch.ball[: len(group.ball)]), warm
@@ -116,6 +118,9 @@ class Problem:
         self.scale[:, :2], self.scale[:, 2:4], self.scale[:, 4] = 1.0, dt, radius * dt
         self.before = np.column_stack([group.ball[name] for name in ("x", "y", "vx", "vy", "spin")])
         self.exact = self.outcomes([Trial({})])[0]
+        if exact is not None:
+            left = float(np.abs(self.residuals(exact[None])).max())
+            self.exact = Outcome(Trial({}), left, self.exact.met[:0], exact)
         self.size = self.exact.left
 
     @cached_property

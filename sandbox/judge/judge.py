@@ -814,8 +814,8 @@ class Judge:
         is_through = self.touches.is_through(f, step, contact)
         return of_missed(self.scene, contact, way, self.touches.overlap_time(f, step, contact), is_through=is_through)
 
-    def _problem(self, f: Flown, step: int, balls: Integers) -> Problem:
-        """Return a group's step as a problem."""
+    def _problem(self, f: Flown, step: int, balls: Integers, exact: Floats | None = None) -> Problem:
+        """Return a group's step as a problem. exact: as for that."""
         ball = self._ball[balls]
         ball["x"], ball["y"] = f.before.position[step, balls].T
         ball["vx"], ball["vy"] = f.before.velocity[step, balls].T
@@ -825,7 +825,7 @@ class Judge:
         )
         warm = self._soft_memory.before(self._steps + step + 1, balls)
         group = Group(ball, f.piece, float(f.dt[step]))
-        return Problem(group, after, self._gravity, f.floor, self._scratch, warm)
+        return Problem(group, after, self._gravity, f.floor, self._scratch, warm, exact)
 
     def _accept(
         self, f: Flown, step: int, balls: Integers, elastic: Floats, outcome: Outcome, problem: Problem
@@ -884,13 +884,23 @@ class Judge:
         end, is_right = self._by_reference(f, step, balls)
         if end:
             self._take(f, step, balls, elastic, end)
-            return [] if is_right else [self._error(f, step, balls, None, Cause.UNKNOWN, NO_SINGLE_ERROR)]
+            return [] if is_right else self._of_known(f, step, balls, elastic, end)
         because = (
             "A ball leans on others, goes round an edge, or is near walls that move: such a step is not computed."
             if len(balls) <= MAX_BALLS
             else f"{len(balls)} balls touch in one step: too many to tell what is wrong."
         )
         return [self._error(f, step, balls, None, Cause.UNKNOWN, because)]
+
+    def _of_known(self, f: Flown, step: int, balls: Integers, elastic: Floats, end: End) -> list[StepError]:
+        """Return the error of balls whose exact step only the reference knows, by what has explained others' steps."""
+        exact = np.column_stack([end.position, end.velocity, end.spin])
+        problem = self._problem(f, step, balls, exact)
+        fitting = [o for o in self._search_known(problem) if not o.trial.is_in_time and not o.trial.is_soft]
+        if fitting:
+            self._unlike_reference = 0
+        self._learn(fitting)
+        return self._of_fitting(f, step, balls, elastic, problem, fitting)
 
     def _cause_of(self, outcome: Outcome, problem: Problem) -> Cause:
         if not outcome.trial.is_wrong:
