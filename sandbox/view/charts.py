@@ -316,16 +316,17 @@ class Charts:
         heights = _y(plot, self._span, chart.scale.position(np.array(list(ends.values())))).tolist()
         line = round(1.15 * height)
         tops = spread([y - line / 2 for y in heights], [line] * len(ends), plot.y - height, plot.bottom)
+        left, labels = x + height, []
         for name, y, top in zip(ends, heights, tops, strict=True):
             colour = self._colours[name]
             if name != LAW:
                 shape = self.samples.engines.index(name)
                 draw_marker(surface, colour, (x, min(max(round(y), plot.y), plot.bottom)), height // 3, shape)
-            left = x + height
             label = lettering(shortened(name, max(1, where.timeline.right - left), height), colour, height)
             at = label.get_rect(x=left, centery=round(top + line / 2))
             surface.fill(self.palette.ground, at.inflate(4, -height // 3))  # or lines of the axis would strike it out
-            surface.blit(label, at)
+            labels.append((label, at))
+        surface.blits(labels)  # after the ground of all, which would hide parts of letters
 
     def _draw_selection(self, surface: Surface, plot: Rect) -> None:
         if self.axis.selection:

@@ -16,7 +16,7 @@ from sandbox.view.display import caption, set_mode
 from sandbox.view.events import PRESSES
 from sandbox.view.layout import GAP, natural_size
 from sandbox.view.offscreen import draw_start
-from sandbox.view.primitives import panel, text_width, write
+from sandbox.view.primitives import panel, shortened, text_width, write
 from sandbox.view.theme import theme
 
 TEXT_HEIGHT: Final = 16  # px, of the notice in the middle of the window
@@ -98,14 +98,13 @@ def draw_notice(surface: Surface, progress: Compilation) -> None:
 
 def draw_status(surface: Surface, place: Rect, progress: Compilation, height: int) -> None:
     """Draw the same in a line of text, at the right end of its place. height: of the text, px."""
-    text = str(progress)
-    bar = Rect(0, place.centery - 2, BAR_WIDTH // 2, 4)
     width = min(place.width, status_width(progress, height))
     line = Rect(place.right - width, place.y, width, place.height)
     panel(surface, line)
-    bar.right = line.right - height
-    write(surface, text, Rect(line.x + height, line.y, bar.x - line.x - 2 * height, line.height), theme.dim, height)
-    _draw_bar(surface, bar, progress)
+    text = shortened(str(progress), width - 2 * height, height)
+    left = write(surface, text, line.move(height, 0), theme.dim, height) + height
+    right = line.right - height
+    _draw_bar(surface, Rect(left, line.centery - 2, max(0, right - left), 4), progress)
 
 
 def status_width(progress: Compilation, height: int) -> int:

@@ -29,6 +29,8 @@ from sandbox.view.widgets.words import Bar, Words
 LISTED: Final = 12  # contacts at once: the newest, or those around the one that is shown
 BUTTONS_IN_ROW: Final = 3
 NOTHING_YET: Final = "Nothing has happened yet."
+COMPARING: Final = "Comparing …"
+FIRST_COMPARING: Final = f"{COMPARING} The first time after an installation, this takes a minute or two."
 LEGEND: Final = (
     "{colours}. Lines are the normal, dashed ones that of first touch. Thin arrows, which end at their ball, are "
     "velocities before the contact, thick ones those after it."
@@ -259,7 +261,7 @@ class WhyPage:
         if session.lacks_reference:
             return f"{session.reference} is being compiled."
         if case is None or compared is None:
-            return "Comparing …" if session.end else NOTHING_YET
+            return (COMPARING if self.case.is_warm else FIRST_COMPARING) if session.end else NOTHING_YET
         edited = f" Times count from the last edit, at {case.since:.2f} s." if case.since else ""
         so_far = "" if self.case.is_current else " so far"
         return f"Compared with {compared.against} up to {compared.clock.time(compared.steps):.2f} s{so_far}.{edited}"
