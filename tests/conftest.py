@@ -170,7 +170,7 @@ def memory_screen(working_folder: Path, monkeypatch: pytest.MonkeyPatch, _few_ob
     monkeypatch.setenv("SANDBOX_THEME", "light")
     monkeypatch.setattr(Guard, "strict", True)
     monkeypatch.setattr("webbrowser.open", lambda _: True)
-    monkeypatch.setattr("sandbox.view.workbench.MOST_BALLS", {Layer.CHARTS: math.inf})
+    monkeypatch.setattr("sandbox.view.layers.MOST_BALLS", {Layer.CHARTS: math.inf})
 
 
 @pytest.fixture

@@ -184,7 +184,7 @@ def draw_marks(
     colours: Palette,
     text_height: int,
 ) -> None:
-    """Draw each mark as a tick above the charts, with its label, and faintly through them."""
+    """Draw each mark as a triangle above the charts, with its label, and faintly through them."""
     half = max(4, text_height // 4)
     tall = 3 * half // 2
     for mark, label in placed:
@@ -192,6 +192,5 @@ def draw_marks(
             x, top = axis.column(plot, mark.time), plot.y
             faint = colours.ground.lerp(mark.colour, 0.5)
             pygame.draw.line(surface, faint, (x, top), (x, plot.bottom))
-            pygame.draw.line(surface, mark.colour, (x, top), (min(x, label.x), label.bottom))
             pygame.draw.polygon(surface, mark.colour, [(x - half, top - tall), (x + half, top - tall), (x, top)])
         surface.blit(lettering(mark.text, mark.colour, small(text_height)), label)

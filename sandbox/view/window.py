@@ -19,23 +19,29 @@ from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.compilation import Compilation
 from sandbox.view.controls import EDITS, Action, Panel, control_of
 from sandbox.view.display import caption, open_window, set_mode
-from sandbox.view.engines_page import EnginesPage
+from sandbox.view.editor import Editor
+from sandbox.view.engines_page import EnginesPage, LineUp
 from sandbox.view.events import KeyRepeat, PendingEvents, Stopped
 from sandbox.view.header import Header
-from sandbox.view.layers import Layer
+from sandbox.view.layers import Layer, opens_with
 from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, layout_of
 from sandbox.view.messages import Messages
-from sandbox.view.mouse_tool import ToolPalette
+from sandbox.view.mouse_tool import ZOOM_FACTOR, MouseTool, ToolPalette
 from sandbox.view.move_tool import Tool
+from sandbox.view.notice import Guard, Notice
 from sandbox.view.pixels import fill
+from sandbox.view.playback import Playback, Snapshots
+from sandbox.view.saver import Saver
+from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.scene_page import ScenePage, ShowPage
+from sandbox.view.session_view import SessionView
 from sandbox.view.side_panel import Page, SidePanel
 from sandbox.view.theme import SystemTheme, theme
 from sandbox.view.timeline import Timeline
+from sandbox.view.video import Recorder
 from sandbox.view.why_page import WhyPage
 from sandbox.view.widgets.group import Placed, WidgetGroup
 from sandbox.view.widgets.widget import ARROWS, ENTER
-from sandbox.view.workbench import Workbench
 
 FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
@@ -47,12 +53,20 @@ ANYWHERE: Final = (Action.FULL_SCREEN, Action.THEME, Action.SAVE_PICTURE, Action
 RELEASES: Final = (pygame.MOUSEBUTTONUP, pygame.WINDOWFOCUSLOST)  # handled even while the picker is open
 
 
-class Window(Workbench):
+class Window:
     """The event loop, the layout and the drawing; its parts do the rest.
 
     `engines` run in every scene that they accept; by default, Pymunk and a textbook engine do. `inputs` are replayed in
     the first run. The status line shows a `compilation` while it runs. beside: whether no frame waits for `exact`.
     """
+
+    text_height = TEXT_HEIGHT
+    about_open = True
+    running = True
+    _cursor = pygame.SYSTEM_CURSOR_ARROW
+    _window_size: tuple[int, int] | None = None  # before full screen, px
+    _outdated = True  # something other than step and status has changed since the window was drawn
+    _drawn: tuple[Moment | None, Moment | None, str] = (None, None, "")  # in the panes and charts; and status
 
     def __init__(
         self,
@@ -65,11 +79,19 @@ class Window(Workbench):
     ) -> None:
         self._system = SystemTheme()
         self._system.follow()
-        super().__init__(scene, engines, inputs, beside=beside)
+        self.notice = Notice()
+        self.guard = Guard(self.notice)
+        self.playback = Playback(SessionView(scene, engines, inputs, beside=beside), self.notice, self.show_progress)
+        self.editor = Editor(self.playback, self.notice, self._replace_engines)
+        self.mouse = MouseTool(self.playback, self.editor, lambda: self.layout)
+        self.scenes = SceneLoader(scene, engines, self.begin, self.notice)
+        self.line_up = LineUp(self.playback, self.notice, self.use_engines)
+        self.saver = Saver(self.playback, self.notice)
+        self.recorder = Recorder(self.notice)
+        self.snapshots = Snapshots(self.playback, self.notice)
+        self.showing = opens_with(len(scene.bodies))
         self.messages = Messages(self.playback, self.notice, compilation)
         self.key_repeat = KeyRepeat()
-        self.text_height = TEXT_HEIGHT
-        self.about_open = True
         self.why = WhyPage(self.playback, self.saver, CaseSoFar(self.notice), self.do)
         self.widgets = WidgetGroup()
         self.cards = Cards(self.playback, self.editor, self.mouse, self.scenes, self.widgets, self.messages)
@@ -81,12 +103,51 @@ class Window(Workbench):
         self.actions = self._actions()
         self.screen = open_window(caption(scene))
         self._fit_column()
-        self.running = True
         self._pending = PendingEvents()
-        self._cursor = pygame.SYSTEM_CURSOR_ARROW
-        self._window_size: tuple[int, int] | None = None  # before full screen, px
-        self._outdated = True  # something other than step and status has changed since the window was drawn
-        self._drawn: tuple[Moment | None, Moment | None, str] = (None, None, "")  # in the panes and charts; and status
+
+    # The run
+
+    @property
+    def view(self) -> SessionView:
+        """The session that runs, with its panes and charts."""
+        return self.playback.view
+
+    @property
+    def scene(self) -> Scene:
+        """The scene at the start of the run."""
+        return self.view.session.start
+
+    def begin(self, scene: Scene, engines: Sequence[str] | None) -> None:
+        """Run a scene from its start. Raises SandboxError, with the old one still running, if that is impossible."""
+        size, before = self.scene.arena.size, opens_with(len(self.scene.bodies))
+        if scene != self.scene:
+            self.snapshots.forget()
+        self.playback.stopwatch = None
+        view = SessionView(scene, engines, beside=self.view.session.beside)
+        self.view.session.stop()
+        self.playback.play(view)
+        if scene.arena.size != size:
+            self.mouse.show_all()
+        self.showing ^= {  # unless it was chosen otherwise
+            layer for layer in before ^ opens_with(len(scene.bodies)) if (layer in before) == (layer in self.showing)
+        }
+        self.editor.select(None)
+        self.editor.forget_engines()
+        self.mouse.reset()
+        self.notice.clear()
+        self.guard.try_again()
+
+    def use_engines(self, names: Sequence[str]) -> None:
+        """Let other engines run instead, from now on in every scene; if one refuses this run, show why."""
+        if self._replace_engines(names):
+            self.scenes.engines = names
+            self.editor.forget_engines()
+            self.notice.go_stale()  # such as the error of a name typed wrongly before
+
+    def _replace_engines(self, names: Sequence[str]) -> bool:
+        """Let other engines run in this run. Return whether they do."""
+        self.mouse.release()
+        return self.playback.use_engines(names)
 
     def _fit_column(self) -> None:
         self.panel.fit(is_wide=self.screen.get_width() >= WIDE * self.text_height)
@@ -117,9 +178,45 @@ class Window(Workbench):
             Action.THEME: lambda: theme.is_dark,
         }
 
+    def _actions_of_run(self) -> dict[Action, Callable[[], None]]:
+        """Return what the actions do that are about the run."""
+        return {
+            Action.GO_TO_START: partial(self.playback.seek, 0),
+            Action.STEP_BACK: self.playback.step_back,
+            Action.PAUSE: self.playback.pause,
+            Action.STEP: self.playback.step,
+            Action.GO_TO_END: lambda: self.playback.seek(self.playback.session.end),
+            Action.SECOND_BACK: partial(self.playback.skip, -1),
+            Action.SECOND_FORWARD: partial(self.playback.skip, 1),
+            Action.RESTART: lambda: self.begin(self.scene, self.view.session.names),
+            Action.STOPWATCH: self.playback.toggle_stopwatch,
+            Action.TAKE_SNAPSHOT: self.snapshots.take,
+            Action.RETURN: self.snapshots.return_to_latest,
+            Action.SLOWER: self.playback.slower,
+            Action.FASTER: self.playback.faster,
+            Action.PICK_SCENE: self.scenes.open_picker,
+            Action.PREVIOUS_SCENE: partial(self.scenes.open_bundled, -1),
+            Action.NEXT_SCENE: partial(self.scenes.open_bundled, 1),
+            Action.NEXT_SEED: self.scenes.next_seed,
+            Action.SAVE_SCENE: lambda: self.saver.save_scene(self.mouse.pane or 0),
+            Action.SAVE_INPUTS: self.saver.save_inputs,
+            Action.COPY_CODE: lambda: self.saver.copy_code(self.mouse.pane or 0),
+            Action.UNDO: self.editor.undo,
+            Action.REDO: self.editor.redo,
+            Action.ADD_BALL: self.mouse.add_ball,
+            Action.DELETE_BALL: self.mouse.delete_ball,
+            Action.NEXT_TOOL: self.mouse.choose_next,
+            Action.COOL: self.editor.cool,
+            Action.HEAT: self.editor.heat,
+            Action.USE_IMPULSE: self.line_up.use_impulse,
+            Action.SHOW_ALL: self.mouse.show_all,
+            Action.ZOOM_IN: partial(self.mouse.zoom_by, ZOOM_FACTOR),
+            Action.ZOOM_OUT: partial(self.mouse.zoom_by, 1 / ZOOM_FACTOR),
+        }
+
     def _actions(self) -> dict[Action, Callable[[], None]]:
         charts = self._change_chart
-        return self.actions_of_run() | {
+        return self._actions_of_run() | {
             Action.PREVIOUS_CONTACT: partial(self._show_contact, -1),
             Action.NEXT_CONTACT: partial(self._show_contact, 1),
             Action.SELECT_PREVIOUS: lambda: self.editor.select_next(-1, with_walls=self._inspects()),
