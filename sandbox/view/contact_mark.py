@@ -19,8 +19,8 @@ from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension
 from sandbox.state import Floats, State
-from sandbox.view.canvas import Canvas
 from sandbox.view.layout import Layout
+from sandbox.view.overlay import Canvas
 from sandbox.view.primitives import arrow, capsule, draw_walls, label, text_width
 from sandbox.view.session_view import Pane
 from sandbox.view.theme import palette

@@ -1,4 +1,4 @@
-"""The layers over and under a pane's balls: arrows, trails, contacts, numbers; and what a pane keeps of steps."""
+"""A pane's canvas, and the layers over and under its balls: arrows, trails, contacts, numbers."""
 
 import math
 from collections import deque
@@ -9,15 +9,15 @@ from typing import Final
 
 import numpy as np
 import pygame
-from pygame import Color, Rect
+from pygame import Color, Rect, Surface
 
 from sandbox.report.scales import round_up
 from sandbox.scene.fields import Vector, rgb
+from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, State
-from sandbox.view.canvas import Canvas
 from sandbox.view.layers import Layer
 from sandbox.view.primitives import MIN_DASHED, SMALLEST_TEXT, arrow, lettering, ring
-from sandbox.view.theme import contrast, readable
+from sandbox.view.theme import contrast, palette, readable
 
 ARROW_SECONDS: Final = 0.2  # a velocity's arrow ends where the ball would be after so long
 MAX_WRITTEN: Final = 12  # contacts whose impulse is written next to them
@@ -32,6 +32,35 @@ MAX_PAUSE: Final = 1.0  # s between two positions of one trail
 CONTACT_SECONDS: Final = 0.4  # s of the scene that a contact is kept for
 MAX_CONTACTS: Final = 200  # kept at once, the latest
 LOCATED: Final = np.dtype([("time", "f8"), ("point", "f8", (2,)), ("normal", "f8", (2,)), ("impulse", "f8")])
+
+
+class Canvas:
+    """A surface that shows a scene in some state.
+
+    scale: px of the surface for one px of the scene; origin: where the scene's is on it; text_height: px.
+    """
+
+    def __init__(
+        self,
+        surface: Surface,
+        scene: Scene,
+        state: State,
+        *,
+        scale: float,
+        text_height: int,
+        origin: Vector = (0.0, 0.0),
+    ) -> None:
+        self.surface = surface
+        self.scene = scene
+        self.state = state
+        self.scale = scale
+        self.origin = origin
+        self.text_height = text_height
+        self.palette = palette(scene.arena.background)
+
+    def at(self, position: Floats) -> Floats:
+        """Turn positions in the scene, (..., 2) px, into places on the surface."""
+        return position * self.scale + self.origin
 
 
 class Trail:

@@ -10,8 +10,7 @@ from sandbox.scene.fields import rgb
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import CONTACT, State
-from sandbox.view.canvas import Canvas
-from sandbox.view.overlay import ARROW_SECONDS, Overlay, RecentContacts, Trail
+from sandbox.view.overlay import ARROW_SECONDS, Canvas, Overlay, RecentContacts, Trail
 from sandbox.view.primitives import lettering
 from sandbox.view.theme import palette
 
