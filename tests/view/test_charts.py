@@ -255,6 +255,21 @@ def test_each_line_ends_in_its_engine_s_name_after_a_marker_of_its_shape(
     assert shapes == [0, 1, 2]
 
 
+def test_no_engine_s_name_hides_the_descenders_of_another(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    def underline(text: str, colour: Color, height: int) -> Surface:
+        """Return a name of which only the lowest row shows."""
+        name = Surface((9, 22), pygame.SRCALPHA)
+        name.fill(colour if text in NAMES else (0, 0, 0, 0), (0, 21, 9, 1))
+        return name
+
+    monkeypatch.setattr("sandbox.view.charts.draw_marker", lambda *given: None)
+    monkeypatch.setattr("sandbox.view.charts.lettering", underline)
+    charts = charts_of(scene, 2, steady)
+    beside = pygame.surfarray.array3d(draw(charts))[column(charts, 2) + 2 :]
+    for colour in (PYMUNK, ARTICLE, EXACT):
+        assert (beside == tuple(colour)[:3]).all(axis=2).sum() == 9
+
+
 @pytest.mark.wide
 def test_a_chart_drawn_sample_by_sample_equals_the_chart_drawn_at_once(scene: Scene) -> None:
     def course(time: float) -> dict[str, float]:
