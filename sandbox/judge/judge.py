@@ -163,7 +163,7 @@ class Judge:
         before, after = states.after_pushes(pushes).rows(slice(-1)), states.rows(slice(1, None))
         floor, times = self._floor(states, dt), self._begun + np.cumsum(dt) - dt
         if not self._knows_flight:
-            flies = self._free_balls(before, after, times)
+            flies = self._free_balls((before, times), (after, times + dt))
             moves = np.maximum(length(before.velocity), length(after.velocity)) * dt[:, None] > floor
             if (flies & moves).any() or not any(self._gravity):  # what stays where it is may be held there
                 flies &= moves
@@ -435,16 +435,17 @@ class Judge:
             elastic[step] += self._energy(end, balls) - self._energy(_end(f.exact, step, balls), balls)
         _set_exact(f, step, balls, end)
 
-    def _free_balls(self, before: States, after: States, times: Floats) -> Bools:
+    def _free_balls(self, *ends: tuple[States, Floats]) -> Bools:
         """Return which balls touch nothing before a step and after it: (steps, n); of many balls, in some steps.
 
-        times: (steps,) s, of the starts of the steps.
+        ends: the states there, and their times, (steps,) s.
         """
         n, radius, filters = len(self._bodies), self._bodies.radius, self._bodies.filters
-        rows = min(len(before.position), max(1, MAX_PAIRS // (n * n)))
-        free = np.zeros((len(before.position), n), bool)
+        steps = len(ends[0][1])
+        rows = min(steps, max(1, MAX_PAIRS // (n * n)))
+        free = np.zeros((steps, n), bool)
         free[:rows] = True
-        for states in (before, after):
+        for states, times in ends:
             x = states.position[:rows]
             free[:rows] &= wall_distance(self.scene, x, times[:rows, None]) > (1 + FAR) * radius
             for i in range(n - 1):

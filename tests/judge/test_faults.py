@@ -2,20 +2,14 @@
 
 from collections import Counter
 from functools import cache
-from typing import Any, Final
+from typing import Final
 
-import numpy as np
 import pytest
 from conftest import sample, scene_of
-from faults import FAULTS, EventDriven
+from faults import FAULTS, EventDriven, judged
 
 from sandbox.judge.causes import Cause
-from sandbox.judge.judge import Judge
-from sandbox.judge.timeline import Timeline
-from sandbox.quantity import energy
 from sandbox.scene.model import Scene
-from sandbox.scene.spawn import spawn
-from sandbox.state import PUSH, States
 
 EIGHT: Final = "count = 8\nradius = 20\nspeed = 200\ninside = [[20, 20], [380, 280]]"
 MIXED: Final = (
@@ -60,21 +54,6 @@ def scenes(seed: int) -> dict[str, Scene]:
         "two balls": gas(EIGHT.replace("8", "2", 1), seed=seed),
         "sideways": gas(*MIXED, seed=seed, more="gravity = [-300, 200]", walls=WALLS),
     }
-
-
-def judged(engine: Any, scene: Scene) -> Timeline:
-    """Run an engine, and judge its states."""
-    running = engine(scene, spawn(scene))
-    states = [running.state()]
-    for _ in range(scene.steps):
-        running.step()
-        states.append(running.state())
-    rows, judge = States.stack(states), Judge(scene)
-    judge.add(rows, np.empty(0, PUSH), np.full(scene.steps, 1 / scene.rate))
-    timeline, total = Timeline(judge), energy(rows, scene.bodies, scene.gravity, scene.arena.size)
-    lines = timeline.sums[0].sum() - timeline.sums[0, Cause.SPIN]
-    assert lines == pytest.approx(total[-1] - total[0], abs=1e-9 * np.abs(total).max())
-    return timeline
 
 
 def verdicts(name: str, seeds: range, which: tuple[str, ...]) -> Counter[str]:

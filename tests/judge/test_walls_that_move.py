@@ -1,11 +1,11 @@
 """Laws of impacts are the same in a frame that moves uniformly: what is said at walls that all move is so too."""
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any, Final
 
 import pytest
-from faults import FAULTS, EventDriven
-from test_faults import judged
+from faults import FAULTS, EventDriven, judged
 
 from sandbox.scene.model import Scene
 from sandbox.state import State
@@ -29,10 +29,7 @@ INVARIANT: Final = (  # faults of contacts with walls that are the same in each 
 
 def scene(velocity: tuple[float, float], name: str, seed: int) -> Scene:
     """Return a scene in a box of four walls that move."""
-    walls = [
-        {"from": start, "to": to, "velocity": velocity, "friction": 0.4}
-        for start, to in zip(CORNERS[:-1], CORNERS[1:], strict=True)
-    ]
+    walls = [{"from": start, "to": to, "velocity": velocity, "friction": 0.4} for start, to in pairwise(CORNERS)]
     arena = {"size": (800, 600), "walls": False}
     return Scene(arena=arena, walls=walls, seed=seed, seconds=1, **TABLES[name])
 
