@@ -7,6 +7,7 @@ the models that leave nothing over. The ledger of a step is the exact step's own
 from collections import Counter
 from collections.abc import Hashable, Sequence
 from copy import copy, deepcopy
+from itertools import chain
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -34,7 +35,16 @@ from sandbox.judge.explain import (
 from sandbox.judge.fit import MET_KEPT, Outcome, Problem, Trial, laws_of, without_idle_faults
 from sandbox.judge.flight import Flights, Habit, find_habit, flown, misses, ways_to_fall
 from sandbox.judge.free_flight import balls_of
-from sandbox.judge.groups import FOUND, MAX_COMPUTED, NO_FRAME, Flown, frames_of, scratch_for, screen, work_for
+from sandbox.judge.groups import (
+    FOUND,
+    MAX_COMPUTED,
+    NO_FRAME,
+    Flown,
+    frames_of,
+    scratch_for,
+    screen,
+    work_for,
+)
 from sandbox.judge.kicks import of_kick
 from sandbox.judge.law import LAW, Scope, law
 from sandbox.judge.models import BY_NAME, FRICTION, Fields
@@ -98,7 +108,8 @@ class Judge:
         self._law = np.array([law(self._gravity)], LAW)
         self._work = work_for(n)
         self._steps = 0  # substeps that are judged
-        self._fits = self._fruitless = self._opinions = self._unlike_reference = self._vain_variations = 0
+        self._fits = self._fruitless = self._opinions = self._unlike_reference = 0
+        self._vain_variations = self._vain_joins = 0
         self._known_before = 0  # trials, when what was unexplained was last looked at
         self._known: Counter[Hashable] = Counter()
         self._trials: dict[Hashable, Trial] = {}
@@ -239,34 +250,45 @@ class Judge:
         unknown = [k for k, error in enumerate(errors) if error.because == NO_SINGLE_ERROR]
         unknown = [k for k in unknown if not f.frame[step, list(errors[k].balls)].any()]  # by no wall that moves
         kept, again = set(range(len(errors))), list[StepError]()
-        for joined in self._that_may_meet(f, step, [(k, np.array(errors[k].balls)) for k in unknown]):
-            balls = np.unique(np.concatenate([errors[k].balls for k in joined]))
+        for joined in self._that_may_meet(f, step, [np.array(errors[k].balls) for k in unknown]):
+            balls = np.unique(np.concatenate([errors[unknown[k]].balls for k in joined]))
+            if len(balls) > MAX_COMPUTED or self._vain_joins >= MAX_VAIN:
+                continue
             problem = self._problem(f, step, balls)
             ends = np.isfinite(problem.exact.left)
-            if ends and (as_exact(problem) or self._search_known(problem)):
-                self._take(f, step, balls, elastic, _end_of(problem.exact))
-                kept -= set(joined)
-                together = self._judge_group(f, step, balls, elastic, [], ended=True)
-                self._gaining += [(error, balls) for error in together[:1]]
-                again += together
+            if not ends or not (as_exact(problem) or self._search_known(problem)):
+                self._vain_joins += 1
+                continue
+            self._vain_joins = 0
+            self._take(f, step, balls, elastic, _end_of(problem.exact))
+            kept -= {unknown[k] for k in joined}
+            together = self._judge_group(f, step, balls, elastic, [], ended=True)
+            self._gaining += [(error, balls) for error in together[:1]]
+            again += together
         return [*(errors[k] for k in sorted(kept)), *again]
 
-    def _that_may_meet(self, f: Flown, step: int, groups: Sequence[tuple[int, Integers]]) -> list[list[int]]:
-        """Return the numbers of those of some groups of balls whose balls may meet others' in a step, joined."""
-        joined: list[tuple[list[int], Integers]] = []
-        for number, balls in groups:
-            near = [(numbers, some) for numbers, some in joined if self._may_meet(f, step, balls, some)]
-            apart = [(numbers, some) for numbers, some in joined if not self._may_meet(f, step, balls, some)]
-            together = [number, *(k for numbers, _ in near for k in numbers)]
-            joined = [*apart, (together, np.concatenate([balls, *(some for _, some in near)]))]
-        return [numbers for numbers, _ in joined if len(numbers) > 1]
+    def _that_may_meet(self, f: Flown, step: int, groups: Sequence[Integers]) -> list[list[int]]:
+        """Return the numbers of those of some groups whose balls may meet others' in a step, put together."""
+        if len(groups) < 2:
+            return []
+        ways = [self._way_of(f, step, balls) for balls in groups]
+        low = np.array([(x - way).min(axis=0) for x, way in ways])
+        high = np.array([(x + way).max(axis=0) for x, way in ways])
+        meet: Bools = ((low[:, None] <= high) & (low <= high[:, None])).all(axis=2)
+        for i, j in np.argwhere(np.triu(meet, 1)).tolist():
+            (x, way), (y, others_way) = ways[i], ways[j]
+            meet[j, i] = (length(x[:, None] - y) <= way + others_way.T).any()
+        joined: list[list[int]] = []
+        for k in range(len(groups)):
+            near = [numbers for numbers in joined if meet[k, numbers].any()]
+            joined = [*(numbers for numbers in joined if numbers not in near), [*chain(*near), k]]
+        return [numbers for numbers in joined if len(numbers) > 1]
 
-    def _may_meet(self, f: Flown, step: int, balls: Integers, others: Integers) -> bool:
-        """Return whether one of some balls may meet one of others in a step."""
-        x, reach = f.before.position[step], (1 + FAR) * self._bodies.radius
-        reach = reach + f.dt[step] * np.maximum(length(f.before.velocity[step]), length(f.after.velocity[step]))
-        apart = length(x[balls][:, None] - x[others]) - reach[balls][:, None] - reach[others]
-        return bool((apart <= 0).any())
+    def _way_of(self, f: Flown, step: int, balls: Integers) -> tuple[Floats, Floats]:
+        """Return where some balls begin a step, (k, 2) px, and how far from there they may touch, (k, 1) px."""
+        speed = np.maximum(length(f.before.velocity[step, balls]), length(f.after.velocity[step, balls]))
+        way = (1 + FAR) * self._bodies.radius[balls] + f.dt[step] * speed
+        return f.before.position[step, balls], way[:, None]
 
     def _judge_part(
         self, f: Flown, part: Part, balls: Integers, sums: Sums, elastic: Floats, remains: Remains
