@@ -274,7 +274,7 @@ class Judge:
         ways = [self._way_of(f, step, balls) for balls in groups]
         low = np.array([(x - way).min(axis=0) for x, way in ways])
         high = np.array([(x + way).max(axis=0) for x, way in ways])
-        meet: Bools = ((low[:, None] <= high) & (low <= high[:, None])).all(axis=2)
+        meet = np.asarray(((low[:, None] <= high) & (low <= high[:, None])).all(axis=2))
         for i, j in np.argwhere(np.triu(meet, 1)).tolist():
             (x, way), (y, others_way) = ways[i], ways[j]
             meet[j, i] = (length(x[:, None] - y) <= way + others_way.T).any()
