@@ -50,9 +50,9 @@ from sandbox.judge.law import LAW, Scope, law
 from sandbox.judge.models import BY_NAME, FRICTION, Fields
 from sandbox.judge.one_step import MET, Group
 from sandbox.judge.reference_step import reference_steps
-from sandbox.judge.search import MAX_VAIN, Search, as_exact, cause_of, cause_of_law, cause_of_push, exact_trials
+from sandbox.judge.search import Search, as_exact, cause_of, cause_of_law, cause_of_push, exact_trials
 from sandbox.judge.soft_contacts import SoftMemory, bounced_at_its_end
-from sandbox.judge.thresholds import DOUBLE, FAR, MAX_BALLS, MAX_FITS, MAX_FRUITLESS, SINGLE
+from sandbox.judge.thresholds import DOUBLE, FAR, MAX_BALLS, MAX_FITS, MAX_FRUITLESS, MAX_VAIN, SINGLE
 from sandbox.judge.touching import (
     Missed,
     Springs,

@@ -17,7 +17,6 @@ from sandbox.judge.models import BY_NAME, FAULTS, FRICTION, Fault, Fields, rules
 from sandbox.judge.soft_contacts import SoftMemory, cause_of_soft
 
 MAX_WAYS: Final = 16  # rules with a fault each, of those that come to different results
-MAX_VAIN: Final = 60  # searches for one of these in a row, each of 20 ms: then none is tried
 MAX_VARIED: Final = 4  # faults that are tried by all rules, of those that have explained most steps
 OFFSET: Final = BY_NAME["offset"]
 EARLY: Final = (0.055, 0.11, 0.33, 0.55, 1.1)  # radii, at which contacts are looked for that are found early

@@ -11,6 +11,7 @@ LEFT_OVER: Final = 1e-4  # of an error; a model that leaves more does not explai
 MAX_BALLS: Final = 6  # of a group that is fitted; the models of more are too many to tell apart
 MAX_FITS: Final = 300  # of a run, each up to 10 ms; then only models that have explained a step are tried
 MAX_FRUITLESS: Final = 6  # fits in a row that explain nothing, or steps unlike the reference's: then none is tried
+MAX_VAIN: Final = 60  # searches by all rules in a row, each of 20 ms, that explain nothing: then none is tried
 SPRING_STEPS: Final = 3  # in a row, in which a touch pushes two apart: a solver of impulses needs one, or two
 ALIKE: Final = 1e-3  # of a value, by which those of several steps may differ to be one: a sentence has three digits
 FAR: Final = 0.1  # of a radius, by which a ball is apart from everything that it cannot have touched
