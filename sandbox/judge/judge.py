@@ -779,7 +779,7 @@ class Judge:
         return [error]
 
     def _explain_again(self) -> None:
-        """Explain steps that nothing had explained by faults that others have shown since."""
+        """Explain steps that nothing had explained by what has explained others since."""
         known, still = len(self._trials), list[tuple[StepError, Problem]]()
         if known == self._known_before:
             return
@@ -787,7 +787,7 @@ class Judge:
         for error, problem in self._unexplained:
             if error.cause != Cause.UNKNOWN:
                 continue  # it has been found to be a spring, or an overlap
-            fitting = [o for o in self._search_known(problem) if o.trial.fault]
+            fitting = [o for o in self._search_known(problem) if o.trial.is_wrong]
             candidates = [(o, self._cause_of(o, problem)) for o in fitting]
             if not candidates or candidates[0][1] == Cause.MISSED:
                 still.append((error, problem))
@@ -822,11 +822,10 @@ class Judge:
         return fitting or self._vary(search, likely)
 
     def _vary(self, search: Search, likely: Sequence[Trial]) -> list[Outcome]:
-        """Return what explains a step of faults that have explained others, by any rule; not after many in vain."""
-        faulty = [trial for trial in likely if trial.fault and not trial.is_in_time]
-        if not faulty or self._vain_variations >= MAX_VAIN:
+        """Return what explains a step by any rule, also with faults that others show; not after many in vain."""
+        if self._vain_variations >= MAX_VAIN:
             return []
-        fitting = search.varied(faulty)
+        fitting = search.varied([trial for trial in likely if trial.fault and not trial.is_in_time])
         self._vain_variations = 0 if fitting else self._vain_variations + 1
         return fitting
 

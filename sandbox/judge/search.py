@@ -55,14 +55,14 @@ class Search:
         return self.problem.fits(self.problem.outcomes(likely))
 
     def varied(self, trials: Sequence[Trial]) -> list[Outcome]:
-        """Return what explains the step of the faults that have explained others, in steps by any rule."""
+        """Return what explains the step of no fault, or of those that have explained others, in steps by any rule."""
         faults = {(*trial.model, *trial.scope.items()): trial for trial in reversed(trials)}
         rules, laws = _of_rules(self.problem.gravity, tuple(sorted(self.flight.items())))
         kinds = {second >= 0 for _, second in _contacts([self.problem.exact, self.habitual])}
         parts: list[Fields] = [{"scope": Scope.PAIRS}, {"scope": Scope.WALLS}] if len(kinds) > 1 else []
         outcomes = list[Outcome]()
-        for known in [*faults.values()][-MAX_VARIED:]:
-            for scope in [known.scope] if known.scope else [{}, *parts]:
+        for known in [Trial({}), *[*faults.values()][-MAX_VARIED:]]:
+            for scope in [known.scope] if known.scope or not known.fault else [{}, *parts]:
                 ways, faulty = [Trial(way.rule, known.fault, scope, known.value) for way in rules], laws.copy()
                 for name, value in ways[0].fields_of_fault.items():
                     faulty[name] = value

@@ -1,6 +1,10 @@
 """Faults in steps of many balls that touch: shown by contacts of few, and of walls and pairs that part each its way."""
 
 from collections import Counter
+from pathlib import Path
+from typing import Final
+
+import pytest
 
 import sandbox
 from sandbox.judge.causes import Cause
@@ -45,3 +49,39 @@ def test_groups_that_meet_between_the_ends_of_a_step_do_not_accuse_exact() -> No
     """At 2.05 s two balls of the dense gas graze each other on their ways after other contacts of the step."""
     counts = causes("gas-dense", "exact", 3.2)
     assert counts[Cause.UNKNOWN] <= 3  # groups of more than 256 balls, at the start
+
+
+STEP: Final = """
+def step(position, velocity, dt, scene):
+    radius, size = scene.bodies.radius, scene.arena.size
+    position += velocity * dt
+    for i in range(len(position)):
+        for axis in (0, 1):
+            low, high = radius[i], size[axis] - radius[i]
+            if not low <= position[i, axis] <= high:
+                position[i, axis] = min(max(position[i, axis], low), high)
+                velocity[i, axis] *= -1
+    for i in range(len(position)):
+        for j in range(i + 1, len(position)):
+            way = position[j] - position[i]
+            distance, reach = (way @ way) ** 0.5, radius[i] + radius[j]
+            normal = way / distance
+            closing = (velocity[i] - velocity[j]) @ normal
+            if distance < reach and closing > 0:
+                velocity[i] -= {share} * closing * normal
+                velocity[j] += {share} * closing * normal
+            if distance < reach:
+                position[i] -= (reach - distance) / 2 * normal
+                position[j] += (reach - distance) / 2 * normal
+"""
+
+
+@pytest.mark.parametrize(
+    ("share", "says"), [(1.0, "found"), (0.8, "0.8 of what is due"), (1.1, "1.1 times what is due")]
+)
+def test_a_loop_of_ones_own_breaks_a_rack(tmp_path: Path, share: float, says: str) -> None:
+    (tmp_path / "loop.py").write_text(STEP.format(share=share))
+    spec = f"{tmp_path / 'loop.py'}:step"
+    run = sandbox.compare(load("break-shot").changed(seconds=1.5, expect=()), [spec, "exact"]).runs[spec]
+    assert says in run.suffered[0].because
+    assert run.suffered[0].share > 0.9
