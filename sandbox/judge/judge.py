@@ -423,8 +423,7 @@ class Judge:
         error = self._error(f, part.step, balls, contact, cause, "", over)
         error.depth, error.candidates = float(outcome.met["depth"][0]), candidates
         error.by_rule = not any(trial.fault for trial, _ in models)
-        if not error.by_rule:
-            self._known[outcome.trial.key] += 1
+        self._known.update(trial.key for trial, _ in models if trial.fault)
         return [error] if self._shows(f, error) else []
 
     def _models_of(self, part: Part, fitting: Sequence[Trial]) -> list[tuple[Trial, Cause]]:
@@ -861,14 +860,16 @@ class Judge:
         _set_exact(f, step, balls, end)
 
     def _learn(self, fitting: Sequence[Outcome]) -> None:
-        """Remember what explains a step, to be tried in others, and first of all what has explained most."""
-        trials = [outcome.trial for outcome in fitting]
-        trials = [trial for trial in trials if not trial.is_soft and trial.scope.get("scope") != Scope.ONE]
-        for trial in trials:
-            self._trials.setdefault(trial.key, trial)
-            self._known[trial.key] += 0
-        if trials:
-            self._known[max((trial.key for trial in trials), key=self._known.__getitem__)] += 1
+        """Remember what explains a step, to be tried in others: of each fault first in the step that explains most."""
+        best: dict[Hashable, Trial] = {}
+        for trial in (outcome.trial for outcome in fitting):
+            if not trial.is_soft and trial.scope.get("scope") != Scope.ONE:
+                self._trials.setdefault(trial.key, trial)
+                self._known[trial.key] += 0
+                model = trial.model if trial.fault else ""
+                if self._known[trial.key] > self._known[best.setdefault(model, trial).key]:
+                    best[model] = trial
+        self._known.update(trial.key for trial in best.values())
 
     def _rests(self, f: Flown, step: int, balls: Integers) -> bool:
         """Return whether balls that lie on each other stay where they are."""
