@@ -120,7 +120,7 @@ class Judge:
         self.against: Counter[str] = Counter()
         self._desk = desk_for(n)
         self._soft_memory = SoftMemory()
-        self.touches = Touches(scene)
+        self.touches = Touches(scene, self._frames)
         self._missed, self._springs = Missed(self.touches), Springs()
         self.contacts = np.zeros(1, np.int64)
         self.habit, self._knows_flight = Habit({}), False
@@ -188,8 +188,8 @@ class Judge:
         groups, member, elastic = self._screen(f)
         grouped = np.zeros(strange.shape, bool)
         errors: dict[int, list[StepError]] = {}
-        for k in range(len(self._frames.velocity)):
-            seen = f.seen_from(self._frames, k)
+        views = [f.seen_from(self._frames, k) for k in range(len(self._frames.velocity))]
+        for k, seen in enumerate(views):
             self._judge_groups(seen, *_of_frame(groups, member, k), elastic, grouped, errors)
             if seen is not f:
                 steps, balls = np.nonzero(frame == k)
@@ -210,8 +210,8 @@ class Judge:
         if not self._steps:
             self._start_overlaps = StartOverlaps(self.scene, states.position[0], self.touches)
         for step in range(len(dt)):
-            of_step = self._missed.follow(f, step, self._steps + step + 1, errors.get(step, []))
-            self._start_overlaps.follow(f, step, of_step)
+            of_step = self._missed.follow(views, step, self._steps + step + 1, errors.get(step, []))
+            self._start_overlaps.follow(views, step, of_step)
             of_block += of_step
         self.errors += of_block
         self._explain_again()
@@ -256,13 +256,15 @@ class Judge:
                 continue
             problem = self._problem(f, step, balls)
             ends = np.isfinite(problem.exact.left)
-            if not ends or not (as_exact(problem) or self._search_known(problem)):
+            is_exact = ends and as_exact(problem) is not None
+            known = self._search_known(problem) if ends and not is_exact else []
+            if not is_exact and not known:
                 self._vain_joins += 1
                 continue
             self._vain_joins = 0
             self._take(f, step, balls, elastic, _end_of(problem.exact))
             kept -= {unknown[k] for k in joined}
-            together = self._judge_group(f, step, balls, elastic, [], ended=True)
+            together = self._judge_group(f, step, balls, elastic, [outcome.trial for outcome in known], ended=True)
             self._gaining += [(error, balls) for error in together[:1]]
             again += together
         return [*(errors[k] for k in sorted(kept)), *again]
@@ -434,8 +436,8 @@ class Judge:
             for trial in without_idle_faults(fitting):
                 cause = cause_of_law(trial, part.least, part.second >= 0, moved=bool(part.moved))
                 models.setdefault((trial.model, cause), (trial, cause))
-            faulty = [model for model in models.values() if model[0].fault]
-            self._models[seen] = [*models.values()] if faulty else [*models.values()][:1]
+            several = any(trial.fault for trial, _ in models.values())
+            self._models[seen] = [*models.values()][: None if several else 1]
         return self._models[seen]
 
     def _shows(self, f: Flown, error: StepError) -> bool:

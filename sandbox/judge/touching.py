@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sandbox.judge.causes import Cause
 from sandbox.judge.fit import Outcome
-from sandbox.judge.groups import Flown, frames_of
+from sandbox.judge.groups import Flown, Frames
 from sandbox.judge.thresholds import SPRING_STEPS
 from sandbox.judge.words import of_outcome, of_turn
 from sandbox.quantity import length, passing
@@ -113,13 +113,12 @@ class Touch(NamedTuple):
 class Touches:
     """Finds the bodies of a scene that touch in a step."""
 
-    def __init__(self, scene: Scene) -> None:
-        self._scene, self._gravity = scene, np.array(scene.gravity)
-        self._frames = frames_of(scene)
+    def __init__(self, scene: Scene, frames: Frames) -> None:
+        self._scene, self._gravity, self._frames = scene, np.array(scene.gravity), frames
 
-    def seen(self, f: Flown, pair: tuple[int, int]) -> Flown:
-        """Return a block as a frame has it in which the wall of a pair, if there is one, stands still."""
-        return f.seen_from(self._frames, self._frames.frame_of(~pair[1])) if pair[1] < 0 else f
+    def seen(self, views: Sequence[Flown], pair: tuple[int, int]) -> Flown:
+        """Return the view of a block, of those by frame, in which the wall of a pair, if there is one, stands still."""
+        return views[self._frames.frame_of(~pair[1]) if pair[1] < 0 else 0]
 
     def of(self, f: Flown, row: int, pair: tuple[int, int]) -> Touch:
         """Return how two bodies touch in a step."""
@@ -244,10 +243,8 @@ class Touches:
 
     def among(self, f: Flown, row: int, balls: Sequence[int]) -> list[Touch]:
         """Return how some balls touch each other, and walls."""
-        pairs = [
-            *combinations(balls, 2),
-            *((ball, ~wall) for ball in balls for wall in np.unique(f.piece["wall"]).tolist()),
-        ]
+        walls = np.unique(f.piece["wall"]).tolist()
+        pairs = [*combinations(balls, 2), *((ball, ~wall) for ball in balls for wall in walls)]
         depths = (self._depths(f, states.position[row, balls], np.array(balls)) for states in (f.before, f.after))
         near = np.flatnonzero(np.maximum(*depths) > f.floor)
         return [self.of(f, row, pairs[k]) for k in near.tolist()]
@@ -271,15 +268,18 @@ class StartOverlaps:
         depths = {pair: touches.depth(position, pair) for pair in _near(scene, position)}
         self._depths = {pair: depth for pair, depth in depths.items() if depth > least}
 
-    def follow(self, f: Flown, row: int, errors: list[StepError]) -> None:
-        """Excuse the errors of a step that come from an overlap, and forget those that the step ended."""
+    def follow(self, views: Sequence[Flown], row: int, errors: list[StepError]) -> None:
+        """Excuse the errors of a step that come from an overlap, and forget those that the step ended.
+
+        views: of the block, by frame.
+        """
         for error in errors if self._depths else ():
             pair = self._overlap_of(error)
             if pair is not None:
                 error.because = self._because(pair)
                 error.cause, error.candidates = Cause.OVERLAPPED, []
         for pair in list(self._depths):
-            if self._touches.depth(self._touches.seen(f, pair).after.position[row], pair) <= 0:
+            if self._touches.depth(self._touches.seen(views, pair).after.position[row], pair) <= 0:
                 del self._depths[pair]
 
     def _overlap_of(self, error: StepError) -> tuple[int, int] | None:
@@ -331,10 +331,14 @@ class Missed:
         """Return the contacts that may still follow after the end of a run of some steps."""
         return [error for error in self._open.values() if steps - error.step < UNDECIDED]
 
-    def follow(self, f: Flown, row: int, step: int, errors: list[StepError]) -> list[StepError]:
-        """Follow what is open through a step, and return the step's errors without those that go on."""
+    def follow(self, views: Sequence[Flown], row: int, step: int, errors: list[StepError]) -> list[StepError]:
+        """Follow what is open through a step, and return the step's errors without those that go on.
+
+        views: of the block, by frame.
+        """
+        f = views[0]
         for pair, error in list(self._open.items()):
-            touch = self._touches.of(self._touches.seen(f, pair), row, pair)
+            touch = self._touches.of(self._touches.seen(views, pair), row, pair)
             if touch.depth + max(touch.free, 0.0) * f.dt[row] <= f.floor:
                 del self._open[pair]
             elif touch.pushed * f.dt[row] > f.floor and touch.central and touch.free > 0:
