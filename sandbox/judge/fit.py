@@ -160,12 +160,13 @@ class Problem:
             return []
         return self.outcomes_of(trials, self.laws(trials))
 
-    def outcomes_of(self, trials: Sequence[Trial], laws: Laws) -> list[Outcome]:
-        """Try trials whose laws are known."""
+    def outcomes_of(self, trials: Sequence[Trial], laws: Laws, most: float = np.inf) -> list[Outcome]:
+        """Try trials whose laws are known. most: px, what the outcomes that are returned leave over."""
         after, met, counts = self.run(laws)
         left = np.abs(self.residuals(after)).max(axis=1)
         left[np.isnan(left)] = np.inf
-        return [Outcome(trial, float(left[k]), met[k, : counts[k]], after[k]) for k, trial in enumerate(trials)]
+        chosen = np.flatnonzero(left <= most).tolist()
+        return [Outcome(trials[k], float(left[k]), met[k, : counts[k]], after[k]) for k in chosen]
 
     @property
     def numbers(self) -> int:

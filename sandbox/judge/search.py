@@ -4,7 +4,7 @@ The search ends at the first kind of explanation that leaves nothing over and is
 """
 
 from collections.abc import Mapping, Sequence
-from functools import cache
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -18,8 +18,13 @@ from sandbox.judge.soft_contacts import SoftMemory, cause_of_soft
 
 MAX_WAYS: Final = 16  # rules with a fault each, of those that come to different results
 MAX_VARIED: Final = 4  # faults that are tried by all rules, of those that have explained most steps
+MAX_KEPT: Final = 64  # faults whose laws by all rules are kept
+PLAIN: Final = Trial({})
 OFFSET: Final = BY_NAME["offset"]
 EARLY: Final = (0.055, 0.11, 0.33, 0.55, 1.1)  # radii, at which contacts are looked for that are found early
+
+Items = tuple[tuple[str, float], ...]  # of fields of LAW
+Ways = tuple[list[Trial], Laws]
 
 
 def as_exact(problem: Problem) -> Outcome | None:
@@ -57,23 +62,25 @@ class Search:
     def varied(self, trials: Sequence[Trial]) -> list[Outcome]:
         """Return what explains the step of no fault, or of those that have explained others, in steps by any rule."""
         faults = {(*trial.model, *trial.scope.items()): trial for trial in reversed(trials)}
-        rules, laws = _of_rules(self.problem.gravity, tuple(sorted(self.flight.items())))
         kinds = {second >= 0 for _, second in _contacts([self.problem.exact, self.habitual])}
         parts: list[Fields] = [{"scope": Scope.PAIRS}, {"scope": Scope.WALLS}] if len(kinds) > 1 else []
         outcomes = list[Outcome]()
-        for known in [Trial({}), *[*faults.values()][-MAX_VARIED:]]:
+        for known in [PLAIN, *[*faults.values()][-MAX_VARIED:]]:
             for scope in [known.scope] if known.scope or not known.fault else [{}, *parts]:
-                ways, faulty = [Trial(way.rule, known.fault, scope, known.value) for way in rules], laws.copy()
-                for name, value in ways[0].fields_of_fault.items():
-                    faulty[name] = value
-                outcomes += self.problem.outcomes_of(ways, faulty)
+                outcomes += self._by_rules(known._replace(scope=scope), self.problem.enough())
         return self.problem.fits(outcomes)
+
+    def _by_rules(self, known: Trial = PLAIN, most: float = np.inf) -> list[Outcome]:
+        """Try all rules with the fault of a trial. most: see `Problem.outcomes_of`."""
+        flight, scope = tuple(sorted(self.flight.items())), tuple(known.scope.items())
+        ways = _of_rules(self.problem.gravity, flight, known.fault, scope, known.value)
+        return self.problem.outcomes_of(*ways, most)
 
     def all(self) -> list[Outcome]:
         """Return what explains the step of all models."""
         problem, flight = self.problem, self.flight
         met = _contacts([problem.exact])
-        stepwise = problem.outcomes_of(*_of_rules(problem.gravity, tuple(sorted(flight.items()))))
+        stepwise = self._by_rules()
         stepwise = [outcome for outcome in _distinct(problem, stepwise) if len(outcome.met)]
         plain = [fault for fault in FAULTS if not fault.span and not fault.odd]
         soft = problem.outcomes(self.memory.all(problem, flight, rough=self.rough))
@@ -97,7 +104,7 @@ class Search:
     def one_by_one(self, *, depths: bool) -> list[Outcome]:
         """Return what explains the step of the ways to resolve contacts one by one, or, if asked, found at a depth."""
         problem, flight = self.problem, self.flight
-        stepwise = problem.outcomes_of(*_of_rules(problem.gravity, tuple(sorted(flight.items()))))
+        stepwise = self._by_rules()
         stepwise = [outcome for outcome in stepwise if outcome.trial.rule["order"] != Order.TOGETHER]
         fitting = problem.fits(_distinct(problem, stepwise))
         if fitting or not depths:
@@ -128,11 +135,12 @@ class Search:
         return [Trial(rule, fault.name, scope) for rule in rules for fault in suited for scope in scopes(contacts)]
 
 
-@cache
-def _of_rules(gravity: tuple[float, float], flight: tuple[tuple[str, float], ...]) -> tuple[list[Trial], Laws]:
-    """Return the trials of all rules, and their laws."""
+@lru_cache(MAX_KEPT)
+def _of_rules(gravity: tuple[float, float], flight: Items, fault: str, scope: Items, value: float) -> Ways:
+    """Return the trials of all rules with a fault, and their laws."""
     fields = dict(flight)
-    trials = [Trial({**_not_of_rules(fields), **rule}) for rule in rules(gravity=any(gravity), flight=fields)]
+    ways = [{**_not_of_rules(fields), **rule} for rule in rules(gravity=any(gravity), flight=fields)]
+    trials = [Trial(way, fault, dict(scope), value) for way in ways]
     return trials, laws_of(trials, gravity)
 
 
