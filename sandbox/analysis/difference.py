@@ -8,9 +8,10 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sandbox.judge.causes import NEGLIGIBLE, Cause
+from sandbox.judge.step_errors import StepError
 from sandbox.judge.thresholds import SINGLE
 from sandbox.judge.timeline import Timeline
-from sandbox.judge.touching import StepError, Touches
+from sandbox.judge.touching import Touches
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene

@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.judge.touching import StepError
+from sandbox.judge.step_errors import StepError
 from sandbox.quantity import impulse_of, length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene

@@ -49,11 +49,11 @@ class Trial(NamedTuple):
         return self.fault, f"{self.value:.6g}", tuple(self.rule.items()), tuple(self.scope.items())
 
     @property
-    def model(self) -> tuple[str, float]:
-        """What makes it the same model as another: its name, and its value to three digits."""
+    def model(self) -> tuple[str, Hashable]:
+        """What makes it the same model as another: its fault and the value to three digits, or else its rule."""
         if self.is_soft:
-            return f"soft {self.rule['substeps']}", 0.0
-        return (self.fault, float(f"{self.value:.3g}")) if self.fault else (repr(sorted(self.rule.items())), 0.0)
+            return "soft", self.rule["substeps"]
+        return self.fault, float(f"{self.value:.3g}") if self.fault else frozenset(self.rule.items())
 
     @property
     def is_fitted(self) -> bool:

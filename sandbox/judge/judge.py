@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.judge.causes import NEGLIGIBLE, Cause
+from sandbox.judge.experience import Experience
 from sandbox.judge.explain import (
     BY_FLIGHT,
     BY_LAW,
@@ -45,50 +46,63 @@ from sandbox.judge.groups import (
     screen,
     work_for,
 )
-from sandbox.judge.kicks import of_kick
-from sandbox.judge.law import LAW, Scope, law
-from sandbox.judge.models import BY_NAME, FRICTION, Fields
+from sandbox.judge.law import LAW, law
+from sandbox.judge.models import BY_NAME, FRICTION
 from sandbox.judge.one_step import MET, Group
 from sandbox.judge.reference_step import reference_steps
-from sandbox.judge.search import Search, as_exact, cause_of, cause_of_law, cause_of_push, exact_trials
-from sandbox.judge.soft_contacts import SoftMemory, bounced_at_its_end
+from sandbox.judge.search import as_exact, cause_of, cause_of_law, cause_of_push, exact_trials
+from sandbox.judge.soft_contacts import bounced_at_its_end
+from sandbox.judge.step_errors import End, Measure, Shown, StepError
 from sandbox.judge.thresholds import DOUBLE, FAR, MAX_BALLS, MAX_FITS, MAX_FRUITLESS, MAX_VAIN, SINGLE
 from sandbox.judge.touching import (
     Missed,
     Springs,
     StartOverlaps,
-    StepError,
     Touch,
     Touches,
 )
 from sandbox.judge.words import NO_SINGLE_ERROR, of_depth, of_impulses, of_missed, of_push
-from sandbox.quantity import energy, kinetic_energies, length, pass_through, passing, spin_energy
+from sandbox.quantity import energy, length, pass_through, spin_energy
 from sandbox.scene.model import Scene
-from sandbox.scene.units import Dimension
 from sandbox.scene.walls import wall_distance
 from sandbox.state import NO_DAMPING, PUSH, Bools, Damping, Floats, Integers, Pushes, State, States
 
 BLOCK_STEPS: Final = 256  # that are judged together, of few balls
 BLOCK_STATES: Final = 100_000  # balls times steps, of many
 MAX_PAIRS: Final = 400_000  # pairs of balls in steps that are looked through for how an engine flies
-MAX_KNOWN: Final = 40  # trials that are tried first
 MAX_CHUNK: Final = 256  # groups that are explained by the same known trials
+UNKNOWN_END: Final = np.empty((0, 5))  # of an outcome of which only the law counts
 SOLVED: Final = {PULLING: Cause.WARM_START, COMPRESSIVE: Cause.UNCONVERGED}  # what impulses along contacts show
 
 
-class End(NamedTuple):
-    """How some balls end a step: (k, 2) px and px/s, (k,) rad/s."""
+class Explained(NamedTuple):
+    """A part of a group, with its balls and what its errors need.
 
-    position: Floats
-    velocity: Floats
-    spin: Floats
+    pushes, rest: what is over, as `Measure.sums`, by pushes of what overlaps, and besides; shown: of several parts, and
+    which of them is this; touch: of its contact, if it has just two balls.
+    """
 
-
-class Sums(NamedTuple):
-    """What is over of a part's step, as `Judge._sums` returns it: by pushes of what overlaps, and the rest."""
-
+    part: Part
+    balls: Integers
     pushes: Floats
     rest: Floats
+    shown: tuple[Shown, int]
+    touch: Touch | None
+
+
+class Fitting(NamedTuple):
+    """The known trials that explain a part; doubtful: whether its cause depends on more than them."""
+
+    trials: list[Trial]
+    has_fault: bool
+    is_doubtful: bool
+
+
+class Models(NamedTuple):
+    """The known trials that explain a part, the first of each model, with their causes, and the keys of the faulty."""
+
+    trials: list[tuple[Trial, Cause]]
+    keys: list[Hashable]
 
 
 class Judge:
@@ -107,28 +121,25 @@ class Judge:
         self._scratch = scratch_for(n + MAX_COMPUTED)
         self._law = np.array([law(self._gravity)], LAW)
         self._work = work_for(n)
-        self._steps = 0  # substeps that are judged
-        self._fits = self._fruitless = self._opinions = self._unlike_reference = 0
-        self._vain_variations = self._vain_joins = 0
+        self.measure = Measure(scene, damping.substeps)
+        self._experience = Experience(rough=scene.is_rough)
+        self._unlike_reference = self._vain_joins = 0
         self._known_before = 0  # trials, when what was unexplained was last looked at
-        self._known: Counter[Hashable] = Counter()
-        self._trials: dict[Hashable, Trial] = {}
         self._tried: list[Trial] = []
-        self._models: dict[Hashable, list[tuple[Trial, Cause]]] = {}  # of these, that explain a part
+        self._fitting: dict[int, Fitting] = {}  # of these, that explain parts, by `Part.fits`
+        self._models: dict[Hashable, Models] = {}
         self._bases: list[Habit] = []
         self._falls: Counter[int] = Counter()  # of the ways to fall, how many steps each has explained
         self.against: Counter[str] = Counter()
         self._desk = desk_for(n)
-        self._soft_memory = SoftMemory()
         self.touches = Touches(scene, self._frames)
         self._missed, self._springs = Missed(self.touches), Springs()
         self.contacts = np.zeros(1, np.int64)
-        self.habit, self._knows_flight = Habit({}), False
+        self._knows_flight = False
         self._block = max(1, min(BLOCK_STEPS, BLOCK_STATES // n))
         self._held = States.empty(self._block + 1, n)
         self._held_pushes, self._held_dt = np.empty(0, PUSH), np.empty(0)
         self._unexplained: list[tuple[StepError, Problem]] = []
-        self._gaining: list[tuple[StepError, Integers]] = []  # errors whose `gained` is to be set, with all their balls
         self.errors: list[StepError] = []
         self.rightful = np.zeros((4, len(Cause)))
 
@@ -150,10 +161,6 @@ class Judge:
             done += steps
             if held + steps == self._block:
                 self.finish()
-
-    def whole_step(self, substep: int) -> int:
-        """Return the step that contains a substep, both counted from 1."""
-        return -(-substep // self._damping.substeps)
 
     def so_far(self) -> "Judge":
         """Return a copy that has judged all steps, while this one goes on to fill its block."""
@@ -180,9 +187,9 @@ class Judge:
                 flies &= moves
             flights = Flights(self.scene.units, self._own_ball, self._gravity, before, after, dt, floor, flies)
             habit = find_habit(flights, self._damping.per_second)
-            self.habit, self._knows_flight = habit or Habit({}), habit is not None
-        exact = self._flown(before, dt, {})
-        strange = self._strays(after, self._flown(before, dt, self.habit.fields), dt, floor)
+            self._experience.habit, self._knows_flight = habit or Habit({}), habit is not None
+        exact, usual = (flown(self._own_ball, before, dt, self._gravity, fields) for fields in ({}, self.habit.fields))
+        strange = self._strays(after, usual, dt, floor)
         frame = np.zeros(strange.shape, np.int64)
         f = Flown(before, after, exact, dt, strange, floor, times, frame, self._frames.of(0), self._frames.velocity[0])
         groups, member, elastic = self._screen(f)
@@ -193,30 +200,30 @@ class Judge:
             self._judge_groups(seen, *_of_frame(groups, member, k), elastic, grouped, errors)
             if seen is not f:
                 steps, balls = np.nonzero(frame == k)
-                end = _in_lab(seen, _end(seen.exact, steps, balls), (f.time + dt)[steps, None])
+                end = End.of(seen.exact, steps, balls).in_lab(seen, (f.time + dt)[steps, None])
                 _set_exact(f, steps, balls, end)
         off = self._strays(after, exact, dt, floor) & ~grouped
         if self.habit.cause is None:  # those that fly as they should met nothing
             for rows, flown_rows in zip(f.exact, f.after, strict=True):
                 rows[off & ~strange] = flown_rows[off & ~strange]
             off &= strange
-        for error in self._flights(f, off, strange):
-            self._gaining.append((error, np.array(error.balls)))
-            errors.setdefault(error.step - self._steps - 1, []).append(error)
+        for error in self.measure.flights(f, off, strange, self.habit):
+            self.measure.note_gain(error, np.array(error.balls))
+            errors.setdefault(error.step - self.measure.steps - 1, []).append(error)
         for step, of_step in errors.items():
             errors[step] = self._judge_joined(f, step, of_step, elastic)
-        self._set_gained(f)
+        self.measure.set_gained(f, self.habit)
         of_block = []
-        if not self._steps:
+        if not self.measure.steps:
             self._start_overlaps = StartOverlaps(self.scene, states.position[0], self.touches)
         for step in range(len(dt)):
-            of_step = self._missed.follow(views, step, self._steps + step + 1, errors.get(step, []))
+            of_step = self._missed.follow(views, step, self.measure.steps + step + 1, errors.get(step, []))
             self._start_overlaps.follow(views, step, of_step)
             of_block += of_step
         self.errors += of_block
         self._explain_again()
         self._enter(states, f, elastic, of_block)
-        self._steps += len(dt)
+        self.measure.steps += len(dt)
         self._begun += float(dt.sum())
 
     def _judge_groups(
@@ -233,12 +240,12 @@ class Judge:
         begin, size = 0, 1
         while begin < len(groups):
             chunk = groups[begin : begin + size]
-            for part, balls, sums in self._explain(f, chunk, member, elastic, remains):
-                step = part.step
+            for explained in self._explain(f, chunk, member, elastic, remains):
+                step, balls = explained.part.step, explained.balls
                 grouped[step, balls] = True
-                wrong = self._judge_part(f, part, balls, sums, elastic, remains)
+                wrong = self._judge_part(f, explained, elastic, remains)
                 if wrong:
-                    self._gaining.append((wrong[0], balls))
+                    self.measure.note_gain(wrong[0], balls)
                 errors.setdefault(step, []).extend(wrong)
             begin, size = begin + size, min(2 * size, MAX_CHUNK)
 
@@ -257,7 +264,7 @@ class Judge:
             problem = self._problem(f, step, balls)
             ends = np.isfinite(problem.exact.left)
             is_exact = ends and as_exact(problem) is not None
-            known = self._search_known(problem) if ends and not is_exact else []
+            known = self._experience.search_known(problem) if ends and not is_exact else []
             if not is_exact and not known:
                 self._vain_joins += 1
                 continue
@@ -265,7 +272,8 @@ class Judge:
             self._take(f, step, balls, elastic, _end_of(problem.exact))
             kept -= {unknown[k] for k in joined}
             together = self._judge_group(f, step, balls, elastic, [outcome.trial for outcome in known], ended=True)
-            self._gaining += [(error, balls) for error in together[:1]]
+            for error in together[:1]:
+                self.measure.note_gain(error, balls)
             again += together
         return [*(errors[k] for k in sorted(kept)), *again]
 
@@ -292,35 +300,36 @@ class Judge:
         way = (1 + FAR) * self._bodies.radius[balls] + f.dt[step] * speed
         return f.before.position[step, balls], way[:, None]
 
-    def _judge_part(
-        self, f: Flown, part: Part, balls: Integers, sums: Sums, elastic: Floats, remains: Remains
-    ) -> list[StepError]:
+    def _judge_part(self, f: Flown, explained: Explained, elastic: Floats, remains: Remains) -> list[StepError]:
         """Return what is wrong with a part of a group, and note what pushes in it as a spring may."""
-        step, touches = part.step, list[Touch]()
-        doubtful = self._is_doubtful(f, part) or self._flies_through(f, part, balls)
-        if part.kind in (UNCOMPUTED, UNEXPLAINED) or doubtful:
-            tried = self._fitting(part) if part.kind == BY_LAW else []
+        part, balls, touches = explained.part, explained.balls, list[Touch]()
+        step, now = part.step, self.measure.steps + part.step + 1
+        if part.kind in (EXACT, LEANING) and not part.pushed:
+            wrong = list[StepError]()
+        elif (
+            part.kind in (UNCOMPUTED, UNEXPLAINED) or self._is_doubtful(f, part) or self._flies_through(f, part, balls)
+        ):
+            tried = self._fitting_of(f, part).trials if part.kind == BY_LAW else []
             wrong = self._judge_group(f, step, balls, elastic, tried, ended=part.kind != UNCOMPUTED)
         else:
-            wrong = self._second_opinion(f, part, balls, elastic) or self._of_part(
-                f, part, balls, sums, elastic, remains
-            )
+            wrong = self._second_opinion(f, part, balls, elastic) or self._of_part(f, explained, elastic, remains)
         if any(error.by_rule for error in wrong):
             return wrong
         if wrong and len(balls) <= MAX_BALLS and part.kind == UNEXPLAINED:
             touches = self.touches.among(f, step, balls.tolist())
         elif len(balls) <= 2:
             contacts = dict.fromkeys(error.contact for error in wrong if error.contact)
-            contacts |= dict.fromkeys(self._springs.before(self._steps + step + 1, balls.tolist()))
-            touches = [self.touches.of(f, step, contact) for contact in contacts]
-        self._springs.follow(touches, self._steps + step + 1, wrong)
+            contacts |= dict.fromkeys(self._springs.before(now, balls.tolist()))
+            done = explained.touch
+            touches = [done if done and done.pair == pair else self.touches.of(f, step, pair) for pair in contacts]
+        self._springs.follow(touches, now, wrong)
         return wrong
 
     def _explain(
         self, f: Flown, groups: np.ndarray, member: Integers, elastic: Floats, remains: Remains
-    ) -> list[tuple[Part, Integers, Sums]]:
-        """Return the parts of some groups with what explains them, their balls, and their sums."""
-        self._tried, self._models = self._likely, {}
+    ) -> list[Explained]:
+        """Return the parts of some groups with what explains them."""
+        self._tried, self._fitting, self._models = self._experience.likely, {}, {}
         self._bases = self._ways_to_fly(float(f.dt[0]))
         flights = [Trial(habit.fields) for habit in self._bases]
         laws = laws_of([*exact_trials(f.floor), *flights, *self._tried], self._gravity)
@@ -333,13 +342,24 @@ class Judge:
             shown = (parts["pushed"] == 0) & np.isin(parts["kind"], (BY_FLIGHT, TOGETHER, COMPRESSIVE))
             self._falls.update(ways.index(self._bases[int(base)]) for base in parts["base"][shown])
         self._contradict(parts["fits"][parts["kind"] == BY_LAW])
-        first, begins, counts = int(parts["begin"][0]), parts["begin"], parts["size"]
-        rows, balls = np.repeat(parts["step"], counts), member[first : first + int(counts.sum())]
-        end, exact = _end(f.after, rows, balls), _end(f.exact, rows, balls)
+        first = int(parts["begin"][0])
+        return self._with_sums(f, parts, member[first : first + int(parts["size"].sum())], remains)
+
+    def _with_sums(self, f: Flown, parts: np.ndarray, balls: Integers, remains: Remains) -> list[Explained]:
+        """Return parts with what their errors need. balls: of one part after another."""
+        steps, sizes, contacts = parts["step"], parts["size"], np.stack([parts["first"], parts["second"]], axis=1)
+        begins, rows = np.cumsum(sizes) - sizes, np.repeat(steps, sizes)
+        end, exact = End.of(f.after, rows, balls), End.of(f.exact, rows, balls)
         without = end._replace(position=end.position - remains.shift[rows, balls])
-        pushes, rest = (self._sums(f, *ends, balls, begins - first) for ends in ((end, without), (without, exact)))
-        each = zip((Part(*row) for row in parts.tolist()), pushes, rest, strict=True)
-        return [(part, member[part.begin : part.begin + part.size], Sums(*of_part)) for part, *of_part in each]
+        pushes, rest = (self.measure.sums(f, *ends, balls, begins) for ends in ((end, without), (without, exact)))
+        shown, touch = Shown.of(f, steps, contacts), dict[int, Touch]()
+        pairs = np.flatnonzero((sizes == 2) & (contacts[:, 0] != contacts[:, 1]) & (contacts[:, 1] >= 0))
+        touch = dict(zip(pairs.tolist(), self.touches.of_pairs(f, steps[pairs], contacts[pairs]), strict=True))
+        members = np.split(balls, begins[1:])
+        return [
+            Explained(Part(*row), members[k], pushes[k], rest[k], (shown, k), touch.get(k))
+            for k, row in enumerate(parts.tolist())
+        ]
 
     def _contradict(self, fits: Integers) -> None:
         """Count the parts that are explained without a fault which an engine that has it has in every contact."""
@@ -354,14 +374,8 @@ class Judge:
         """Return whether a law explains a part whose cause depends on more than the law and its deepest contact."""
         if part.kind != BY_LAW:
             return False
-        faulty = [trial for trial in self._fitting(part) if trial.fault]
-        return any(
-            part.pushed
-            or trial.is_soft
-            or BY_NAME[trial.fault].cause in (FRICTION, Cause.MISSED)
-            or not self._believes(f, trial)
-            for trial in faulty
-        )
+        fitting = self._fitting_of(f, part)
+        return fitting.is_doubtful or (part.pushed > 0 and fitting.has_fault)
 
     def _flies_through(self, f: Flown, part: Part, balls: Integers) -> bool:
         """Return whether balls that fly as the engine does pass through what the exact step has them bounce off."""
@@ -373,71 +387,75 @@ class Judge:
             return False
         return any(self.touches.passes(f, step, pair) for pair in _pairs(self._problem(f, step, balls).exact))
 
-    def _fitting(self, part: Part) -> list[Trial]:
+    def _fitting_of(self, f: Flown, part: Part) -> Fitting:
         """Return the known trials that leave nothing over of a part."""
-        bits = part.fits
-        return [trial for k, trial in enumerate(self._tried) if bits >> k & 1]
+        if (bits := part.fits) not in self._fitting:
+            trials = [trial for k, trial in enumerate(self._tried) if bits >> k & 1]
+            faulty = [trial for trial in trials if trial.fault]
+            beyond = [trial for trial in faulty if BY_NAME[trial.fault].cause in (FRICTION, Cause.MISSED)]
+            doubtful = bool(beyond) or any(trial.is_soft or not self._believes(f, trial) for trial in faulty)
+            self._fitting[bits] = Fitting(trials, bool(faulty), doubtful)
+        return self._fitting[bits]
 
-    def _of_part(
-        self, f: Flown, part: Part, balls: Integers, sums: Sums, elastic: Floats, remains: Remains
-    ) -> list[StepError]:
+    def _of_part(self, f: Flown, explained: Explained, elastic: Floats, remains: Remains) -> list[StepError]:
         """Return the errors of a part that is explained: of places, of impulses, and of contacts found late."""
-        step, kind, errors = part.step, part.kind, list[StepError]()
-        if kind in (EXACT, LEANING) and not part.pushed:
-            return errors
+        part, balls, over, shown, scene = explained.part, explained.balls, explained.rest, explained.shown, self.scene
+        step, kind, contact, errors = part.step, part.kind, (part.first, part.second), list[StepError]()
         if part.pushed:
             pair, cause = (part.pushed_first, part.pushed_second), cause_of_push(part)
-            errors.append(self._error(f, step, balls, pair, cause, of_push(self.scene, part, cause), sums.pushes))
+            said = of_push(scene, part, cause)
+            errors.append(self.measure.error(f, step, balls, pair, cause, said, explained.pushes))
         if kind in (EXACT, LEANING):
             return errors
-        end, exact = _end(f.after, step, balls), _end(f.exact, step, balls)
-        end, over = end._replace(position=end.position - remains.shift[step, balls]), sums.rest
+        fitting = self._fitting_of(f, part) if kind == BY_LAW else Fitting([], has_fault=False, is_doubtful=False)
+        if fitting.has_fault:
+            return [*self._of_law(f, explained, fitting), *errors]
+        end, exact = End.of(f.after, step, balls), End.of(f.exact, step, balls)
+        end = end._replace(position=end.position - remains.shift[step, balls])
         if kind == BY_FLIGHT:
-            return [*self._by_habit(f, step, balls, self._bases[part.base], (end, exact)), *errors]
-        contact = part.first, part.second
+            return [*self.measure.by_habit(f, step, balls, self._bases[part.base], (end, exact)), *errors]
         if kind in (COMPRESSIVE, PULLING):
             solved = remains.solved[step, balls]
             solution = end._replace(velocity=solved[:, :2], spin=solved[:, 2])
-            cause, [over] = SOLVED[kind], self._sums(f, end, solution, balls)
-            errors.append(self._error(f, step, balls, contact, cause, of_impulses(self.scene, part, cause), over))
-            end, [over] = solution, self._sums(f, solution, exact, balls)
-        fitting = self._fitting(part) if kind == BY_LAW else []
-        right = not any(trial.fault for trial in fitting)
-        if right and self._is_in_time(f, part):  # all at once, of which the law says nothing
+            cause, [over] = SOLVED[kind], self.measure.sums(f, end, solution, balls)
+            said = of_impulses(scene, part, cause)
+            errors.append(self.measure.error(f, step, balls, contact, cause, said, over, shown=shown))
+            end, [over] = solution, self.measure.sums(f, solution, exact, balls)
+        if self._is_in_time(f, part):  # all at once, of which the law says nothing
             self._take(f, step, balls, elastic, end)
             return errors
-        if fitting:
-            return [*self._of_law(f, part, balls, fitting, over, exact.position), *errors]
-        late = self._error(f, step, balls, contact, Cause.LATE, of_depth(self.scene, part.depth, part.closing), over)
+        if fitting.trials:
+            return [*self._of_law(f, explained, fitting), *errors]
+        said = of_depth(scene, part.depth, part.closing)
+        late = self.measure.error(f, step, balls, contact, Cause.LATE, said, over, shown=shown)
         late.depth, late.by_rule = part.depth, kind == TOGETHER
         return [late, *errors] if self._shows(f, late) else errors
 
-    def _of_law(
-        self, f: Flown, part: Part, balls: Integers, fitting: Sequence[Trial], over: Floats, should: Floats
-    ) -> list[StepError]:
-        """Return the error of a part that known laws explain. over: as `_sums`; should: (k, 2) px, where balls end."""
-        models = self._models_of(part, fitting)
+    def _of_law(self, f: Flown, explained: Explained, fitting: Fitting) -> list[StepError]:
+        """Return the error of a part that known laws explain."""
+        part, models = explained.part, self._models_of(explained.part, fitting)
         late, in_time = _met(part, part.depth), _met(part, 0.0)
         candidates = [
-            (Outcome(trial, 0.0, in_time if trial.is_in_time else late, should), cause) for trial, cause in models
+            (Outcome(trial, 0.0, in_time if trial.is_in_time else late, UNKNOWN_END), cause)
+            for trial, cause in models.trials
         ]
-        (outcome, cause), contact = candidates[0], (part.first, part.second)
-        error = self._error(f, part.step, balls, contact, cause, "", over)
+        (outcome, cause), contact, over = candidates[0], (part.first, part.second), explained.rest
+        error = self.measure.error(f, part.step, explained.balls, contact, cause, "", over, shown=explained.shown)
         error.depth, error.candidates = float(outcome.met["depth"][0]), candidates
-        error.by_rule = not any(trial.fault for trial, _ in models)
-        self._known.update(trial.key for trial, _ in models if trial.fault)
+        error.by_rule = not models.keys
+        self._experience.count(models.keys)
         return [error] if self._shows(f, error) else []
 
-    def _models_of(self, part: Part, fitting: Sequence[Trial]) -> list[tuple[Trial, Cause]]:
-        """Return the known trials that explain a part, the first of each model, with their causes."""
+    def _models_of(self, part: Part, fitting: Fitting) -> Models:
+        """Return the known trials that explain a part, the first of each model."""
         seen = part.fits, part.second >= 0, part.least <= 0, part.moved
         if seen not in self._models:
             models: dict[Hashable, tuple[Trial, Cause]] = {}
-            for trial in without_idle_faults(fitting):
+            for trial in without_idle_faults(fitting.trials):
                 cause = cause_of_law(trial, part.least, part.second >= 0, moved=bool(part.moved))
                 models.setdefault((trial.model, cause), (trial, cause))
-            several = any(trial.fault for trial, _ in models.values())
-            self._models[seen] = [*models.values()][: None if several else 1]
+            keys = [trial.key for trial, _ in models.values() if trial.fault]
+            self._models[seen] = Models([*models.values()][: None if keys else 1], keys)
         return self._models[seen]
 
     def _shows(self, f: Flown, error: StepError) -> bool:
@@ -455,7 +473,7 @@ class Judge:
     def _take(self, f: Flown, step: int, balls: Integers, elastic: Floats, end: End) -> None:
         """Take what some balls do for what is right."""
         if f.frame[step, balls[0]] != NO_FRAME:  # else the walls may have given it
-            elastic[step] += self._energy(end, balls) - self._energy(_end(f.exact, step, balls), balls)
+            elastic[step] += self.measure.gain(end, End.of(f.exact, step, balls), balls)
         _set_exact(f, step, balls, end)
 
     def _free_balls(self, *ends: tuple[States, Floats]) -> Bools:
@@ -479,9 +497,14 @@ class Judge:
         return free
 
     @property
+    def habit(self) -> Habit:
+        """How the engine flies, as it was seen to."""
+        return self._experience.habit
+
+    @property
     def undecided(self) -> list[StepError]:
         """The contacts among the errors that may still follow."""
-        return self._missed.undecided(self._steps)
+        return self._missed.undecided(self.measure.steps)
 
     @property
     def flight(self) -> Habit:
@@ -498,7 +521,7 @@ class Judge:
     @property
     def mean_time(self) -> float:
         """The time between two contacts of a ball, on average, s: so long does an error of a velocity act."""
-        seconds, n = self.scene.clock.time(self.whole_step(self._steps)), len(self._bodies)
+        seconds, n = self.scene.clock.time(self.measure.whole_step(self.measure.steps)), len(self._bodies)
         return seconds * n / (n + 2 * int(self.contacts[0]))
 
     def _floor(self, states: States, dt: Floats) -> float:
@@ -509,15 +532,6 @@ class Judge:
         precision = SINGLE if single and fractional else DOUBLE
         reach = float(np.abs(states.position).max())
         return precision * (reach + float(np.abs(velocity).max() * dt.max()))
-
-    def _flown(self, before: States, dt: Floats, fields: Fields) -> States:
-        """Return the states after steps of free flight. fields: of LAW, that are not exact."""
-        return flown(self._own_ball, before, dt, self._gravity, fields)
-
-    def _flown_in(self, f: Flown, step: int, fields: Fields) -> States:
-        """Return the state after one step of free flight, as the only row. fields: as for `_flown`."""
-        row = slice(step, step + 1)
-        return self._flown(f.before.rows(row), f.dt[row], fields)
 
     def _strays(self, after: States, at: States, dt: Floats, floor: float) -> Bools:
         """Return which balls are elsewhere than in other states, or turn otherwise: (steps, n)."""
@@ -533,169 +547,6 @@ class Judge:
         args = f, self._ball, self._frames, self._law, self._scratch, work, found, member, elastic, contacts
         return found[: screen(*args)], member, elastic
 
-    def _flights(self, f: Flown, off: Bools, strange: Bools) -> list[StepError]:
-        """Return the errors of balls that fly alone: one of each kind in each step."""
-        errors = []
-        for step in np.flatnonzero(off.any(axis=1)).tolist():
-            by_habit = off[step] & ~strange[step]
-            if by_habit.any():
-                balls = np.flatnonzero(by_habit)
-                ends = _end(f.after, step, balls), _end(f.exact, step, balls)
-                errors += self._by_habit(f, step, balls, self.habit, ends, times=len(balls))
-            alone = np.flatnonzero(off[step] & strange[step])
-            slower = length(f.after.velocity[step, alone] - f.exact.velocity[step, alone])
-            spun = np.abs(f.after.spin[step, alone] - f.exact.spin[step, alone]) * self._bodies.radius[alone]
-            errors += self._alone(f, step, alone, np.maximum(slower, spun) * f.dt[step] > f.floor)
-        return errors
-
-    def _alone(self, f: Flown, step: int, balls: Integers, kicked: Bools) -> list[StepError]:
-        """Return the errors of balls that touch nothing. kicked: (k,), whether a velocity or spin is wrong."""
-        beside, errors = kicked & self._beside(f, step, balls), list[StepError]()
-        if (met := balls[beside]).size:
-            errors.append(self._flight(f, step, met, Cause.UNKNOWN, NO_SINGLE_ERROR))
-        if (changed := balls[kicked & ~beside]).size:
-            errors.append(self._flight(f, step, changed, Cause.UNREPORTED, self._kicked(f, step, int(changed[0]))))
-        if (put := balls[~kicked]).size:
-            errors.append(self._flight(f, step, put, Cause.TELEPORTED, self._put(f, step, int(put[0]))))
-        return errors
-
-    def _beside(self, f: Flown, step: int, balls: Integers) -> Bools:
-        """Return which of some balls may have met another that is elsewhere than its flight leads: (k,)."""
-        radius, flown = self._bodies.radius, self._flown_in(f, step, self.habit.fields)
-        x = f.after.position[step]
-        off = length(x - flown.position[0]) + f.dt[step] * length(f.after.velocity[step] - flown.velocity[0])
-        others = np.flatnonzero(off > f.floor)
-        apart = length(x[others] - x[balls][:, None]) - radius[others] - radius[balls][:, None]
-        enough = off[others] + off[balls][:, None] + FAR * radius[balls][:, None]
-        meet = (others != balls[:, None]) & ~passing(self._bodies.filters, balls[:, None], others[None])
-        beside: Bools = ((apart <= enough) & meet).any(axis=1)
-        return beside
-
-    def _time(self, step: int) -> float:
-        return self.scene.clock.time(self.whole_step(self._steps + step + 1))
-
-    def _kicked(self, f: Flown, step: int, ball: int) -> str:
-        dv = f.after.velocity[step, ball] - f.exact.velocity[step, ball]
-        spin = f.after.spin[step, ball] - f.exact.spin[step, ball]
-        when = f"in the step to {self._time(step):.3f} s"
-        if np.hypot(*dv) * f.dt[step] <= f.floor:
-            return f"The spin of ball {ball} changed by {spin:.3g} rad/s {when}, without a contact."
-        should, after = (states.velocity[step, ball] + f.velocity for states in (f.exact, f.after))
-        return of_kick(self.scene.units, ball, should, after, when)
-
-    def _put(self, f: Flown, step: int, ball: int) -> str:
-        dx = f.after.position[step, ball] - f.exact.position[step, ball]
-        way = self.scene.units.text(Dimension.LENGTH, "({:.3g}, {:.3g})", *dx)
-        return f"Ball {ball} was put {way} from where its flight led to in the step to {self._time(step):.3f} s."
-
-    def _by_habit(
-        self, f: Flown, step: int, balls: Integers, habit: Habit, ends: tuple[End, End], times: int = 1
-    ) -> list[StepError]:
-        """Return the errors of balls that fly as the engine does: of each habit within it by itself."""
-        end, should = ends
-        errors = []
-        if habit.within:
-            middle = _end(self._flown_in(f, step, habit.within.fields), 0, balls)
-            errors = self._by_habit(f, step, balls, habit.within, (middle, should), times)
-            should = middle
-        [over] = self._sums(f, end, should, balls)
-        error = self._error(f, step, balls, None, habit.cause or Cause.UNKNOWN, habit.because, over, times)
-        return [error, *errors]
-
-    def _flight(self, f: Flown, step: int, balls: Integers, cause: Cause, because: str) -> StepError:
-        return self._error(f, step, balls, None, cause, because, times=len(balls))
-
-    def _error(
-        self,
-        f: Flown,
-        step: int,
-        balls: Integers,
-        contact: tuple[int, int] | None,
-        cause: Cause,
-        because: str,
-        over: Floats | None = None,
-        times: int = 1,
-    ) -> StepError:
-        """Return the error of some balls. over: as `_sums`, by default of all that is over of the exact step."""
-        if over is None:
-            [over] = self._sums(f, _end(f.after, step, balls), _end(f.exact, step, balls), balls)
-        shown = [b for b in contact if b >= 0] if contact else [int(balls[0])]
-        energy, momentum, displacement, speed = over.tolist()
-        before, after, exact = (
-            (rows.velocity[step, shown] + f.velocity, rows.spin[step, shown]) for rows in (f.before, f.after, f.exact)
-        )
-        return StepError(
-            self._steps + step + 1,
-            tuple(balls.tolist()),
-            contact,
-            cause,
-            because,
-            energy,
-            momentum / len(shown),
-            displacement,
-            speed,
-            before[0],
-            after[0],
-            exact[0],
-            (before[1], after[1], exact[1]),
-            f.before.position[step, shown],
-            f.velocity,
-            float(f.dt[step]),
-            times=times,
-        )
-
-    def _sums(self, f: Flown, end: End, should: End, balls: Integers, begins: Integers | None = None) -> Floats:
-        """Return what is over of how some balls should have ended a step, of each part of them: (parts, 4).
-
-        Its energy (kg px²/s²), momentum (kg px/s), displacement (px) and speed (px/s). begins: of the parts in balls,
-        by default of one.
-        """
-        off_v, off_x = length(end.velocity - should.velocity), length(end.position - should.position)
-        energy = self._energies(_in_lab(f, end), balls) - self._energies(_in_lab(f, should), balls)
-        of_ball = np.stack([energy, self._bodies.mass[balls] * off_v, off_x, off_v], axis=1)
-        sums: Floats = np.add.reduceat(of_ball, np.zeros(1, np.int64) if begins is None else begins)
-        return sums
-
-    def _set_gained(self, f: Flown) -> None:
-        """Set what the balls of errors gained, see `StepError`; zeros if a wall is near enough to have given it."""
-        if not self._gaining:
-            return
-        errors, parts = zip(*self._gaining, strict=True)
-        self._gaining = []
-        counts, balls = [len(part) for part in parts], np.concatenate(parts)
-        begins, rows = np.cumsum([0, *counts[:-1]]), np.repeat([e.step - self._steps - 1 for e in errors], counts)
-        mass, moment, radius = (
-            values[balls] for values in (self._bodies.mass, self._bodies.moment, self._bodies.radius)
-        )
-        dt, centre = f.dt[rows], np.divide(self.scene.arena.size, 2)
-        x, v, y, w = (a[rows, balls] for states in (f.before, f.after) for a in (states.position, states.velocity))
-        way = dt * (np.maximum(length(v), length(w)) + dt * float(np.hypot(*self._gravity))) + length(y - x)
-        way += dt * max((float(np.hypot(*wall.velocity)) for wall in self.scene.walls), default=0.0)
-        by_wall = np.logical_or.reduceat(wall_distance(self.scene, x, f.time[rows]) <= radius + way, begins)
-        before = States(*(a[rows, balls][:, None] for a in f.before))
-        given = flown(self._ball[:1], before, dt, self._gravity, self._given)  # whose size does not matter
-        at, fallen = given.position[:, 0] - centre, given.velocity[:, 0]
-        turned = mass * (_cross(y - centre, w) - _cross(at, fallen))
-        spun = moment * (f.after.spin[rows, balls] - given.spin[:, 0])
-        gained = np.add.reduceat(np.column_stack([mass[:, None] * (w - fallen), turned + spun]), begins)
-        gained[by_wall] = 0.0
-        for error, of_error in zip(errors, gained, strict=True):
-            error.gained = of_error
-
-    @property
-    def _given(self) -> Fields:
-        """What gravity and damping do to a ball in flight, as the engine integrates them."""
-        return {name: self.habit.fields[name] for name in ("theta", "left", "slows_first") if name in self.habit.fields}
-
-    def _energy(self, end: End, balls: Integers) -> float:
-        """Return the energy of some balls, kg px²/s²."""
-        return float(self._energies(end, balls).sum())
-
-    def _energies(self, end: End, balls: Integers) -> Floats:
-        """Return the energy of each of some balls, kg px²/s²: (k,)."""
-        mass, moment = self._bodies.mass[balls], self._bodies.moment[balls]
-        return kinetic_energies(end.velocity, end.spin, mass, moment) - mass * (end.position @ self._gravity)
-
     def _judge_group(
         self, f: Flown, step: int, balls: Integers, elastic: Floats, tried: Sequence[Trial], *, ended: bool
     ) -> list[StepError]:
@@ -708,14 +559,14 @@ class Judge:
             if exact := as_exact(problem):
                 self._accept(f, step, balls, elastic, exact, problem)
                 return []
-            fitting = [o for o in self._search(problem) if self._believes(f, o.trial)]
+            fitting = [o for o in self._experience.search(problem) if self._believes(f, o.trial)]
         if not fitting:
             end, is_right = self._by_reference(f, step, balls)
             if end and is_right:
                 self._take(f, step, balls, elastic, end)
                 return []
-        self._learn(fitting)
-        self._soft_memory.follow(problem, fitting)
+        self._experience.learn(fitting)
+        self._experience.soft.follow(problem, fitting)
         return self._of_fitting(f, step, balls, elastic, problem, fitting)
 
     def _believes(self, f: Flown, trial: Trial) -> bool:
@@ -737,14 +588,12 @@ class Judge:
         in the step of a contact may be the way that a ball has flown since.
         """
         at_once, pushed = part.kind in (COMPRESSIVE, PULLING), part.pushed > 0 and part.way % PUSHED_WAYS != 0
-        if part.leans or not (at_once or pushed) or len(balls) > MAX_BALLS or self._opinions >= MAX_FITS:
+        if part.leans or not (at_once or pushed) or len(balls) > MAX_BALLS:
             return []
-        self._opinions += 1
         step = part.step
         problem = self._problem(f, step, balls)
-        search = self._search_of(problem)
-        fitting = self._vary(search, self._likely) or search.one_by_one(depths=bool(pushed))
-        self._learn(fitting)
+        fitting = self._experience.search_rules(problem, depths=bool(pushed))
+        self._experience.learn(fitting)
         return self._of_fitting(f, step, balls, elastic, problem, fitting) if fitting else []
 
     def _of_fitting(
@@ -769,66 +618,33 @@ class Judge:
             return self._of_unknown(f, step, balls, contact, problem)
         outcome, cause = candidates[0]
         because = "" if outcome.trial.is_wrong else self.habit.because
-        error = self._error(f, step, balls, contact, cause, because)
+        error = self.measure.error(f, step, balls, contact, cause, because)
         if cause == Cause.MISSED:  # what restitution takes, it takes when the contact happens, if it does
             self._accept(f, step, balls, elastic, outcome, problem)
-            ends = (_in_lab(f, _end(states, step, balls)) for states in (f.after, f.exact))
-            end, should = (self._energy(end, balls) for end in ends)
-            error.energy = end - should
+            end, should = (End.of(states, step, balls).in_lab(f) for states in (f.after, f.exact))
+            error.energy = self.measure.gain(end, should, balls)
             error.because = self._passed(f, step, contact) if contact else because
         _name(error, candidates, problem)
         return [error]
 
     def _explain_again(self) -> None:
         """Explain steps that nothing had explained by what has explained others since."""
-        known, still = len(self._trials), list[tuple[StepError, Problem]]()
+        known, still = len(self._experience), list[tuple[StepError, Problem]]()
         if known == self._known_before:
             return
         self._known_before = known
         for error, problem in self._unexplained:
             if error.cause != Cause.UNKNOWN:
                 continue  # it has been found to be a spring, or an overlap
-            fitting = [o for o in self._search_known(problem) if o.trial.is_wrong]
+            fitting = [o for o in self._experience.search_known(problem) if o.trial.is_wrong]
             candidates = [(o, self._cause_of(o, problem)) for o in fitting]
             if not candidates or candidates[0][1] == Cause.MISSED:
                 still.append((error, problem))
                 continue
-            self._learn(fitting)
+            self._experience.learn(fitting)
             error.contact, error.because, error.cause = self._contact(problem, candidates), "", candidates[0][1]
             _name(error, candidates, problem)
         self._unexplained = still
-
-    @property
-    def _likely(self) -> list[Trial]:
-        """What has explained most steps so far."""
-        return [self._trials[name] for name, _ in self._known.most_common(MAX_KNOWN)]
-
-    def _search_of(self, problem: Problem) -> Search:
-        return Search(problem, self.habit.fields, self._soft_memory, rough=self.scene.is_rough)
-
-    def _search(self, problem: Problem) -> list[Outcome]:
-        """Return what explains a step: of what has explained others or, if that does not, of all models."""
-        fitting = self._search_known(problem)
-        few = len(problem.group.ball) <= MAX_BALLS
-        if not fitting and few and self._fits < MAX_FITS and self._fruitless < MAX_FRUITLESS:
-            fitting = self._search_of(problem).all()
-            self._fits += 1
-            self._fruitless = 0 if fitting else self._fruitless + 1
-        return fitting
-
-    def _search_known(self, problem: Problem) -> list[Outcome]:
-        """Return what explains a step of what has explained others, if need be in steps by another rule."""
-        search, likely = self._search_of(problem), self._likely
-        fitting = search.known(likely)
-        return fitting or self._vary(search, likely)
-
-    def _vary(self, search: Search, likely: Sequence[Trial]) -> list[Outcome]:
-        """Return what explains a step by any rule, also with faults that others show; not after many in vain."""
-        if self._vain_variations >= MAX_VAIN:
-            return []
-        fitting = search.varied([trial for trial in likely if trial.fault and not trial.is_in_time])
-        self._vain_variations = 0 if fitting else self._vain_variations + 1
-        return fitting
 
     def _passed(self, f: Flown, step: int, contact: tuple[int, int]) -> str:
         """Return how two bodies passed each other without a contact."""
@@ -846,7 +662,7 @@ class Judge:
         after = np.column_stack(
             [f.after.position[step, balls], f.after.velocity[step, balls], f.after.spin[step, balls]]
         )
-        warm = self._soft_memory.before(self._steps + step + 1, balls)
+        warm = self._experience.soft.before(self.measure.steps + step + 1, balls)
         group = Group(ball, f.piece, float(f.dt[step]))
         return Problem(group, after, self._gravity, f.floor, self._scratch, warm, exact)
 
@@ -858,20 +674,8 @@ class Judge:
         if max(len(outcome.met), len(problem.exact.met)) < MET_KEPT:
             elastic[step] += outcome.met["elastic"].sum() - problem.exact.met["elastic"].sum()
         else:
-            elastic[step] += self._energy(end, balls) - self._energy(_end(f.exact, step, balls), balls)
+            elastic[step] += self.measure.gain(end, End.of(f.exact, step, balls), balls)
         _set_exact(f, step, balls, end)
-
-    def _learn(self, fitting: Sequence[Outcome]) -> None:
-        """Remember what explains a step, to be tried in others: of each fault first in the step that explains most."""
-        best: dict[Hashable, Trial] = {}
-        for trial in (outcome.trial for outcome in fitting):
-            if not trial.is_soft and trial.scope.get("scope") != Scope.ONE:
-                self._trials.setdefault(trial.key, trial)
-                self._known[trial.key] += 0
-                model = trial.model if trial.fault else ""
-                if self._known[trial.key] > self._known[best.setdefault(model, trial).key]:
-                    best[model] = trial
-        self._known.update(trial.key for trial in best.values())
 
     def _rests(self, f: Flown, step: int, balls: Integers) -> bool:
         """Return whether balls that lie on each other stay where they are."""
@@ -888,9 +692,9 @@ class Judge:
         if len(balls) > MAX_TRIED or (self._unlike_reference >= MAX_FRUITLESS and not only_way):
             return None, False
         time, dt, end = float(f.time[step]), float(f.dt[step]), None
-        x, v, spin = _in_lab(f, _end(f.before, step, balls), time)
+        x, v, spin = End.of(f.before, step, balls).in_lab(f, time)
         start = State(time, x, v, f.before.angle[step, balls], spin)
-        after, enough = _end(f.after, step, balls), self._negligible(f)
+        after, enough = End.of(f.after, step, balls), self._negligible(f)
         for exact in reference_steps(self.scene, balls, start, dt):
             end = End(exact.position - (time + dt) * f.velocity, exact.velocity - f.velocity, exact.spin)
             off_x, off_v, spun = (np.abs(mine - due).max(initial=0.0) for mine, due in zip(after, end, strict=True))
@@ -903,9 +707,9 @@ class Judge:
     def _uncomputed(self, f: Flown, step: int, balls: Integers, elastic: Floats) -> list[StepError]:
         """Return the error of a group whose exact step is not known from contact to contact; none if it is right."""
         if self._rests(f, step, balls):
-            _set_exact(f, step, balls, _end(f.after, step, balls))
+            _set_exact(f, step, balls, End.of(f.after, step, balls))
             return []
-        _set_exact(f, step, balls, _end(self._flown_in(f, step, {}), 0, balls))  # the contacts are not known
+        _set_exact(f, step, balls, End.of(self.measure.flown_in(f, step, {}), 0, balls))  # the contacts are not known
         end, is_right = self._by_reference(f, step, balls)
         if end:
             self._take(f, step, balls, elastic, end)
@@ -915,16 +719,16 @@ class Judge:
             if len(balls) <= MAX_BALLS
             else f"{len(balls)} balls touch in one step: too many to tell what is wrong."
         )
-        return [self._error(f, step, balls, None, Cause.UNKNOWN, because)]
+        return [self.measure.error(f, step, balls, None, Cause.UNKNOWN, because)]
 
     def _of_known(self, f: Flown, step: int, balls: Integers, elastic: Floats, end: End) -> list[StepError]:
         """Return the error of balls whose exact step only the reference knows, by what has explained others' steps."""
         exact = np.column_stack([end.position, end.velocity, end.spin])
         problem = self._problem(f, step, balls, exact)
-        fitting = [o for o in self._search_known(problem) if not o.trial.is_in_time and not o.trial.is_soft]
+        fitting = [o for o in self._experience.search_known(problem) if not o.trial.is_in_time and not o.trial.is_soft]
         if fitting:
             self._unlike_reference = 0
-        self._learn(fitting)
+        self._experience.learn(fitting)
         return self._of_fitting(f, step, balls, elastic, problem, fitting)
 
     def _cause_of(self, outcome: Outcome, problem: Problem) -> Cause:
@@ -946,12 +750,12 @@ class Judge:
         """Return the errors of a group that no model explains: of each ball alone, if it can have had no contact."""
         off = np.abs((problem.after - problem.exact.after) * problem.scale) > f.floor
         if contact or self.touches.among(f, step, balls.tolist()):
-            error = self._error(f, step, balls, contact, Cause.UNKNOWN, NO_SINGLE_ERROR)
+            error = self.measure.error(f, step, balls, contact, Cause.UNKNOWN, NO_SINGLE_ERROR)
             if len(self._unexplained) < MAX_FITS:
                 self._unexplained.append((error, problem))
             return [error]
         wrong, kicked = off.any(axis=1), np.asarray(off[:, 2:].any(axis=1))
-        return self._alone(f, step, balls[wrong], kicked[wrong])
+        return self.measure.alone(f, step, balls[wrong], kicked[wrong], self.habit)
 
     def _enter(self, states: States, f: Flown, elastic: Floats, errors: Sequence[StepError]) -> None:
         """Enter what is right about a block."""
@@ -981,14 +785,8 @@ class Judge:
         (steps, balls), (rows, at) = np.nonzero(f.frame > 0), np.nonzero(f.frame == NO_FRAME)
         given = f.exact.velocity[steps, balls] - f.before.velocity[steps, balls] - np.outer(f.dt[steps], self._gravity)
         power = (self._frames.velocity[f.frame[steps, balls]] * given).sum(axis=1) * self._bodies.mass[balls]
-        end, start = (self._energy(_end(states, rows, at), at) for states in (f.exact, f.before))
-        return float(power.sum()) + end - start
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    """Return the cross product of vectors, (k, 2) each: (k,)."""
-    product: Floats = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return product
+        end, start = (End.of(states, rows, at) for states in (f.exact, f.before))
+        return float(power.sum()) + self.measure.gain(end, start, at)
 
 
 def _pairs(outcome: Outcome) -> list[tuple[int, int]]:
@@ -1016,15 +814,6 @@ def _of_frame(groups: np.ndarray, member: Integers, k: int) -> tuple[np.ndarray,
     members = [member[begin : begin + count] for begin, count in zip(chosen["begin"], chosen["count"], strict=True)]
     chosen["begin"] = np.cumsum(chosen["count"]) - chosen["count"]
     return chosen, np.concatenate([member[:0], *members])
-
-
-def _in_lab(f: Flown, end: End, time: float | Floats = 0.0) -> End:
-    """Return how balls end a step as it is outside the frame of a block. time: s, for where they are."""
-    return end._replace(position=end.position + time * f.velocity, velocity=end.velocity + f.velocity)
-
-
-def _end(states: States, step: int | Integers, balls: Integers) -> End:
-    return End(states.position[step, balls], states.velocity[step, balls], states.spin[step, balls])
 
 
 def _end_of(outcome: Outcome) -> End:

@@ -15,7 +15,7 @@ from sandbox.judge.fit import Outcome
 from sandbox.judge.judge import Judge
 from sandbox.judge.kicks import of_kicks
 from sandbox.judge.models import BY_NAME, FAULTS
-from sandbox.judge.touching import StepError
+from sandbox.judge.step_errors import StepError
 from sandbox.judge.words import NO_SINGLE_ERROR, found_range, of_changes, of_outcome, summed
 from sandbox.state import Floats
 
@@ -40,7 +40,7 @@ class Timeline:
         undecided = {id(error) for error in judge.undecided}
         self.errors = [error for error in judge.errors if id(error) not in undecided]
         for error in self.errors:
-            error.step = judge.whole_step(error.step)
+            error.step = judge.measure.whole_step(error.step)
         self._decide()
         self.errors.sort(key=lambda error: (error.step, error.cause == Cause.UNKNOWN))
         self.sums = judge.rightful.copy()

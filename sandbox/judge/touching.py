@@ -1,7 +1,6 @@
 """What bodies that touch did in several steps: overlaps at the start, contacts missed and found late, springs."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Final, NamedTuple
 
@@ -9,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.judge.causes import Cause
-from sandbox.judge.fit import Outcome
 from sandbox.judge.groups import Flown, Frames
+from sandbox.judge.step_errors import StepError
 from sandbox.judge.thresholds import SPRING_STEPS
 from sandbox.judge.words import of_outcome, of_turn
 from sandbox.quantity import length, passing
@@ -29,45 +28,6 @@ OF_OVERLAP: Final = (
     *(Cause.LATE, Cause.EARLY, Cause.POSITION_CORRECTION, Cause.TELEPORTED, Cause.OVERSHOOT, Cause.DOUBLE_BOUNCE),
     *(Cause.WARM_START, Cause.UNCONVERGED, Cause.UNKNOWN),
 )
-
-
-@dataclass
-class StepError:
-    """What is wrong with a step of some balls.
-
-    step: of the run, from 1; balls: of the group; contact: first and second, None without one; candidates: the outcomes
-    that leave nothing over, with their causes; cause, because: why, by default what the first candidate says; energy
-    (kg px²/s²), momentum (kg px/s) and displacement (px): what is over of the exact step; speed: px/s, the sum of the
-    velocities' errors; before, after, should: velocities (k, 2) px/s of the contact's balls, and their spins; times:
-    how many balls or contacts it stands for; numbers: how many numbers the places, velocities and spins have that it
-    shows wrong; depth: px, of the contact when it was found; gained: momentum (kg px/s) and angular momentum about the
-    arena's centre (kg px²/s) that neither gravity gave nor a wall can have given; places: (k, 2) px, of the contact's
-    balls before, in the frame that moves at `frame`, (2,) px/s; flown: s, from there to where it is found; by_rule:
-    whether a rule of steps explains it, which has no parameter.
-    """
-
-    step: int
-    balls: tuple[int, ...]
-    contact: tuple[int, int] | None
-    cause: Cause
-    because: str
-    energy: float
-    momentum: float
-    displacement: float
-    speed: float
-    before: Floats
-    after: Floats
-    should: Floats
-    spins: tuple[Floats, Floats, Floats]
-    places: Floats
-    frame: Floats
-    flown: float
-    candidates: list[tuple[Outcome, Cause]] = field(default_factory=list)
-    times: int = 1
-    numbers: int = 9
-    by_rule: bool = False
-    depth: float | None = None
-    gained: Floats = field(default_factory=lambda: np.zeros(3))
 
 
 def in_each_other(x: Floats, radius: Floats, filters: Integers) -> Floats:
@@ -122,23 +82,23 @@ class Touches:
 
     def of(self, f: Flown, row: int, pair: tuple[int, int]) -> Touch:
         """Return how two bodies touch in a step."""
-        return self._of_balls(f, row, pair) if pair[1] >= 0 else self._of_wall(f, row, pair)
+        return self.of_pairs(f, np.array([row]), np.array([pair]))[0] if pair[1] >= 0 else self._of_wall(f, row, pair)
 
-    def _of_balls(self, f: Flown, row: int, pair: tuple[int, int]) -> Touch:
-        """Return how two balls touch in a step. In complex numbers, which are faster than arrays of two."""
-        first, second = pair
-        x, v, _, _ = f.before
-        y, w, _, _ = f.after
-        away, after = (complex(*at[row, second]) - complex(*at[row, first]) for at in (x, y))
-        fall = float(f.dt[row]) * complex(*self._gravity)
-        free = [complex(*v[row, ball]) + fall for ball in pair]
-        change = [complex(*w[row, ball]) - each for ball, each in zip(pair, free, strict=True)]
-        given = [float(self._scene.bodies.mass[ball]) * each for ball, each in zip(pair, change, strict=True)]
-        n, relative = away / (abs(away) or 1.0), change[0] - change[1]
-        pushed, closing = -(relative * n.conjugate()).real, ((free[0] - free[1]) * n.conjugate()).real
-        depth = float(self._scene.bodies.radius[[first, second]].sum()) - min(abs(away), abs(after))
-        central = abs(sum(given)) <= (abs(given[0]) + abs(given[1])) / 2 and 2 * pushed**2 > abs(relative) ** 2
-        return Touch(pair, depth, closing, closing - pushed, pushed, central)
+    def of_pairs(self, f: Flown, rows: Integers, pairs: Integers) -> list[Touch]:
+        """Return how pairs of balls, (k, 2), touch in their steps."""
+        bodies, at = self._scene.bodies, (rows[:, None], pairs)
+        away, after = (x[:, 1] - x[:, 0] for x in (f.before.position[at], f.after.position[at]))
+        free = f.before.velocity[at] + np.multiply.outer(f.dt[rows], self._gravity)[:, None]
+        change = f.after.velocity[at] - free
+        given = bodies.mass[pairs, None] * change
+        distance = length(away)
+        n, relative = away / np.where(distance > 0, distance, 1.0)[:, None], change[:, 0] - change[:, 1]
+        pushed, closing = -(relative * n).sum(axis=1), ((free[:, 0] - free[:, 1]) * n).sum(axis=1)
+        depth = bodies.radius[pairs].sum(axis=1) - np.minimum(distance, length(after))
+        central = length(given.sum(axis=1)) <= length(given).sum(axis=1) / 2
+        central &= 2 * pushed**2 > (relative**2).sum(axis=1)
+        each = (column.tolist() for column in (pairs, depth, closing, closing - pushed, pushed, central))
+        return [Touch((pair[0], pair[1]), *values) for pair, *values in zip(*each, strict=True)]
 
     def _of_wall(self, f: Flown, row: int, pair: tuple[int, int]) -> Touch:
         """Return how a ball touches a wall in a step."""
@@ -378,9 +338,10 @@ class Springs:
                     self._of_ball.setdefault(body, []).append(pair)
 
     def before(self, step: int, balls: Sequence[int]) -> list[tuple[int, int]]:
-        """Return the contacts of some balls that may be springs since the step before."""
+        """Return the contacts of some balls, with each other or walls, that may be springs since the step before."""
         self._go_to(step)
-        return list(dict.fromkeys(pair for ball in balls for pair in self._of_ball.get(ball, ())))
+        near = dict.fromkeys(pair for ball in balls for pair in self._of_ball.get(ball, ()))
+        return [pair for pair in near if pair[0] in balls and (pair[1] < 0 or pair[1] in balls)]
 
     def follow(self, touches: Sequence[Touch], step: int, errors: list[StepError]) -> None:
         """Note what touches in a step with some errors, none of them by a rule. Steps come in their order."""
