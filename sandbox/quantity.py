@@ -95,41 +95,47 @@ def passing(filters: Integers, first: Integers, second: Integers) -> Bools:
 def deepest_overlap(position: Floats, radius: Floats, filters: Integers | None = None) -> tuple[float, int, int]:
     """Return the deepest overlap of two balls (px) and the two balls, or (0.0, -1, -1) if none overlap.
 
-    filters: (n, 3), as in `Bodies`; balls that pass through each other do not count. Sweep and prune along the axis of
-    the larger spread (Cohen et al. 1995).
+    position: (..., n, 2) px, of one state or of several; filters: (n, 3), as in `Bodies`; balls that pass through each
+    other do not count. Sweep and prune along the axis of the larger spread (Cohen et al. 1995).
     """
-    axis = int(np.ptp(position, axis=0).argmax())
-    order = np.argsort(position[:, axis])
-    filters = _filters_in(order, filters)
-    overlap, first, second = _sweep(position[order], radius[order], filters, float(radius.min()), axis)
-    if overlap == 0:
+    states = position.reshape(-1, *position.shape[-2:])
+    axis = np.ptp(states, axis=1).argmax(axis=1)
+    order = np.argsort(states[np.arange(len(states)), :, axis], axis=1)
+    ordered = np.take_along_axis(states, order[..., None], axis=1)
+    deepest, state, first, second = _sweep(
+        ordered, radius[order], _filters_in(order, filters), float(radius.min()), axis
+    )
+    if deepest == 0:
         return 0.0, -1, -1
-    first, second = sorted((int(order[first]), int(order[second])))
-    return overlap, first, second
+    first, second = sorted((int(order[state, first]), int(order[state, second])))
+    return deepest, first, second
 
 
 @portable_entry
-def _sweep(position: Floats, radius: Floats, filters: Integers, smallest: float, axis: int) -> tuple[float, int, int]:
+def _sweep(
+    position: Floats, radius: Floats, filters: Integers, smallest: float, axes: Integers
+) -> tuple[float, int, int, int]:
     """Compare each ball with the balls no larger than it, while these are near enough for a new deepest overlap.
 
     So not every pair is tested, even if one ball is larger than all others or thousands lie in a heap.
     """
-    deepest, first, second = 0.0, -1, -1
-    for i in range(len(position)):
-        for direction in (1, -1):
-            if direction < 0 and radius[i] == smallest:
-                break
-            j = i + direction
-            while 0 <= j < len(position):
-                if abs(position[j, axis] - position[i, axis]) >= 2 * radius[i] - deepest:
+    deepest, state, first, second = 0.0, -1, -1, -1
+    for s in range(len(position)):
+        x, r, axis = position[s], radius[s], axes[s]
+        for i in range(len(x)):
+            for direction in (1, -1):
+                if direction < 0 and r[i] == smallest:
                     break
-                if radius[j] < radius[i] or (radius[j] == radius[i] and direction > 0):
-                    distance = np.hypot(position[j, 0] - position[i, 0], position[j, 1] - position[i, 1])
-                    overlap = radius[i] + radius[j] - distance
-                    if overlap > deepest and not pass_through(filters[i], filters[j]):
-                        deepest, first, second = overlap, i, j
-                j += direction
-    return deepest, first, second
+                j = i + direction
+                while 0 <= j < len(x):
+                    if abs(x[j, axis] - x[i, axis]) >= 2 * r[i] - deepest:
+                        break
+                    if r[j] < r[i] or (r[j] == r[i] and direction > 0):
+                        overlap = r[i] + r[j] - np.hypot(x[j, 0] - x[i, 0], x[j, 1] - x[i, 1])
+                        if overlap > deepest and not pass_through(filters[s, i], filters[s, j]):
+                            deepest, state, first, second = overlap, s, i, j
+                    j += direction
+    return deepest, state, first, second
 
 
 def count_overlaps(position: Floats, radius: Floats, most: int, filters: Integers | None = None) -> int:
@@ -144,7 +150,9 @@ def count_overlaps(position: Floats, radius: Floats, most: int, filters: Integer
 
 
 def _filters_in(order: Integers, filters: Integers | None) -> Integers:
-    return np.tile(np.array(MEETS_ALL, np.int64), (len(order), 1)) if filters is None else filters[order]
+    return (
+        np.broadcast_to(np.array(MEETS_ALL, np.int64), (*order.shape, 3)).copy() if filters is None else filters[order]
+    )
 
 
 @portable_entry

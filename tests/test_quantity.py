@@ -112,6 +112,17 @@ def test_touching_balls_do_not_overlap_and_coincident_balls_overlap_by_a_diamete
     assert deepest_overlap(np.array([[100.0, 50.0], [100.0, 50.0]]), radius) == (40.0, 0, 1)
 
 
+@given(st.integers(0, 2**32 - 1))
+def test_the_deepest_overlap_of_several_states_is_that_of_the_worst(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    states, radius = (
+        random.uniform(0, 200, (4, 12, 2)) * random.choice([1.0, 3.0], (4, 1, 2)),
+        random.uniform(5, 20, 12),
+    )
+    of_each = [deepest_overlap(position, radius) for position in states]
+    assert deepest_overlap(states, radius) == max(of_each, key=lambda deepest: deepest[0])
+
+
 @given(point=vector, start=vector, end=vector)
 def test_segment_distance_is_the_least_along_the_segment(
     point: tuple[float, float], start: tuple[float, float], end: tuple[float, float]

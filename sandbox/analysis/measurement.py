@@ -192,8 +192,8 @@ class Measurement:
         if self._are_reports_known:
             self._reports.add(states, pushed, contacts, row_of, 1 / clock.rates(steps), self._entered)
         radius, filters = self._scene.bodies.radius, self._scene.bodies.filters
-        deepest = (deepest_overlap(position, radius, filters)[0] for position in states.position[1:])
-        self._max_overlap = max(self._max_overlap, *deepest)
+        deepest, _, _ = deepest_overlap(states.position[1:], radius, filters)
+        self._max_overlap = max(self._max_overlap, deepest)
         self.scale.follow(self._scene, states, contacts, self._entered)
         self._entered += rows - 1
         states.fill(0, states.state(-1, 0.0))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sandbox.judge.causes import Cause
 from sandbox.judge.free_flight import fly_all
 from sandbox.judge.law import LAW, Grid, Slows, law
-from sandbox.judge.thresholds import SINGLE
+from sandbox.judge.thresholds import DOUBLE, SINGLE
 from sandbox.quantity import dot
 from sandbox.scene.units import Dimension, Units
 from sandbox.state import Bools, Floats, States
@@ -112,6 +112,16 @@ def flown(
     after.angle[:] = before.angle
     fly_all(np.array([law(gravity, **fields)], LAW), ball, before, dt, after)
     return after
+
+
+def noise_of(states: States, dt: Floats) -> float:
+    """Return the noise of steps, px, from the precision of the engine's numbers. states: also before; dt: s."""
+    position, velocity = states.position[1:], states.velocity[1:]
+    single = all(np.array_equal(a, a.astype(np.float32)) for a in (position, velocity))
+    fractional = bool((position != np.round(position)).any())
+    precision = SINGLE if single and fractional else DOUBLE
+    reach = float(np.abs(states.position).max())
+    return precision * (reach + float(np.abs(velocity).max() * dt.max()))
 
 
 def misses(after: States, dt: Floats, at: States) -> Floats:

@@ -34,7 +34,7 @@ from sandbox.judge.explain import (
     explain,
 )
 from sandbox.judge.fit import MET_KEPT, Outcome, Problem, Trial, laws_of, without_idle_faults
-from sandbox.judge.flight import Flights, Habit, find_habit, flown, misses, ways_to_fall
+from sandbox.judge.flight import Flights, Habit, find_habit, flown, misses, noise_of, ways_to_fall
 from sandbox.judge.free_flight import balls_of
 from sandbox.judge.groups import (
     FOUND,
@@ -53,23 +53,22 @@ from sandbox.judge.reference_step import reference_steps
 from sandbox.judge.search import as_exact, cause_of, cause_of_law, cause_of_push, exact_trials
 from sandbox.judge.soft_contacts import bounced_at_its_end
 from sandbox.judge.step_errors import End, Measure, Shown, StepError
-from sandbox.judge.thresholds import DOUBLE, FAR, MAX_BALLS, MAX_FITS, MAX_FRUITLESS, MAX_VAIN, SINGLE
+from sandbox.judge.thresholds import FAR, MAX_BALLS, MAX_FITS, MAX_FRUITLESS, MAX_VAIN, SINGLE
 from sandbox.judge.touching import (
     Missed,
     Springs,
     StartOverlaps,
     Touch,
     Touches,
+    free_balls,
 )
 from sandbox.judge.words import NO_SINGLE_ERROR, of_depth, of_impulses, of_missed, of_push
-from sandbox.quantity import energy, length, pass_through, spin_energy
+from sandbox.quantity import energy, length, spin_energy
 from sandbox.scene.model import Scene
-from sandbox.scene.walls import wall_distance
 from sandbox.state import NO_DAMPING, PUSH, Bools, Damping, Floats, Integers, Pushes, State, States
 
 BLOCK_STEPS: Final = 256  # that are judged together, of few balls
 BLOCK_STATES: Final = 100_000  # balls times steps, of many
-MAX_PAIRS: Final = 400_000  # pairs of balls in steps that are looked through for how an engine flies
 MAX_CHUNK: Final = 256  # groups that are explained by the same known trials
 UNKNOWN_END: Final = np.empty((0, 5))  # of an outcome of which only the law counts
 SOLVED: Final = {PULLING: Cause.WARM_START, COMPRESSIVE: Cause.UNCONVERGED}  # what impulses along contacts show
@@ -179,9 +178,9 @@ class Judge:
 
     def _judge_block(self, states: States, pushes: Pushes, dt: Floats) -> None:
         before, after = states.after_pushes(pushes).rows(slice(-1)), states.rows(slice(1, None))
-        floor, times = self._floor(states, dt), self._begun + np.cumsum(dt) - dt
+        floor, times = noise_of(states, dt), self._begun + np.cumsum(dt) - dt
         if not self._knows_flight:
-            flies = self._free_balls((before, times), (after, times + dt))
+            flies = free_balls(self.scene, (before, times), (after, times + dt))
             moves = np.maximum(length(before.velocity), length(after.velocity)) * dt[:, None] > floor
             if (flies & moves).any() or not any(self._gravity):  # what stays where it is may be held there
                 flies &= moves
@@ -476,26 +475,6 @@ class Judge:
             elastic[step] += self.measure.gain(end, End.of(f.exact, step, balls), balls)
         _set_exact(f, step, balls, end)
 
-    def _free_balls(self, *ends: tuple[States, Floats]) -> Bools:
-        """Return which balls touch nothing before a step and after it: (steps, n); of many balls, in some steps.
-
-        ends: the states there, and their times, (steps,) s.
-        """
-        n, radius, filters = len(self._bodies), self._bodies.radius, self._bodies.filters
-        steps = len(ends[0][1])
-        rows = min(steps, max(1, MAX_PAIRS // (n * n)))
-        free = np.zeros((steps, n), bool)
-        free[:rows] = True
-        for states, times in ends:
-            x = states.position[:rows]
-            free[:rows] &= wall_distance(self.scene, x, times[:rows, None]) > (1 + FAR) * radius
-            for i in range(n - 1):
-                apart = length(x[:, i + 1 :] - x[:, i : i + 1]) > (1 + FAR) * (radius[i + 1 :] + radius[i])
-                apart |= pass_through(filters[i], filters[i + 1 :].T)
-                free[:rows, i] &= apart.all(axis=1)
-                free[:rows, i + 1 :] &= apart
-        return free
-
     @property
     def habit(self) -> Habit:
         """How the engine flies, as it was seen to."""
@@ -523,15 +502,6 @@ class Judge:
         """The time between two contacts of a ball, on average, s: so long does an error of a velocity act."""
         seconds, n = self.scene.clock.time(self.measure.whole_step(self.measure.steps)), len(self._bodies)
         return seconds * n / (n + 2 * int(self.contacts[0]))
-
-    def _floor(self, states: States, dt: Floats) -> float:
-        """Return the noise of a step, px, from the precision of the engine's numbers."""
-        position, velocity = states.position[1:], states.velocity[1:]
-        single = all(np.array_equal(a, a.astype(np.float32)) for a in (position, velocity))
-        fractional = bool((position != np.round(position)).any())
-        precision = SINGLE if single and fractional else DOUBLE
-        reach = float(np.abs(states.position).max())
-        return precision * (reach + float(np.abs(velocity).max() * dt.max()))
 
     def _strays(self, after: States, at: States, dt: Floats, floor: float) -> Bools:
         """Return which balls are elsewhere than in other states, or turn otherwise: (steps, n)."""

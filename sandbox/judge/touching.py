@@ -10,16 +10,17 @@ from numpy.typing import NDArray
 from sandbox.judge.causes import Cause
 from sandbox.judge.groups import Flown, Frames
 from sandbox.judge.step_errors import StepError
-from sandbox.judge.thresholds import SPRING_STEPS
+from sandbox.judge.thresholds import FAR, SPRING_STEPS
 from sandbox.judge.words import of_outcome, of_turn
-from sandbox.quantity import length, passing
+from sandbox.quantity import length, pass_through, passing
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.overlaps import depth_rounding
 from sandbox.scene.units import Dimension
 from sandbox.scene.walls import ARENA_COUNT, nearest_on_segment, wall_distance
-from sandbox.state import Bools, Floats, Integers
+from sandbox.state import Bools, Floats, Integers, States
 
+MAX_PAIRS: Final = 400_000  # pairs of balls in steps that are looked through for how an engine flies
 UNDECIDED: Final = 1  # steps, after which a contact that has not followed is missed
 OUTWARD: Final = np.array([(-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)])  # of the arena's walls
 
@@ -53,6 +54,26 @@ def in_walls(x: Floats, radius: Floats, piece: NDArray[np.void]) -> Floats:
     starts = np.flatnonzero(np.diff(piece["wall"], prepend=-1))
     depths: Floats = np.maximum.reduceat(depth, starts, axis=1)
     return depths
+
+
+def free_balls(scene: Scene, *ends: tuple[States, Floats]) -> Bools:
+    """Return which balls touch nothing before steps and after them: (steps, n); of many balls, in some steps.
+
+    ends: the states there, and their times, (steps,) s.
+    """
+    steps, n, radius, filters = len(ends[0][1]), len(scene.bodies), scene.bodies.radius, scene.bodies.filters
+    rows = min(steps, max(1, MAX_PAIRS // (n * n)))
+    free = np.zeros((steps, n), bool)
+    free[:rows] = True
+    for states, times in ends:
+        x = states.position[:rows]
+        free[:rows] &= wall_distance(scene, x, times[:rows, None]) > (1 + FAR) * radius
+        for i in range(n - 1):
+            apart = length(x[:, i + 1 :] - x[:, i : i + 1]) > (1 + FAR) * (radius[i + 1 :] + radius[i])
+            apart |= pass_through(filters[i], filters[i + 1 :].T)
+            free[:rows, i] &= apart.all(axis=1)
+            free[:rows, i + 1 :] &= apart
+    return free
 
 
 class Touch(NamedTuple):
