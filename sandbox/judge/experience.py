@@ -64,10 +64,13 @@ class Experience:
             self._fruitless = 0 if fitting else self._fruitless + 1
         return fitting
 
-    def search_known(self, problem: Problem) -> list[Outcome]:
-        """Return what explains a step of what has explained others, if need be in steps by another rule."""
+    def search_known(self, problem: Problem, *, soft: bool = True) -> list[Outcome]:
+        """Return what explains a step of what has explained others, if need be in steps by another rule.
+
+        soft: also of soft contacts, which take a second for many balls.
+        """
         search, likely = self._search_of(problem), self.likely
-        return search.known(likely) or self._vary(search, likely)
+        return search.known(likely, soft=soft) or self._vary(search, likely)
 
     def search_rules(self, problem: Problem, *, depths: bool) -> list[Outcome]:
         """Return what explains a step of contacts one after another or, if asked, found at a depth."""

@@ -53,7 +53,7 @@ from sandbox.judge.reference_step import reference_steps
 from sandbox.judge.search import as_exact, cause_of, cause_of_law, cause_of_push, exact_trials
 from sandbox.judge.soft_contacts import bounced_at_its_end
 from sandbox.judge.step_errors import End, Measure, Shown, StepError
-from sandbox.judge.thresholds import FAR, MAX_BALLS, MAX_FITS, MAX_FRUITLESS, MAX_VAIN, SINGLE
+from sandbox.judge.thresholds import DEEP, FAR, MAX_BALLS, MAX_FITS, MAX_FRUITLESS, MAX_VAIN, SINGLE
 from sandbox.judge.touching import (
     Missed,
     Springs,
@@ -63,7 +63,7 @@ from sandbox.judge.touching import (
     free_balls,
 )
 from sandbox.judge.words import NO_SINGLE_ERROR, of_depth, of_impulses, of_missed, of_push
-from sandbox.quantity import energy, length, spin_energy
+from sandbox.quantity import deepest_overlap, energy, length, spin_energy
 from sandbox.scene.model import Scene
 from sandbox.state import NO_DAMPING, PUSH, Bools, Damping, Floats, Integers, Pushes, State, States
 
@@ -623,8 +623,8 @@ class Judge:
         is_through = self.touches.is_through(f, step, contact)
         return of_missed(self.scene, contact, way, self.touches.overlap_time(f, step, contact), is_through=is_through)
 
-    def _problem(self, f: Flown, step: int, balls: Integers, exact: Floats | None = None) -> Problem:
-        """Return a group's step as a problem. exact: as for that."""
+    def _problem(self, f: Flown, step: int, balls: Integers, end: End | None = None) -> Problem:
+        """Return a group's step as a problem. end: how it should end, by default as it is computed."""
         ball = self._ball[balls]
         ball["x"], ball["y"] = f.before.position[step, balls].T
         ball["vx"], ball["vy"] = f.before.velocity[step, balls].T
@@ -634,6 +634,7 @@ class Judge:
         )
         warm = self._experience.soft.before(self.measure.steps + step + 1, balls)
         group = Group(ball, f.piece, float(f.dt[step]))
+        exact = np.column_stack(end) if end else None
         return Problem(group, after, self._gravity, f.floor, self._scratch, warm, exact)
 
     def _accept(
@@ -653,13 +654,15 @@ class Judge:
         return bool(moved + np.abs(f.after.velocity[step, balls]).max() * f.dt[step] <= f.floor)
 
     def _by_reference(self, f: Flown, step: int, balls: Integers) -> tuple[End | None, bool]:
-        """Return how some balls should end a step by the reference, if they are few, and whether they do.
+        """Return how some balls should end a step by the reference, if it can tell soon, and whether they do.
 
         Near walls that do not move alike, nothing else knows that; elsewhere, it ends after too many steps unlike the
         reference.
         """
         only_way = bool(f.frame[step, balls[0]] == NO_FRAME)
-        if len(balls) > MAX_TRIED or (self._unlike_reference >= MAX_FRUITLESS and not only_way):
+        if len(balls) > MAX_COMPUTED or (self._unlike_reference >= MAX_FRUITLESS and not only_way):
+            return None, False
+        if len(balls) > MAX_TRIED and self._are_deep(f, step, balls):
             return None, False
         time, dt, end = float(f.time[step]), float(f.dt[step]), None
         x, v, spin = End.of(f.before, step, balls).in_lab(f, time)
@@ -674,32 +677,35 @@ class Judge:
         self._unlike_reference += not only_way
         return end, False
 
+    def _are_deep(self, f: Flown, step: int, balls: Integers) -> bool:
+        """Return whether some balls are so far in each other that the reference takes long to part them."""
+        radius, filters = self._bodies.radius[balls], self._bodies.filters[balls]
+        deepest, _, _ = deepest_overlap(f.before.position[step, balls], radius, filters)
+        return deepest > DEEP * float(radius.min())
+
     def _uncomputed(self, f: Flown, step: int, balls: Integers, elastic: Floats) -> list[StepError]:
         """Return the error of a group whose exact step is not known from contact to contact; none if it is right."""
         if self._rests(f, step, balls):
             _set_exact(f, step, balls, End.of(f.after, step, balls))
             return []
-        _set_exact(f, step, balls, End.of(self.measure.flown_in(f, step, {}), 0, balls))  # the contacts are not known
+        flight = End.of(self.measure.flown_in(f, step, {}), 0, balls)
+        _set_exact(f, step, balls, flight)  # the contacts are not known
         end, is_right = self._by_reference(f, step, balls)
         if end:
             self._take(f, step, balls, elastic, end)
-            return [] if is_right else self._of_known(f, step, balls, elastic, end)
-        because = (
-            "A ball leans on others, goes round an edge, or is near walls that move: such a step is not computed."
-            if len(balls) <= MAX_BALLS
-            else f"{len(balls)} balls touch in one step: too many to tell what is wrong."
-        )
-        return [self.measure.error(f, step, balls, None, Cause.UNKNOWN, because)]
-
-    def _of_known(self, f: Flown, step: int, balls: Integers, elastic: Floats, end: End) -> list[StepError]:
-        """Return the error of balls whose exact step only the reference knows, by what has explained others' steps."""
-        exact = np.column_stack([end.position, end.velocity, end.spin])
-        problem = self._problem(f, step, balls, exact)
-        fitting = [o for o in self._experience.search_known(problem) if not o.trial.is_in_time and not o.trial.is_soft]
+        if is_right:
+            return []
+        problem = self._problem(f, step, balls, end or flight)
+        fitting = [o for o in self._experience.search_known(problem, soft=False) if not o.trial.is_in_time]
         if fitting:
             self._unlike_reference = 0
+        elif end is None:
+            return [self.measure.error(f, step, balls, None, Cause.UNKNOWN, _uncomputed(len(balls)))]
         self._experience.learn(fitting)
-        return self._of_fitting(f, step, balls, elastic, problem, fitting)
+        wrong = self._of_fitting(f, step, balls, elastic, problem, fitting)
+        for error in wrong:
+            error.is_measured = end is not None
+        return wrong
 
     def _cause_of(self, outcome: Outcome, problem: Problem) -> Cause:
         if not outcome.trial.is_wrong:
@@ -757,6 +763,13 @@ class Judge:
         power = (self._frames.velocity[f.frame[steps, balls]] * given).sum(axis=1) * self._bodies.mass[balls]
         end, start = (End.of(states, rows, at) for states in (f.exact, f.before))
         return float(power.sum()) + self.measure.gain(end, start, at)
+
+
+def _uncomputed(count: int) -> str:
+    """Return why the exact step of some balls is not known."""
+    if count > MAX_BALLS:
+        return f"{count} balls touch in one step: too many to tell what is wrong."
+    return "A ball leans on others, goes round an edge, or is near walls that move: such a step is not computed."
 
 
 def _pairs(outcome: Outcome) -> list[tuple[int, int]]:

@@ -27,6 +27,7 @@ PARTINGS: Final = (  # at walls, and of pairs, the likelier first
     (Parting.RESOLVE, Parting.NONE),
     (Parting.RESOLVE, Parting.PLACE),
     (Parting.PLACE, Parting.RESOLVE),
+    (Parting.NONE, Parting.NONE),
 )
 
 

@@ -48,15 +48,15 @@ class Search:
         self.problem, self.flight, self.memory, self.rough = problem, flight, memory, rough
         self.habitual = problem.outcomes([Trial(flight)])[0]
 
-    def known(self, trials: Sequence[Trial]) -> list[Outcome]:
-        """Return what explains the step of the engine's habit, or of what has explained others."""
+    def known(self, trials: Sequence[Trial], *, soft: bool) -> list[Outcome]:
+        """Return what explains the step of the engine's habit, or of what has explained others. soft: also of these."""
         contacts = _contacts([self.problem.exact, self.habitual])
         if fitting := self.problem.fits([self.habitual]):
             return fitting
         likely = [Trial(self.flight, "missed"), *(trial for trial in trials if _applies(trial, contacts))]
         ways = [trial.rule for trial in trials if trial.fault and not trial.is_in_time]
         likely += [Trial(way) for k, way in enumerate(ways) if way not in ways[:k]]  # a fault may change nothing here
-        likely += self.memory.known(self.problem, self.flight, rough=self.rough)
+        likely += self.memory.known(self.problem, self.flight, rough=self.rough) if soft else []
         return self.problem.fits(self.problem.outcomes(likely))
 
     def varied(self, trials: Sequence[Trial]) -> list[Outcome]:

@@ -45,7 +45,8 @@ class Timeline:
         self.errors.sort(key=lambda error: (error.step, error.cause == Cause.UNKNOWN))
         self.sums = judge.rightful.copy()
         for error in self.errors:
-            self.sums[:, error.cause] += error.energy, error.momentum, error.displacement, error.times
+            self.sums[1:, error.cause] += error.momentum, error.displacement, error.times
+            self.sums[0, error.cause if error.is_measured else Cause.UNKNOWN] += error.energy
         self.sums[0, Cause.ROUNDING] += sum(error.energy for error in judge.undecided)
         if judge.flight.is_integrated:
             self._net(Cause.GRAVITY, Cause.LATE)
