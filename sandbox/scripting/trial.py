@@ -26,7 +26,6 @@ from sandbox.space.origins import Origins, program_line
 from sandbox.space.recording import Recording
 from sandbox.space.rules import (
     MAX_MASS_RATIO,
-    RULE_OF,
     RULES,
     mass_ratio,
     may_change_contacts,
@@ -41,7 +40,7 @@ STEPS_PER_SAMPLE: Final = 10  # between looks at what touches, and at static bod
 MAX_RAISED: Final = 100  # times that a program may catch the end of its run
 TIME_ROUNDING: Final = 1e-9  # s
 
-BEFORE_RUN: Final = [rule for rule in RULES if rule.key not in {each.key for each in MET_RULES}]
+BEFORE_RUN: Final = {rule: find for rule, find in RULES.items() if rule not in MET_RULES}
 _GIVEN_BY_SHAPES: Final = ["shape_a", "shape_b", "elasticity", "friction", "surface_velocity"]  # of contacts
 _original_step: Final = pymunk.Space.step
 
@@ -158,7 +157,7 @@ class Trial:
 
     def _not_finite(self, number: int) -> None:
         if self._contents and self._new("not-finite", number):
-            self._linter.add(RULE_OF["not-finite"], not_finite(self._contents, self._bodies[number]), self.time)
+            self._linter.add("not-finite", not_finite(self._contents, self._bodies[number]), self.time)
 
     def _sample_touching(self, contacts: Rows) -> None:
         pairs = np.stack([contacts["body_a"], contacts["body_b"]], axis=1)
@@ -172,14 +171,14 @@ class Trial:
             if self._contents and (fault := mass_ratio(self._contents, a, b)):
                 heavy = first if a.mass > b.mass else second
                 if self._new("mass-ratio", heavy):
-                    self._linter.add(RULE_OF["mass-ratio"], fault, self.time)
+                    self._linter.add("mass-ratio", fault, self.time)
 
     def _sample_statics(self) -> None:
         for body, (place, angle) in self._statics.items():
             off = body.position.get_distance(place) or abs(body.angle - angle)
             if off and is_static(body) and self._contents and (("static-moved", body.id) not in self._reported):
                 self._reported.add(("static-moved", body.id))
-                self._linter.add(RULE_OF["static-moved"], moved_static(self._contents, body, off), self.time)
+                self._linter.add("static-moved", moved_static(self._contents, body, off), self.time)
 
 
 def _recording_of(space: pymunk.Space) -> Recording | None:

@@ -31,11 +31,11 @@ from sandbox.space.figures import (
     touches,
     wrong_bounces,
 )
-from sandbox.space.findings import BodyReport, Certainty, Fault, Finding, Rule, found_by
+from sandbox.space.findings import BodyReport, Fault, Finding, Rules, found_by
 from sandbox.space.mechanics import Floats, Rows
 from sandbox.space.passages import Passage, Passages
 from sandbox.space.recording import Recording, Step
-from sandbox.space.rules import PRODUCT_RULES, RULE_OF, passing_words
+from sandbox.space.rules import PRODUCT_RULES, passing_words
 
 MAX_STRETCH: Final = 0.05  # of the joint's length, or half that of the bodies that it connects
 MAX_ANGLE: Final = 0.1  # rad, of a joint's angle off its law
@@ -73,7 +73,7 @@ class Evidence:
 
     def findings(self) -> list[Finding]:
         """Return what the steps show."""
-        return found_by((*MET_RULES, *STEP_RULES), self)
+        return found_by({**MET_RULES, **STEP_RULES}, self)
 
     @cached_property
     def after_run(self) -> Contents:
@@ -339,9 +339,9 @@ def _too_fast(evidence: Evidence) -> Iterator[Fault]:
         yield Fault(size, evidence.report((hit.body, hit.other_body), hit.step, what), since=hit.step.end)
 
 
-def _setting_after_run(rule: Rule[Contents]) -> Rule[Evidence]:
+def _after_run(find: Callable[[Contents], Iterator[Fault]]) -> Callable[[Evidence], Iterator[Fault]]:
     """Return a rule for how a Space is set up as one that looks at what touched in a run."""
-    return rule.found_by(lambda evidence: rule.find(evidence.after_run))
+    return lambda evidence: find(evidence.after_run)
 
 
 def _noticed(rule: str) -> Callable[[Evidence], Iterator[Fault]]:
@@ -519,146 +519,23 @@ def _joints_that_drive(evidence: Evidence) -> Iterator[Fault]:
             yield Fault(work, evidence.report(ends, evidence.steps[-1], what), share)
 
 
-STEP_RULES: Final[tuple[Rule[Evidence], ...]] = (
-    Rule(
-        "passed-through",
-        0.9,
-        Certainty.CERTAIN,
-        "Bodies went through walls, or through each other",
-        "Pymunk looks for contacts only where bodies are at the end of a step: before the wall, and then behind it.",
-        "Take several shorter steps for each frame, make walls thicker, or limit the speed in a velocity_func.",
-        _passed,
-    ),
-    Rule(
-        "joint-stretched",
-        0.8,
-        Certainty.CERTAIN,
-        "Joints do not hold: one is off its law by {}",
-        "A step moves bodies straight on, past what a joint would turn, and the solver stops after space.iterations "
-        "passes. What is off at the end of a step is corrected slowly. A joint may also begin off its law.",
-        "Halve dt; if joints also give way, raise space.iterations or bring masses nearer to each other; place bodies "
-        "as their joints say.",
-        _stretched,
-    ),
-    Rule(
-        "sinks-in",
-        0.7,
-        Certainty.CERTAIN,
-        "Bodies sink into each other, by up to {}",
-        "What lies on a body is too heavy for the passes that the solver does, or pushed by more than contacts carry.",
-        "Raise space.iterations, halve dt, bring masses nearer to each other.",
-        _too_deep(_Deep.LASTING),
-    ),
-    Rule(
-        "wrong-point",
-        0.92,
-        Certainty.LIKELY,
-        "Forces or impulses act far outside of bodies, and make them spin: their points are in the wrong coordinates",
-        "body.apply_..._at_local_point takes a force and a point in the coordinates of the body, ..._at_world_point in "
-        "those of the Space.",
-        "body.apply_force_at_local_point(force, (0, 0)), or apply_force_at_world_point(force, body.position); a point "
-        "of the body is body.local_to_world(point) in the Space.",
-        _wrong_points,
-    ),
-    Rule(
-        "pushed-by-hand",
-        0.6,
-        Certainty.LIKELY,
-        "The program pushes bodies into others, by up to {}",
-        "It sets their velocity or position step after step, which undoes what contacts do about it.",
-        "Push with a limited force: body.apply_force_at_local_point(...), or a PivotJoint to a KINEMATIC body with a "
-        "max_force; or set the velocity only until something is in the way.",
-        _too_deep(_Deep.PUSHED),
-    ),
-    Rule(
-        "unsolved",
-        0.65,
-        Certainty.CERTAIN,
-        "Stacks or joints give way: they carry less than what presses or pulls on them",
-        "The solver stops after space.iterations passes, with its equations not yet fulfilled. High stacks, chains, "
-        "large differences of mass, moments that are too small, and bodies between others that do not yield need more "
-        "passes, or cannot be solved.",
-        "Raise space.iterations, halve dt, bring masses nearer to each other.",
-        _unsolved,
-    ),
-    Rule(
-        "creeps",
-        0.45,
-        Certainty.CERTAIN,
-        "What friction holds creeps on, by up to {}",
-        "The solver stops before contacts stand still, though their friction is below its limit; nothing brings bodies "
-        "back to where they were.",
-        "Raise space.iterations, or let bodies sleep: space.sleep_time_threshold = 0.5.",
-        _creeping,
-    ),
-    Rule(
-        "deep-at-once",
-        0.5,
-        Certainty.CERTAIN,
-        "Impacts are found late: bodies are {} deep in each other for a moment",
-        "Pymunk looks for contacts at the end of a step, when a fast body is inside, or almost through.",
-        "Halve dt, make thin bodies thicker, or limit the speed.",
-        _too_deep(_Deep.AT_ONCE),
-    ),
-    Rule(
-        "other-bounce",
-        0.6,
-        Certainty.LIKELY,
-        "Contacts end with another velocity than their elasticity says",
-        "The impulses of the step do not explain it: a handler or a callback of the program set velocities.",
-        "To change a bounce, set arbiter.restitution in pre_solve.",
-        _other_bounces,
-    ),
-    Rule(
-        "joint-drives",
-        0.55,
-        Certainty.LIKELY,
-        "Joints add energy: one of them {} of the largest kinetic energy",
-        "A joint that is off its law is pulled back with a real velocity, which stays.",
-        "Halve dt, raise space.iterations, or raise joint.error_bias towards 1, so that it is pulled back more slowly.",
-        _joints_that_drive,
-    ),
-    Rule(
-        "jitters",
-        0.5,
-        Certainty.LIKELY,
-        "Bodies at rest shake",
-        "Each step undoes what the one before did: contacts come and go, or the program pushes every step.",
-        "A little friction and a collision_slop of some 1 % of the bodies keep contacts; or let bodies sleep: "
-        "space.sleep_time_threshold = 0.5.",
-        _jittery,
-    ),
-    Rule(
-        "moved-by-hand",
-        0.4,
-        Certainty.POSSIBLE,
-        "The program sets the positions of bodies, step after step",
-        "Pymunk solves contacts and joints by velocities, and does not see that motion: bodies push through others, "
-        "and carry nothing along.",
-        "Set velocities; make it a KINEMATIC body if nothing shall push it, and set its velocity to the way that it "
-        "shall go, divided by dt.",
-        _moved,
-    ),
-    Rule(
-        "leaves",
-        0.35,
-        Certainty.POSSIBLE,
-        "Bodies leave the world and go on",
-        "They fell or flew past all walls, and Pymunk goes on computing them.",
-        "Remove them, as in `if body.position.y > 2000: space.remove(body, *body.shapes)`; or close the walls.",
-        _gone,
-    ),
-    Rule(
-        "set-by-handler",
-        0.15,
-        Certainty.POSSIBLE,
-        "A handler gives contacts an elasticity, friction or surface velocity that their shapes have not",
-        "It sets arbiter.restitution, arbiter.friction or arbiter.surface_velocity.",
-        "If that is meant, nothing.",
-        _noticed("set-by-handler"),
-    ),
-)
-MET_RULES: Final[tuple[Rule[Evidence], ...]] = (  # for how a Space is set up, of which a run shows more
-    RULE_OF["tunnelling"].found_by(_too_fast),
-    *map(_setting_after_run, PRODUCT_RULES),
-)
+STEP_RULES: Final[Rules[Evidence]] = {
+    "passed-through": _passed,
+    "joint-stretched": _stretched,
+    "sinks-in": _too_deep(_Deep.LASTING),
+    "wrong-point": _wrong_points,
+    "pushed-by-hand": _too_deep(_Deep.PUSHED),
+    "unsolved": _unsolved,
+    "creeps": _creeping,
+    "deep-at-once": _too_deep(_Deep.AT_ONCE),
+    "other-bounce": _other_bounces,
+    "joint-drives": _joints_that_drive,
+    "jitters": _jittery,
+    "moved-by-hand": _moved,
+    "leaves": _gone,
+    "set-by-handler": _noticed("set-by-handler"),
+}
+MET_RULES: Final[Rules[Evidence]] = {  # for how a Space is set up, of which a run shows more
+    "tunnelling": _too_fast,
+    **{rule: _after_run(find) for rule, find in PRODUCT_RULES.items()},
+}

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from sandbox.space.evidence import MAX_CREEP, Evidence
-from sandbox.space.findings import Certainty, Fault, Rule
+from sandbox.space.findings import Fault, Rules
 from sandbox.space.finer import Finer
 from sandbox.space.mechanics import Floats
 from sandbox.space.recording import Step
@@ -70,16 +70,4 @@ def _ways(found: Finer, motion: Motion, body: int) -> Floats:
     return distance(found.script.outlines[column], moved, moved.first(1))[:, 0]
 
 
-COMPARED_RULES: Final[tuple[Rule[Compared], ...]] = (
-    Rule(
-        "moves-on",
-        0.65,
-        Certainty.CERTAIN,
-        "What stands in finer steps leans, slides or topples in the program's, by up to {}",
-        "The solver stops after space.iterations passes. What is then left over tilts and shifts bodies a little in "
-        "each step, until they fall.",
-        "Shorter steps (several space.step(dt / n) in a frame), or more space.iterations: the comparison with finer "
-        "steps says what each removes.",
-        _moves_on,
-    ),
-)
+COMPARED_RULES: Final[Rules[Compared]] = {"moves-on": _moves_on}
