@@ -13,7 +13,7 @@ from sandbox.errors import SandboxError
 from sandbox.report.space import PlayedSpace
 from sandbox.scripting.exact import AgainstExact
 from sandbox.scripting.finer import AgainstFiner
-from sandbox.space.balance import Balance
+from sandbox.space.energy import Ledger
 from sandbox.space.evidence import Evidence
 from sandbox.space.findings import Finding, worst_first
 from sandbox.space.mechanics import Floats
@@ -40,7 +40,7 @@ class Diagnosis:
     shapes: int
     joints: int
     seen: tuple[Finding, ...]
-    energy: Balance | None
+    energy: Ledger | None
     evidence: Evidence | None
     against_exact: AgainstExact
 
@@ -73,7 +73,7 @@ class Diagnosis:
         return PlayedSpace(
             heading=self.heading,
             findings=self.findings,
-            balance=self.energy,
+            ledger=self.energy,
             paragraphs=[*self.against_exact.paragraphs(), *(against.paragraphs() if against else ())],
             recording=self.evidence.recording if self.evidence else None,
             finer=against.finer if against else None,
@@ -93,7 +93,7 @@ class Diagnosis:
             yield f"and {counted(len(first) - MAX_FINDINGS, 'further finding')}; --json has all of them"
             yield ""
         if self.energy:
-            yield from self.energy.lines()
+            yield from self.energy.text()
             yield ""
         for paragraph in self.against_exact.paragraphs():
             yield from textwrap.wrap(printable(paragraph), width) or [""]

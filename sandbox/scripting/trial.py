@@ -16,7 +16,6 @@ import pymunk
 from sandbox.errors import SandboxError
 from sandbox.scripting.diagnosis import Diagnosis
 from sandbox.scripting.exact import AgainstExact
-from sandbox.space.balance import Balance
 from sandbox.space.contents import Contents, StepLengths, is_static
 from sandbox.space.evidence import MET_RULES, Evidence
 from sandbox.space.findings import Fault, worst_first
@@ -87,7 +86,7 @@ class Trial:
                 self.recording, Contents(self.space, self._linter.origins, self._linter.steps), self._noticed
             )
             findings = sorted([*findings, *evidence.findings()], key=worst_first)
-            energy = Balance(evidence.ledger)
+            energy = evidence.ledger
         return Diagnosis(
             number=number,
             line=self._line,
