@@ -58,7 +58,7 @@ class Trial:
         self._most = [0, 0, 0]  # bodies, shapes and joints at one time
         self._bodies: dict[int, pymunk.Body] = {}
         self._numbers, self._masses = np.empty(0, np.uintp), np.empty(0)  # ids of bodies, sorted, and their masses
-        self._noticed: dict[str, list[Fault]] = {}  # by rules of steps
+        self._of_handlers: list[Fault] = []
         self._contacts: set[Any] = set()  # pairs of shapes, with elasticity and friction, that were looked at
         self._statics: dict[pymunk.Body, tuple[pymunk.Vec2d, float]] = {}
         self._reported: set[tuple[str, *tuple[int, ...]]] = set()  # rules and ids of bodies, or addresses of shapes
@@ -83,7 +83,7 @@ class Trial:
         energy = evidence = None
         if self.recording:
             evidence = Evidence(
-                self.recording, Contents(self.space, self._linter.origins, self._linter.steps), self._noticed
+                self.recording, Contents(self.space, self._linter.origins, self._linter.steps), self._of_handlers
             )
             findings = sorted([*findings, *evidence.findings()], key=worst_first)
             energy = evidence.ledger
@@ -152,7 +152,7 @@ class Trial:
                     continue
                 if fault := set_by_handler(self._contents, a, b, contacts[row], step.end):
                     self._reported.add(pair)
-                    self._noticed.setdefault("set-by-handler", []).append(fault)
+                    self._of_handlers.append(fault)
 
     def _not_finite(self, number: int) -> None:
         if self._contents and self._new("not-finite", number):

@@ -1,9 +1,8 @@
 """What the recorded steps of a Space show: the rules that look at them, and the account of its energy."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from enum import Enum, auto
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise, takewhile
 from typing import Any, Final, NamedTuple
@@ -13,22 +12,21 @@ import pymunk
 from numpy.typing import NDArray
 
 from sandbox.space.causes import Cause
-from sandbox.space.contents import Contents, Meeting, half_length, half_width, is_dynamic, is_static, shape_words
+from sandbox.space.contents import Contents, half_length, half_width, is_dynamic, is_static, shape_words
 from sandbox.space.energy import Ledger, is_finite, ledger_of
 from sandbox.space.figures import (
+    IN_ANGLE,
     LAWLESS,
     Hit,
-    Overlap,
-    Residual,
-    Stretch,
+    Series,
     escapes,
     hits,
     jitter,
     joint_residuals,
+    meetings,
     overlaps,
     residuals,
     stretches,
-    touches,
     wrong_bounces,
 )
 from sandbox.space.findings import BodyReport, Fault, Finding, Rules, found_by
@@ -54,11 +52,11 @@ CALLBACK: Final = 1e-6  # of the largest kinetic energy, in a step: above roundi
 
 @dataclass(frozen=True)
 class Evidence:
-    """A recording, what the Space has now, and the faults that were noticed while it ran, by their rules."""
+    """A recording, what the Space has now, and contacts that were seen to be set by a handler while it ran."""
 
     recording: Recording
     contents: Contents
-    noticed: Mapping[str, Sequence[Fault]] = field(default_factory=dict)
+    set_by_handler: Sequence[Fault] = ()
 
     @cached_property
     def steps(self) -> list[Step]:
@@ -78,12 +76,7 @@ class Evidence:
     @cached_property
     def after_run(self) -> Contents:
         """What the Space has now, and which of its shapes touched."""
-        met = []
-        for touch in touches(self.steps):
-            a, b = map(self.recording.roster.by_address.get, (touch.shape_a, touch.shape_b))
-            if a and b and a.body and b.body:
-                met.append(Meeting(a, b, touch.step.end, touch.elasticity, touch.friction))
-        return replace(self.contents, met=met)
+        return replace(self.contents, met=meetings(self.steps, self.recording.roster.by_address))
 
     @cached_property
     def passages(self) -> list[Passage]:
@@ -91,8 +84,8 @@ class Evidence:
         return list(Passages(self.recording, self.contents.space))
 
     @cached_property
-    def overlaps(self) -> list[Overlap]:
-        """The deepest overlap of each pair of bodies, the deepest first."""
+    def overlaps(self) -> list[Series]:
+        """The overlaps of each pair of bodies, the deepest first."""
         return overlaps(self.steps)
 
     @cached_property
@@ -101,8 +94,8 @@ class Evidence:
         return _fast_hits(self)
 
     @cached_property
-    def too_deep(self) -> "list[tuple[_Deep, Fault]]":
-        """The overlaps that are too deep, and why."""
+    def too_deep(self) -> list[tuple[str, Fault]]:
+        """The overlaps that are too deep, by the rules for why."""
         return list(filter(None, (_deep_overlap(self, overlap) for overlap in self.overlaps)))
 
     @cached_property
@@ -114,8 +107,8 @@ class Evidence:
         return changed
 
     @cached_property
-    def residuals(self) -> list[Residual]:
-        """What the solver left undone at contacts that lasted."""
+    def residuals(self) -> tuple[list[Series], list[Series]]:
+        """What the solver left undone at contacts that lasted: approach and slip."""
         return residuals(self.steps)
 
     @cached_property
@@ -207,77 +200,67 @@ def _deepest(step: Step, ends: tuple[int, int]) -> Rows:
 def _stretched(evidence: Evidence) -> Iterator[Fault]:
     """Joints that may pull as hard as they need to, and are off their law."""
     for stretch in stretches(evidence.steps):
-        joint = evidence.recording.joint(stretch.key)
-        limit = _stretch_limit(evidence, stretch, joint)
-        over, (number, error) = np.abs(stretch.errors) > limit, stretch.worst
+        joint, is_angle = evidence.recording.joint(int(stretch.first["key"])), stretch.first["kind"] in IN_ANGLE
+        limit = MAX_ANGLE if is_angle else _max_stretch(joint, evidence.shapes(*stretch.ends))
+        over, (number, error) = np.abs(stretch.values) > limit, stretch.worst
         if math.isinf(joint.max_force) and over.any():
             worst, first = evidence.steps[number], evidence.steps[stretch.steps[over.argmax()]]
-            off = f"{abs(error):.3g} {'rad' if stretch.is_angle else 'px'}"
+            off = f"{abs(error):.3g} {'rad' if is_angle else 'px'}"
             what = f"its {type(joint).__name__} to {{}} is off by {off} at {worst.end:.3f} s"
-            report = evidence.report((stretch.body_a, stretch.body_b), worst, what)
-            yield Fault(abs(error) / limit, report, off, since=first.end)
+            yield Fault(abs(error) / limit, evidence.report(stretch.ends, worst, what), off, since=first.end)
 
 
-def _stretch_limit(evidence: Evidence, stretch: Stretch, joint: pymunk.Constraint) -> float:
-    if stretch.is_angle:
-        return MAX_ANGLE
+def _max_stretch(joint: pymunk.Constraint, shapes: Iterable[pymunk.Shape]) -> float:
     length = getattr(joint, "distance", getattr(joint, "max", 0.0))
-    return MAX_STRETCH * max([length, *map(half_length, evidence.shapes(stretch.body_a, stretch.body_b))])
+    return MAX_STRETCH * max([length, *map(half_length, shapes)])
 
 
-class _Deep(Enum):
-    """Why bodies overlap by too much."""
-
-    LASTING = auto()
-    AT_ONCE = auto()  # in an impact
-    PUSHED = auto()  # by the program, further into each other before most of the steps
+def _too_deep(rule: str) -> Callable[[Evidence], Iterator[Fault]]:
+    """Return a rule for overlaps that are too deep."""
+    return lambda evidence: (fault for deep, fault in evidence.too_deep if deep == rule)
 
 
-def _too_deep(kind: _Deep) -> Callable[[Evidence], Iterator[Fault]]:
-    """Return a rule for overlaps that are too deep, of a kind."""
-    return lambda evidence: (fault for found, fault in evidence.too_deep if found is kind)
-
-
-def _deep_overlap(evidence: Evidence, overlap: Overlap) -> tuple[_Deep, Fault] | None:
-    """Return why an overlap is too deep, if it is; not of bodies that came into the Space so."""
-    ends, slop = (overlap.body_a, overlap.body_b), evidence.contents.space.collision_slop
+def _deep_overlap(evidence: Evidence, overlap: Series) -> tuple[str, Fault] | None:
+    """Return the rule for why an overlap is too deep, if it is; not of bodies that came into the Space so."""
+    ends, slop = overlap.ends, evidence.contents.space.collision_slop
     half = evidence.half_width(*ends)
-    lasting = overlap.steps[(overlap.depths > slop + MAX_LASTING_DEPTH * half) & _is_held(evidence, overlap)]
+    lasting = overlap.steps[(overlap.values > slop + MAX_LASTING_DEPTH * half) & _is_held(evidence, overlap)]
     is_lasting = evidence.lasts(lasting)
-    deep = lasting if is_lasting else overlap.steps[overlap.depths > slop + MAX_DEPTH * half]
+    deep = lasting if is_lasting else overlap.steps[overlap.values > slop + MAX_DEPTH * half]
     if not len(deep) or evidence.came_in(evidence.steps[deep[0]], *ends):
         return None
-    kind = _why_deep(evidence, overlap, deep, is_lasting=is_lasting)
-    if kind is _Deep.AT_ONCE and frozenset(ends) in evidence.too_fast:
+    rule = _why_deep(evidence, overlap, deep, is_lasting=is_lasting)
+    if rule == "deep-at-once" and frozenset(ends) in evidence.too_fast:
         return None
-    worst = evidence.steps[overlap.steps[overlap.depths.argmax()]]
-    report = evidence.report(ends, worst, f"{overlap.depth:.3g} px deep in {{}} at {worst.end:.3f} s")
-    return kind, Fault(overlap.depth, report, f"{overlap.depth:.3g} px", since=evidence.steps[deep[0]].end)
+    number, depth = overlap.worst
+    worst = evidence.steps[number]
+    report = evidence.report(ends, worst, f"{depth:.3g} px deep in {{}} at {worst.end:.3f} s")
+    return rule, Fault(depth, report, f"{depth:.3g} px", since=evidence.steps[deep[0]].end)
 
 
-def _is_held(evidence: Evidence, overlap: Overlap) -> NDArray[np.bool_]:
+def _is_held(evidence: Evidence, overlap: Series) -> NDArray[np.bool_]:
     """Return whether something holds two bodies in each other in each step in which they overlap, or presses them.
 
     Otherwise Pymunk lets its part `collision_bias` to the power of dt remain of an overlap; here, half the way there.
     """
     space = evidence.contents.space
-    beyond = np.maximum(overlap.depths - space.collision_slop, 0.0)
+    beyond = np.maximum(overlap.values - space.collision_slop, 0.0)
     lengths = np.array([evidence.steps[number].dt for number in overlap.steps])
     before = np.where(np.diff(overlap.steps, prepend=-2) == 1, np.roll(beyond, 1), 0.0)
     return np.asarray(beyond > (1 + space.collision_bias**lengths) / 2 * before)
 
 
-def _why_deep(evidence: Evidence, overlap: Overlap, deep: NDArray[np.intp], *, is_lasting: bool) -> _Deep:
-    """Return what makes an overlap deep in some steps: what the program does, again and again, until it is deepest."""
-    ends, slop = (overlap.body_a, overlap.body_b), evidence.contents.space.collision_slop
+def _why_deep(evidence: Evidence, overlap: Series, deep: NDArray[np.intp], *, is_lasting: bool) -> str:
+    """Return the rule for what makes an overlap deep: the program, again and again, until it is deepest; or not."""
+    ends, slop = overlap.ends, evidence.contents.space.collision_slop
     pushed = np.array([evidence.pushes_together(number, ends) > slop for number in overlap.steps.tolist()])
-    growing = np.isin(overlap.steps, deep) & (overlap.steps <= overlap.steps[overlap.depths.argmax()])
+    growing = np.isin(overlap.steps, deep) & (overlap.steps <= overlap.steps[overlap.values.argmax()])
     if pushed.sum() >= MIN_PUSHES and pushed[growing].mean() > MOST:
-        return _Deep.PUSHED
+        return "pushed-by-hand"
     first = int(np.flatnonzero(overlap.steps == deep[0])[0])
     is_apart = not first or overlap.steps[first - 1] < deep[0] - 1
-    is_impact = is_apart or overlap.depths[first - 1] < overlap.depths[first] / 2
-    return _Deep.AT_ONCE if is_impact and not is_lasting else _Deep.LASTING
+    is_impact = is_apart or overlap.values[first - 1] < overlap.values[first] / 2
+    return "deep-at-once" if is_impact and not is_lasting else "sinks-in"
 
 
 def _passed(evidence: Evidence) -> Iterator[Fault]:
@@ -344,45 +327,40 @@ def _after_run(find: Callable[[Contents], Iterator[Fault]]) -> Callable[[Evidenc
     return lambda evidence: find(evidence.after_run)
 
 
-def _noticed(rule: str) -> Callable[[Evidence], Iterator[Fault]]:
-    """Return a rule for what had to be seen as it happened."""
-    return lambda evidence: iter(evidence.noticed.get(rule, ()))
-
-
 def _unsolved(evidence: Evidence) -> Iterator[Fault]:
     """Contacts and joints that bear less than nothing would: off by more than gravity adds in a step, for long."""
-    for residual in evidence.residuals:
-        yield from _unsolved_for_long(evidence, residual, "goes on into {{}} at {0} px/s at {1} s")
-    for key, residual in joint_residuals(evidence.steps, evidence.recording.joint).items():
-        name = type(evidence.recording.joint(key)).__name__
+    approaches, _ = evidence.residuals
+    for contact in approaches:
+        yield from _unsolved_for_long(evidence, contact, "goes on into {{}} at {0} px/s at {1} s")
+    for residual in joint_residuals(evidence.steps, evidence.recording.joint):
+        name = type(evidence.recording.joint(int(residual.first["key"]))).__name__
         yield from _unsolved_for_long(evidence, residual, f"its {name} to {{{{}}}} gives way at {{0}} px/s at {{1}} s")
 
 
-def _unsolved_for_long(evidence: Evidence, residual: Residual, how: str) -> Iterator[Fault]:
-    """Yield the fault of a residual. how: what it means, by speed and time."""
-    fall = evidence.fall[residual.steps]
-    over = (residual.approach > fall) & (fall > 0) & ~evidence.changed_by_callbacks[residual.steps]
-    steps = residual.steps[over]
+def _unsolved_for_long(evidence: Evidence, approach: Series, how: str) -> Iterator[Fault]:
+    """Yield the fault of an approach. how: what it means, by speed and time."""
+    fall = evidence.fall[approach.steps]
+    over = (approach.values > fall) & (fall > 0) & ~evidence.changed_by_callbacks[approach.steps]
+    steps = approach.steps[over]
     if not evidence.lasts(steps):
         return
-    worst = int(np.flatnonzero(over)[residual.approach[over].argmax()])
-    speed, step = residual.approach[worst], evidence.steps[residual.steps[worst]]
+    worst = int(np.flatnonzero(over)[approach.values[over].argmax()])
+    speed, step = approach.values[worst], evidence.steps[approach.steps[worst]]
     what = f"{how.format(f'{speed:.3g}', f'{step.end:.3f}')}; a step's gravity adds {fall[worst]:.3g}"
-    report = evidence.report((residual.body_a, residual.body_b), step, what)
+    report = evidence.report(approach.ends, step, what)
     yield Fault(float(speed / fall[worst]), report, since=evidence.steps[steps[0]].end)
 
 
 def _creeping(evidence: Evidence) -> Iterator[Fault]:
     """Contacts that slip though friction is below its limit, by a part of a body."""
-    for residual in evidence.residuals:
-        lengths = np.array([evidence.steps[number].dt for number in residual.steps])
-        slip = np.where(evidence.changed_by_callbacks[residual.steps], 0.0, residual.slip) * lengths
-        way = abs(slip.sum())
-        if way > MAX_CREEP * evidence.half_width(residual.body_a, residual.body_b):
-            first, last = (evidence.steps[residual.steps[at]] for at in (0, -1))
+    _, slips = evidence.residuals
+    for slip in slips:
+        lengths = np.array([evidence.steps[number].dt for number in slip.steps])
+        way = abs((np.where(evidence.changed_by_callbacks[slip.steps], 0.0, slip.values) * lengths).sum())
+        if way > MAX_CREEP * evidence.half_width(*slip.ends):
+            first, last = (evidence.steps[slip.steps[at]] for at in (0, -1))
             what = f"crept {way:.3g} px along {{}} in {last.end - first.time:.3g} s"
-            report = evidence.report((residual.body_a, residual.body_b), last, what)
-            yield Fault(way, report, f"{way:.3g} px", since=first.time)
+            yield Fault(way, evidence.report(slip.ends, last, what), f"{way:.3g} px", since=first.time)
 
 
 def _other_bounces(evidence: Evidence) -> Iterator[Fault]:
@@ -522,18 +500,18 @@ def _joints_that_drive(evidence: Evidence) -> Iterator[Fault]:
 STEP_RULES: Final[Rules[Evidence]] = {
     "passed-through": _passed,
     "joint-stretched": _stretched,
-    "sinks-in": _too_deep(_Deep.LASTING),
+    "sinks-in": _too_deep("sinks-in"),
     "wrong-point": _wrong_points,
-    "pushed-by-hand": _too_deep(_Deep.PUSHED),
+    "pushed-by-hand": _too_deep("pushed-by-hand"),
     "unsolved": _unsolved,
     "creeps": _creeping,
-    "deep-at-once": _too_deep(_Deep.AT_ONCE),
+    "deep-at-once": _too_deep("deep-at-once"),
     "other-bounce": _other_bounces,
     "joint-drives": _joints_that_drive,
     "jitters": _jittery,
     "moved-by-hand": _moved,
     "leaves": _gone,
-    "set-by-handler": _noticed("set-by-handler"),
+    "set-by-handler": lambda evidence: iter(evidence.set_by_handler),
 }
 MET_RULES: Final[Rules[Evidence]] = {  # for how a Space is set up, of which a run shows more
     "tunnelling": _too_fast,
