@@ -44,8 +44,8 @@ from sandbox.scene.model import Scene
 from sandbox.space.changes import CALLS, NAMES
 from sandbox.space.evidence import STEP_RULES
 from sandbox.space.findings import TEXTS, Rules
+from sandbox.space.finer import COMPARED_RULES
 from sandbox.space.rules import RULES
-from sandbox.space.standing import COMPARED_RULES
 from sandbox.view.controls import HELP
 
 ROOT = Path(__file__).parent.parent

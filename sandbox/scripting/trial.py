@@ -16,12 +16,11 @@ import pymunk
 from sandbox.errors import SandboxError
 from sandbox.scripting.diagnosis import Diagnosis
 from sandbox.scripting.exact import AgainstExact
-from sandbox.space.contents import Contents, StepLengths, is_static
+from sandbox.space.contents import Contents, Origins, StepLengths, is_static, program_line
 from sandbox.space.evidence import MET_RULES, Evidence
 from sandbox.space.findings import Fault, worst_first
 from sandbox.space.lint import Linter
 from sandbox.space.mechanics import Rows
-from sandbox.space.origins import Origins, program_line
 from sandbox.space.recording import Recording
 from sandbox.space.rules import (
     MAX_MASS_RATIO,

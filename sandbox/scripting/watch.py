@@ -18,8 +18,8 @@ from sandbox.scripting.comparison import Comparison
 from sandbox.scripting.diagnosis import Diagnosis
 from sandbox.scripting.exact import AgainstExact
 from sandbox.scripting.trial import Trial
+from sandbox.space.contents import Origins
 from sandbox.space.findings import Finding
-from sandbox.space.origins import Origins
 from sandbox.text import DEFAULT_WIDTH, json_text
 
 

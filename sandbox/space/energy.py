@@ -17,7 +17,7 @@ import numpy as np
 
 from sandbox.errors import SandboxError
 from sandbox.space.causes import Cause
-from sandbox.space.mechanics import Floats, Index, elastic_energy, kinetic_energy, potential_energy
+from sandbox.space.mechanics import Floats, Index, elastic_energy, is_within, kinetic_energy, potential_energy
 from sandbox.space.memory import Snapshot
 from sandbox.space.recording import Step
 from sandbox.space.step_work import ContactHistory, StepWork, Work, add_membership, change_by_mass
@@ -120,7 +120,7 @@ def ledger_of(steps: Iterable[Step]) -> Ledger:
     first = steps[0]
     energies = [(*_energies(first.before), elastic_energy(first.after, first.before))]
     for number, step in enumerate(steps):
-        if not is_finite(step.after):
+        if not is_within(LARGEST, step.after):
             break
         works.append(defaultdict(float))
         if number:
@@ -131,12 +131,6 @@ def ledger_of(steps: Iterable[Step]) -> Ledger:
     work = np.array([[work[cause] for cause in Cause] for work in works]).reshape(len(works), len(Cause))
     kinetic, potential, elastic = np.array(energies).T
     return Ledger(time, kinetic, potential, elastic, work, of_joints)
-
-
-def is_finite(state: Snapshot) -> bool:
-    """Return whether all places and velocities are numbers whose squares are finite."""
-    bodies = state.bodies
-    return all((np.abs(bodies[key]) < LARGEST).all() for key in ("position", "velocity", "angle", "spin"))
 
 
 def _energies(state: Snapshot) -> tuple[float, float]:

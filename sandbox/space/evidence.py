@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sandbox.space.causes import Cause
 from sandbox.space.contents import Contents, half_length, half_width, is_dynamic, is_static, shape_words
-from sandbox.space.energy import Ledger, is_finite, ledger_of
+from sandbox.space.energy import LARGEST, Ledger, ledger_of
 from sandbox.space.figures import (
     IN_ANGLE,
     LAWLESS,
@@ -30,7 +30,7 @@ from sandbox.space.figures import (
     wrong_bounces,
 )
 from sandbox.space.findings import BodyReport, Fault, Finding, Rules, found_by
-from sandbox.space.mechanics import Floats, Rows
+from sandbox.space.mechanics import Floats, Rows, common, is_within
 from sandbox.space.passages import Passage, Passages
 from sandbox.space.recording import Recording, Step
 from sandbox.space.rules import PRODUCT_RULES, passing_words
@@ -62,7 +62,7 @@ class Evidence:
     def steps(self) -> list[Step]:
         """The steps that are kept, until one leaves a number that is not finite, or too large; at least one."""
         steps = list(self.recording)
-        return steps[:1] + list(takewhile(lambda step: is_finite(step.after), steps[1:]))
+        return steps[:1] + list(takewhile(lambda step: is_within(LARGEST, step.after), steps[1:]))
 
     @cached_property
     def ledger(self) -> Ledger:
@@ -122,11 +122,9 @@ class Evidence:
         steps: dict[str, dict[int, list[int]]] = {"position": {}, "velocity": {}}
         for number, (last, step) in enumerate(pairwise(self.steps), 1):
             if last.after is not step.before:
-                old, new = last.after.bodies, step.before.bodies
-                common, rows, others = np.intersect1d(old["id"], new["id"], return_indices=True)
+                old, new = common(last.after.bodies, step.before.bodies)
                 for name, of_body in steps.items():
-                    is_set = (old[name][rows] != new[name][others]).any(axis=1)
-                    for body in common[is_set].tolist():
+                    for body in np.sort(old["id"][(old[name] != new[name]).any(axis=1)]).tolist():
                         of_body.setdefault(body, []).append(number)
         return {name: {body: np.array(each) for body, each in of_body.items()} for name, of_body in steps.items()}
 

@@ -8,9 +8,8 @@ from weakref import WeakSet
 import pymunk
 
 from sandbox.errors import SandboxError
-from sandbox.space.contents import Contents, StepLengths
+from sandbox.space.contents import Contents, Origins, StepLengths
 from sandbox.space.findings import Fault, Finding, Rules, finding_of, worst_first
-from sandbox.space.origins import Origins
 from sandbox.space.rules import RULES
 
 MAX_FAULTS: Final = 1_000  # kept of a rule; further ones are not looked at

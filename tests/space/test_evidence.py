@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 import pymunk
 import pytest
 
-from sandbox.space.contents import Contents, StepLengths
+from sandbox.space.contents import Contents, Origins, StepLengths
 from sandbox.space.evidence import STEP_RULES, Evidence
-from sandbox.space.origins import Origins
 from sandbox.space.recording import Recording
 
 DT = 1 / 60

@@ -13,9 +13,8 @@ import sandbox
 from sandbox.scripting.watch import watch
 from sandbox.space.evidence import STEP_RULES
 from sandbox.space.findings import Finding, found_by
-from sandbox.space.finer import Finer
+from sandbox.space.finer import COMPARED_RULES, Compared, Finer
 from sandbox.space.rules import RULES
-from sandbox.space.standing import COMPARED_RULES, Compared
 
 DT = 1 / 60
 
