@@ -129,11 +129,11 @@ class Trial:
             self._sample_touching(self.recording.steps[-1].after.contacts)
             self._sample_statics()
 
-    def _new(self, rule: str, body: int) -> bool:
-        """Return whether a body is to be reported for a rule: once."""
-        is_new = (rule, body) not in self._reported and body in self._bodies
-        self._reported.add((rule, body))
-        return is_new
+    def _report(self, rule: str, body: int, find: Callable[[], Fault | None]) -> None:
+        """Add the fault of a body, if there is one, to what the linter found, once for each rule."""
+        if (rule, body) not in self._reported and (fault := find()):
+            self._reported.add((rule, body))
+            self._linter.add(rule, fault, self.time)
 
     def _set_by_handler(self) -> None:
         """Look at contacts, each pair of shapes once with the same elasticity, friction and surface velocity."""
@@ -154,8 +154,8 @@ class Trial:
                     self._of_handlers.append(fault)
 
     def _not_finite(self, number: int) -> None:
-        if self._contents and self._new("not-finite", number):
-            self._linter.add("not-finite", not_finite(self._contents, self._bodies[number]), self.time)
+        if self._contents and number in self._bodies:
+            self._report("not-finite", number, partial(not_finite, self._contents, self._bodies[number]))
 
     def _sample_touching(self, contacts: Rows) -> None:
         pairs = np.stack([contacts["body_a"], contacts["body_b"]], axis=1)
@@ -166,17 +166,15 @@ class Trial:
         known = (self._numbers[rows] == pairs).all(axis=1)
         for first, second in pairs[known & (heavier > MAX_MASS_RATIO * lighter)].tolist():
             a, b = self._bodies[first], self._bodies[second]
-            if self._contents and (fault := mass_ratio(self._contents, a, b)):
+            if self._contents:
                 heavy = first if a.mass > b.mass else second
-                if self._new("mass-ratio", heavy):
-                    self._linter.add("mass-ratio", fault, self.time)
+                self._report("mass-ratio", heavy, partial(mass_ratio, self._contents, a, b))
 
     def _sample_statics(self) -> None:
         for body, (place, angle) in self._statics.items():
             off = body.position.get_distance(place) or abs(body.angle - angle)
-            if off and is_static(body) and self._contents and (("static-moved", body.id) not in self._reported):
-                self._reported.add(("static-moved", body.id))
-                self._linter.add("static-moved", moved_static(self._contents, body, off), self.time)
+            if off and is_static(body) and self._contents:
+                self._report("static-moved", body.id, partial(moved_static, self._contents, body, off))
 
 
 def _recording_of(space: pymunk.Space) -> Recording | None:

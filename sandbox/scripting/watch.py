@@ -9,11 +9,11 @@ from warnings import warn
 import pymunk
 
 from sandbox.errors import SandboxError, SpaceWarning
-from sandbox.files import whole_file
+from sandbox.report.space import page
 from sandbox.run.trajectory import Trajectory
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Arena, Scene
-from sandbox.scripting.arguments import output
+from sandbox.scripting.arguments import save
 from sandbox.scripting.comparison import Comparison
 from sandbox.scripting.diagnosis import Diagnosis
 from sandbox.scripting.exact import AgainstExact
@@ -138,9 +138,4 @@ class Watched:
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write the page, as one .html file. Raises SandboxError if it cannot be written."""
-        from sandbox.report.space import page  # noqa: PLC0415  (Bokeh is slow to import)
-
-        file_name = output("a report", path, [".html"])
-        text = page("Space", [self.diagnosis.played()])
-        with whole_file(file_name) as file:
-            file.write(text.encode())
+        save("a report", path, {".html": lambda: page("Space", [self.diagnosis.played()])})
