@@ -28,8 +28,8 @@ class Diagnosis:
     """What a Space did while it was recorded, and what is wrong with it.
 
     number: of the Space, from 1; line: of the program, that stepped it first; seconds: of its time; bodies, shapes,
-    joints: the most at one time; seen: the findings that need no comparison, worst first; energy, evidence: None
-    without a recording. Comparing it may take a minute.
+    joints: the most at one time; seen: the findings that need no comparison, worst first; evidence: None without a
+    recording. Comparing it may take a minute.
     """
 
     number: int
@@ -40,9 +40,13 @@ class Diagnosis:
     shapes: int
     joints: int
     seen: tuple[Finding, ...]
-    energy: Ledger | None
     evidence: Evidence | None
     against_exact: AgainstExact
+
+    @property
+    def energy(self) -> Ledger | None:
+        """The energy ledger of what was recorded."""
+        return self.evidence.ledger if self.evidence else None
 
     @cached_property
     def against_finer(self) -> AgainstFiner | None:

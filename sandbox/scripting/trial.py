@@ -77,27 +77,14 @@ class Trial:
 
     def diagnosis(self, number: int, against_exact: AgainstExact) -> Diagnosis:
         """Return the diagnosis of what was recorded."""
-        bodies, shapes, joints = self._most
-        findings = self._linter.findings()
-        energy = evidence = None
+        findings, evidence = self._linter.findings(), None
         if self.recording:
-            evidence = Evidence(
-                self.recording, Contents(self.space, self._linter.origins, self._linter.steps), self._of_handlers
-            )
+            contents = Contents(self.space, self._linter.origins, self._linter.steps)
+            evidence = Evidence(self.recording, contents, self._of_handlers)
             findings = sorted([*findings, *evidence.findings()], key=worst_first)
-            energy = evidence.ledger
+        bodies, shapes, joints = self._most
         return Diagnosis(
-            number=number,
-            line=self._line,
-            steps=self._steps,
-            seconds=self.time,
-            bodies=bodies,
-            shapes=shapes,
-            joints=joints,
-            seen=tuple(findings),
-            energy=energy,
-            evidence=evidence,
-            against_exact=against_exact,
+            number, self._line, self._steps, self.time, bodies, shapes, joints, tuple(findings), evidence, against_exact
         )
 
     def _before(self, dt: float) -> None:
@@ -188,6 +175,7 @@ def _recording_of(space: pymunk.Space) -> Recording | None:
 class Trials:
     """All Spaces that a program steps, from the first step of each; a context that replaces `Space.step`.
 
+    others: the number of Spaces beyond those that are diagnosed.
     seconds: of a Space's time, after which KeyboardInterrupt ends the program, as Ctrl-C does. keep_start: is called
     with the first Space and the length of its first step, s, before that step.
     """
@@ -199,7 +187,7 @@ class Trials:
         self._seconds = math.inf if seconds is None else seconds
         self._origins = Origins()
         self._trials: dict[int, Trial] = {}
-        self._others = 0  # further Spaces
+        self.others = 0
         self._counted: WeakSet[pymunk.Space] = WeakSet()  # those
         self._ended = False
         self.out_of_time = False
@@ -272,17 +260,12 @@ class Trials:
         for number, trial in enumerate(self._trials.values(), 1):
             yield trial.diagnosis(number, AgainstExact(trial.recording))
 
-    @property
-    def others(self) -> int:
-        """The number of Spaces beyond those that are diagnosed."""
-        return self._others
-
     def _trial(self, space: pymunk.Space) -> Trial | None:
         trial = self._trials.get(id(space))
         if trial is None and len(self._trials) < MAX_SPACES:
             trial = self._trials[id(space)] = Trial(space, self._origins, partial(_original_step, space))
         elif trial is None:
-            self._others += space not in self._counted
+            self.others += space not in self._counted
             self._counted.add(space)
         return trial
 

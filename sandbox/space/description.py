@@ -78,11 +78,7 @@ class BodyType(StrEnum):
     STATIC = "static"
 
 
-BODY_TYPES: Final = {
-    pymunk.Body.DYNAMIC: BodyType.DYNAMIC,
-    pymunk.Body.KINEMATIC: BodyType.KINEMATIC,
-    pymunk.Body.STATIC: BodyType.STATIC,
-}
+BODY_TYPES: Final = {getattr(pymunk.Body, kind.name): kind for kind in BodyType}
 
 
 class Part(Model):

@@ -1,6 +1,7 @@
 """What the recorded steps of a Space show: the rules that look at them, and the account of its energy."""
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -84,19 +85,17 @@ class Evidence:
         return list(Passages(self.recording, self.contents.space))
 
     @cached_property
-    def overlaps(self) -> list[Series]:
-        """The overlaps of each pair of bodies, the deepest first."""
-        return overlaps(self.steps)
-
-    @cached_property
     def too_fast(self) -> "dict[frozenset[int], _FastHit]":
         """By two bodies that hit, but did not pass each other: their hit that came nearest to that, if it was near."""
         return _fast_hits(self)
 
     @cached_property
-    def too_deep(self) -> list[tuple[str, Fault]]:
-        """The overlaps that are too deep, by the rules for why."""
-        return list(filter(None, (_deep_overlap(self, overlap) for overlap in self.overlaps)))
+    def too_deep(self) -> dict[str, list[Fault]]:
+        """The overlaps that are too deep, the deepest first, by the rules for why."""
+        faults: dict[str, list[Fault]] = defaultdict(list)
+        for rule, fault in filter(None, (_deep_overlap(self, overlap) for overlap in overlaps(self.steps))):
+            faults[rule].append(fault)
+        return faults
 
     @cached_property
     def changed_by_callbacks(self) -> NDArray[np.bool_]:
@@ -211,11 +210,6 @@ def _stretched(evidence: Evidence) -> Iterator[Fault]:
 def _max_stretch(joint: pymunk.Constraint, shapes: Iterable[pymunk.Shape]) -> float:
     length = getattr(joint, "distance", getattr(joint, "max", 0.0))
     return MAX_STRETCH * max([length, *map(half_length, shapes)])
-
-
-def _too_deep(rule: str) -> Callable[[Evidence], Iterator[Fault]]:
-    """Return a rule for overlaps that are too deep."""
-    return lambda evidence: (fault for deep, fault in evidence.too_deep if deep == rule)
 
 
 def _deep_overlap(evidence: Evidence, overlap: Series) -> tuple[str, Fault] | None:
@@ -498,12 +492,12 @@ def _joints_that_drive(evidence: Evidence) -> Iterator[Fault]:
 STEP_RULES: Final[Rules[Evidence]] = {
     "passed-through": _passed,
     "joint-stretched": _stretched,
-    "sinks-in": _too_deep("sinks-in"),
+    "sinks-in": lambda evidence: iter(evidence.too_deep["sinks-in"]),
     "wrong-point": _wrong_points,
-    "pushed-by-hand": _too_deep("pushed-by-hand"),
+    "pushed-by-hand": lambda evidence: iter(evidence.too_deep["pushed-by-hand"]),
     "unsolved": _unsolved,
     "creeps": _creeping,
-    "deep-at-once": _too_deep("deep-at-once"),
+    "deep-at-once": lambda evidence: iter(evidence.too_deep["deep-at-once"]),
     "other-bounce": _other_bounces,
     "joint-drives": _joints_that_drive,
     "jitters": _jittery,

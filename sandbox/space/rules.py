@@ -1,7 +1,8 @@
 """What the linter looks for in a Space: one function for each rule of rules.toml."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from functools import partial
 from itertools import combinations
 from typing import Any, Final
 
@@ -88,18 +89,14 @@ def _moments(contents: Contents) -> Iterator[tuple[pymunk.Body, float, float]]:
                 yield body, body.moment, of_shapes[1]
 
 
-def _moment(*, can_turn: bool) -> Callable[[Contents], Iterator[Fault]]:
-    """Return a rule for moments that do not fit, of bodies that something can turn, or of others."""
-
-    def find(contents: Contents) -> Iterator[Fault]:
-        for body, moment, expected in _moments(contents):
-            if can_turn == _can_turn(contents, body):
-                size = max(moment / expected, expected / moment)
-                how = f"{size:.3g} times too {'large' if moment > expected else 'small'}"
-                what = f"moment {moment:.4g}, {how}: its shapes have {expected:.4g}"
-                yield Fault(size, contents.report(body, what))
-
-    return find
+def _moment(contents: Contents, *, can_turn: bool) -> Iterator[Fault]:
+    """Moments that do not fit, of bodies that something can turn, or of others."""
+    for body, moment, expected in _moments(contents):
+        if can_turn == _can_turn(contents, body):
+            size = max(moment / expected, expected / moment)
+            how = f"{size:.3g} times too {'large' if moment > expected else 'small'}"
+            what = f"moment {moment:.4g}, {how}: its shapes have {expected:.4g}"
+            yield Fault(size, contents.report(body, what))
 
 
 def _can_turn(contents: Contents, body: pymunk.Body) -> bool:
@@ -178,24 +175,20 @@ def _too_elastic(contents: Contents) -> Iterator[Fault]:
             yield Fault(shape.elasticity, contents.report(body_of(shape), f"elasticity {shape.elasticity:g}", shape))
 
 
-def _products(quantity: str, *, without_any_effect: bool) -> Callable[[Contents], Iterator[Fault]]:
-    """Return a rule for shapes with an elasticity or a friction, and partners that have none."""
-
-    def find(contents: Contents) -> Iterator[Fault]:
-        shapes = dict.fromkeys((*filter(contents.is_new, contents.solid), *contents.partners))
-        with_value = [shape for shape in shapes if getattr(shape, quantity)]
-        samples = _samples(contents, quantity) if with_value else []
-        for shape in with_value:
-            partners = [partner for partner in samples if _could_meet(shape, partner)]
-            has_no_effect = not any(getattr(partner, quantity) for partner in partners)
-            met = dict.fromkeys(partners) if contents.met is None else _met_without(contents, shape, quantity)
-            without = next((each for each in met.items() if not getattr(each[0], quantity)), None)
-            if without and has_no_effect == without_any_effect:
-                value, (partner, since) = getattr(shape, quantity), without
-                detail = f"{quantity} {value:g}, but a {shape_words(partner)} has {quantity} 0"
-                yield Fault(value, contents.report(body_of(shape), detail, shape), since=since)
-
-    return find
+def _products(contents: Contents, quantity: str, *, without_any_effect: bool) -> Iterator[Fault]:
+    """Shapes with an elasticity or a friction, and partners that have none."""
+    shapes = dict.fromkeys((*filter(contents.is_new, contents.solid), *contents.partners))
+    with_value = [shape for shape in shapes if getattr(shape, quantity)]
+    samples = _samples(contents, quantity) if with_value else []
+    for shape in with_value:
+        partners = [partner for partner in samples if _could_meet(shape, partner)]
+        has_no_effect = not any(getattr(partner, quantity) for partner in partners)
+        met = dict.fromkeys(partners) if contents.met is None else _met_without(contents, shape, quantity)
+        without = next((each for each in met.items() if not getattr(each[0], quantity)), None)
+        if without and has_no_effect == without_any_effect:
+            value, (partner, since) = getattr(shape, quantity), without
+            detail = f"{quantity} {value:g}, but a {shape_words(partner)} has {quantity} 0"
+            yield Fault(value, contents.report(body_of(shape), detail, shape), since=since)
 
 
 def _samples(contents: Contents, quantity: str) -> list[pymunk.Shape]:
@@ -232,20 +225,16 @@ def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
                 yield Fault(1, contents.report(body, f"body.{name} was set; write {cure}"))
 
 
-def _overlaps(*, joined: bool) -> Callable[[Contents], Iterator[Fault]]:
-    """Return a rule for shapes that overlap, of bodies that a joint connects, or of others."""
-
-    def find(contents: Contents) -> Iterator[Fault]:
-        for a, b, depth in contents.touching:
-            smaller = min(filter(None, (half_width(a), half_width(b))), default=0.0)
-            if depth > contents.space.collision_slop + OVERLAP * smaller and joined == _are_joined(a, b):
-                shape, partner = (a, b) if is_dynamic(body_of(a)) else (b, a)
-                number = contents.index_of.get(id(body_of(partner)))
-                name = shape_words(partner) + ("" if number is None else f" of body {number}")
-                detail = f"overlaps a {name} by {depth:.4g} px"
-                yield Fault(depth / (smaller or 1), contents.report(body_of(shape), detail, shape))
-
-    return find
+def _overlaps(contents: Contents, *, joined: bool) -> Iterator[Fault]:
+    """Shapes that overlap, of bodies that a joint connects, or of others."""
+    for a, b, depth in contents.touching:
+        smaller = min(filter(None, (half_width(a), half_width(b))), default=0.0)
+        if depth > contents.space.collision_slop + OVERLAP * smaller and joined == _are_joined(a, b):
+            shape, partner = (a, b) if is_dynamic(body_of(a)) else (b, a)
+            number = contents.index_of.get(id(body_of(partner)))
+            name = shape_words(partner) + ("" if number is None else f" of body {number}")
+            detail = f"overlaps a {name} by {depth:.4g} px"
+            yield Fault(depth / (smaller or 1), contents.report(body_of(shape), detail, shape))
 
 
 def _are_joined(a: pymunk.Shape, b: pymunk.Shape) -> bool:
@@ -489,10 +478,10 @@ def _invalid_steps(contents: Contents) -> Iterator[Fault]:
 
 
 PRODUCT_RULES: Final[Rules[Contents]] = {
-    "elasticity-unused": _products("elasticity", without_any_effect=True),
-    "friction-unused": _products("friction", without_any_effect=True),
-    "elasticity-zero": _products("elasticity", without_any_effect=False),
-    "friction-zero": _products("friction", without_any_effect=False),
+    "elasticity-unused": partial(_products, quantity="elasticity", without_any_effect=True),
+    "friction-unused": partial(_products, quantity="friction", without_any_effect=True),
+    "elasticity-zero": partial(_products, quantity="elasticity", without_any_effect=False),
+    "friction-zero": partial(_products, quantity="friction", without_any_effect=False),
 }
 RULES: Final[Rules[Contents]] = {
     "mass": _massless,
@@ -504,11 +493,11 @@ RULES: Final[Rules[Contents]] = {
     "tunnelling": _too_fast,
     "elasticity": _too_elastic,
     "damping-range": _damping_outside,
-    "moment": _moment(can_turn=True),
+    "moment": partial(_moment, can_turn=True),
     "dt-long": _long_steps,
     "attribute": _ignored_attributes,
-    "overlap": _overlaps(joined=False),
-    "overlap-joined": _overlaps(joined=True),
+    "overlap": partial(_overlaps, joined=False),
+    "overlap-joined": partial(_overlaps, joined=True),
     "slop": _sinks_in,
     "off-centre": _off_centre,
     "mass-ratio": _mass_ratio,
@@ -519,5 +508,5 @@ RULES: Final[Rules[Contents]] = {
     **PRODUCT_RULES,
     "sleep-on-joint": _asleep_on_a_joint,
     "damping-per-step": _damping_per_step,
-    "moment-unused": _moment(can_turn=False),
+    "moment-unused": partial(_moment, can_turn=False),
 }
