@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any, Final, Self
+from unittest.mock import patch
 from weakref import WeakSet
 
 import numpy as np
@@ -196,9 +197,7 @@ class Trials:
         self._stepping = 0  # threads that do a step, the first of which may take minutes
 
     def __enter__(self) -> Self:
-        self._patched = pymunk.Space.step, pymunk.Space.add
-        add = pymunk.Space.add
-        trials = self
+        trials, add = self, pymunk.Space.add
 
         def step(space: pymunk.Space, dt: float) -> None:
             """Do a step, recorded."""
@@ -209,12 +208,13 @@ class Trials:
             add(space, *objects)
             trials.added(space, objects)
 
-        pymunk.Space.step, pymunk.Space.add = step, add_remembered  # type: ignore[method-assign, assignment]
+        self._patch = patch.multiple(pymunk.Space, step=step, add=add_remembered)
+        self._patch.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         self.end()
-        pymunk.Space.step, pymunk.Space.add = self._patched  # type: ignore[method-assign]
+        self._patch.stop()
 
     def end(self) -> None:
         """Record no further step, such as one of a thread that goes on."""
