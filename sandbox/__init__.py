@@ -39,9 +39,8 @@ if TYPE_CHECKING:
     from sandbox.run.trajectory import Trajectory
     from sandbox.scene import Scene, dump, load, scenes, write
     from sandbox.scene.from_pymunk import from_space
-    from sandbox.scripting.calls import advise, compare, simulate, sweep, verify
+    from sandbox.scripting.calls import advise, compare, simulate, sweep, to_dataframe, verify
     from sandbox.scripting.comparison import Comparison
-    from sandbox.scripting.data_frames import to_dataframe
     from sandbox.scripting.results import Advice, Scores, SweepTable
     from sandbox.scripting.simulation import Simulation
     from sandbox.scripting.watch import watch
@@ -116,7 +115,7 @@ _MODULES: Final = {
     "scenes": "scene",
     "simulate": "scripting.calls",
     "sweep": "scripting.calls",
-    "to_dataframe": "scripting.data_frames",
+    "to_dataframe": "scripting.calls",
     "to_space": "engines.pymunk",
     "verify": "scripting.calls",
     "watch": "scripting.watch",

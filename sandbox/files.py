@@ -77,6 +77,12 @@ def whole_file(path: str | Path) -> Iterator[IO[bytes]]:
             sys.stdout.buffer.flush()
 
 
+def write_text(path: str | Path, text: str) -> None:
+    """Write a whole file of UTF-8 text. Raises SandboxError if it cannot be written."""
+    with whole_file(path) as file:
+        file.write(text.encode())
+
+
 def is_replaceable(path: str | Path) -> bool:
     """Return whether a path is a regular file or does not exist yet. Raises SandboxError if it cannot be written."""
     with write_errors(path):

@@ -17,7 +17,7 @@ import runpy
 import shutil
 import subprocess
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
@@ -43,9 +43,9 @@ from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
 from sandbox.space.changes import CALLS, NAMES
 from sandbox.space.evidence import STEP_RULES
-from sandbox.space.findings import Rule
+from sandbox.space.findings import TEXTS, Rules
+from sandbox.space.finer import COMPARED_RULES
 from sandbox.space.rules import RULES
-from sandbox.space.standing import COMPARED_RULES
 from sandbox.view.controls import HELP
 
 ROOT = Path(__file__).parent.parent
@@ -316,9 +316,10 @@ def test_the_keys_are_those_of_the_window() -> None:
         ("what the comparison with finer steps shows", COMPARED_RULES),
     ],
 )
-def test_every_rule_for_a_space_is_in_its_table(title: str, rules: Sequence[Rule[Any]]) -> None:
+def test_every_rule_for_a_space_is_in_its_table(title: str, rules: Rules[Any]) -> None:
     head = f"| rule: {title} | sure | symptom |\n|---|---|---|\n"
-    rows = [f"| `{rule.key}` | {rule.certainty} | {rule.symptom.format('X')} |" for rule in rules]
+    texts = {rule: TEXTS[rule] for rule in rules}
+    rows = [f"| `{rule}` | {text['certainty']} | {text['symptom'].format('X')} |" for rule, text in texts.items()]
     check_table("your-program.md", head, rows)
 
 

@@ -60,7 +60,7 @@ from sandbox.cli.progress import (
     sweep_with_bar,
 )
 from sandbox.errors import SandboxError
-from sandbox.files import STANDARD_OUTPUT, check_outputs, whole_file
+from sandbox.files import STANDARD_OUTPUT, check_outputs, write_text
 from sandbox.text import console, counted, json_text, printable
 from sandbox.view.layers import Layer
 
@@ -266,9 +266,9 @@ def _write_comparison(comparison: "Comparison", trials: "Sequence[Trial]", outpu
     from sandbox.report.tables import print_advice, print_comparison
 
     if file := outputs.get("--json"):
-        _write(json_text(comparison.as_json() | advice_as_json(trials)), file)
+        write_text(file, json_text(comparison.as_json() | advice_as_json(trials)))
     if file := outputs.get("--csv"):
-        _write(comparison.as_csv(), file)
+        write_text(file, comparison.as_csv())
     if file := outputs.get("--series"):
         write_series(comparison, file)
     if file := outputs.get("--plot"):
@@ -278,7 +278,7 @@ def _write_comparison(comparison: "Comparison", trials: "Sequence[Trial]", outpu
     if file := outputs.get("--report"):
         from sandbox.report.comparison import page
 
-        _write(page(comparison, trials), file)
+        write_text(file, page(comparison, trials))
     if not _has_document(outputs.values()):
         print_comparison(comparison, console())
         if trials:
@@ -423,9 +423,9 @@ def verify(
                 if result.details:
                     print(result.details, end="", file=sys.stderr)
     if json_file:
-        _write(json_text(as_json(board)), json_file)
+        write_text(json_file, json_text(as_json(board)))
     if junit:
-        _write(as_junit(board), junit)
+        write_text(junit, as_junit(board))
     if printed:
         print_misses(board, console())
         print()
@@ -484,7 +484,7 @@ def sweep(
         if report:
             from sandbox.report.sweep import page
 
-            _write(page(planned, rows), report)
+            write_text(report, page(planned, rows))
         write(planned, rows, out)
     if failures:
         raise typer.Exit(1)
@@ -523,7 +523,7 @@ def converge(
     with _printed_beside([json_file, report]):
         convergence = converge_with_bar(chosen, engines or default_engines(chosen), rates or DEFAULT_RATES, starts)
     if json_file:
-        _write(json_text(convergence.as_json()), json_file)
+        write_text(json_file, json_text(convergence.as_json()))
     if plot:
         from sandbox.report.plot import save_convergence
 
@@ -531,7 +531,7 @@ def converge(
     if report:
         from sandbox.report.sweep import convergence_page
 
-        _write(convergence_page(convergence), report)
+        write_text(report, convergence_page(convergence))
     if not _has_document([json_file, report]):
         print_convergence(convergence, console())
 
@@ -600,7 +600,7 @@ def worksheet(
     check_outputs({"--out": out}, [scene])
     show_compiling()
     chosen, _ = scene_and_inputs(scene, None, seed=seed)
-    _write(page_of(chosen, pupils, with_answers=answers), out)
+    write_text(out, page_of(chosen, pupils, with_answers=answers))
 
 
 @app.command()
@@ -614,7 +614,7 @@ def engines(json_file: JsonFile = None) -> None:
     show_compiling()
     supported = supported_engines()
     if json_file:
-        _write(json_text(as_json(supported)), json_file)
+        write_text(json_file, json_text(as_json(supported)))
     if json_file not in STANDARD_OUTPUT:
         print_engines(supported)
 
@@ -646,7 +646,7 @@ def bench(
         if json_file not in STANDARD_OUTPUT:
             print_figures(title, part)
     if json_file:
-        _write(json_text([vars(figure) for figure in measured]), json_file)
+        write_text(json_file, json_text([vars(figure) for figure in measured]))
     if against and json_file not in STANDARD_OUTPUT:
         print_worse(measured, earlier)
     if worse(measured, earlier):
@@ -689,11 +689,6 @@ def print_schema(
 
             content = json_schema(Scores)
     print(json_text(content), end="")
-
-
-def _write(text: str, file: str) -> None:
-    with whole_file(file) as opened:
-        opened.write(text.encode())
 
 
 def _compare_and_draw(scene: "Scene", names: Sequence[str] | None, inputs: "Sequence[Input]") -> None:

@@ -7,7 +7,7 @@ from textwrap import fill
 from typing import Final, TextIO
 
 from sandbox.errors import SandboxError
-from sandbox.files import STANDARD_OUTPUT, whole_file
+from sandbox.files import STANDARD_OUTPUT, write_text
 from sandbox.scripting.diagnosis import Diagnosis
 from sandbox.scripting.program import End, Program
 from sandbox.scripting.trial import Trials
@@ -60,12 +60,9 @@ class Report:
         if self.page:
             from sandbox.report.space import page
 
-            text = page(self.program.name, [diagnosis.played() for diagnosis in diagnoses])
-            with whole_file(self.page) as file:
-                file.write(text.encode())
+            write_text(self.page, page(self.program.name, [diagnosis.played() for diagnosis in diagnoses]))
         if self.json_file:
-            with whole_file(self.json_file) as file:
-                file.write(json_text(self._document(end, diagnoses)).encode())
+            write_text(self.json_file, json_text(self._document(end, diagnoses)))
         sys.stdout.flush()
         if end.details:
             print(end.details, end="", file=sys.stderr)

@@ -198,33 +198,35 @@ def _energy(comparison: Comparison) -> Chart:
 
 def _energy_itself(comparison: Comparison) -> Chart:
     series, unit = energies(comparison)
-    plot = _figure(comparison, unit, y_range=_from_zero(series))
-    _draw(plot, comparison, series)
     about = "Kinetic and potential energy together. Elastic balls keep all of it."
-    alt = _ends("Energy at the end", series, unit)
-    return Chart("energy", "Energy", about, alt, _legend(comparison, series), plot)
+    return _from_zero(comparison, "Energy", about, series, unit, unit, "Energy at the end")
 
 
 def _momentum(comparison: Comparison) -> Chart:
     units = comparison.scene.units
     factor, unit = units.factor(Dimension.MOMENTUM), units.name(Dimension.MOMENTUM)
     series = {name: factor * length(run.momentum) for name, run in comparison.runs.items()}
-    plot = _figure(comparison, unit, y_range=_from_zero(series))
-    _draw(plot, comparison, series)
     about = (
         "The magnitude of the total momentum. Walls, gravity and the mouse change it; contacts between balls must not."
     )
-    alt = _ends("Momentum at the end", series, unit)
-    return Chart("momentum", "Momentum", about, alt, _legend(comparison, series), plot)
+    return _from_zero(comparison, "Momentum", about, series, unit, unit, "Momentum at the end")
 
 
 def _contacts(comparison: Comparison) -> Chart:
     series = {name: contacts_by(comparison.time, run) for name, run in comparison.runs.items()}
-    plot = _figure(comparison, "so far", y_range=_from_zero(series))
-    _draw(plot, comparison, series)
     about = "Contacts of balls with each other and with walls, so far. Balls that stick count again in every step."
-    alt = _ends("All contacts", series, "")
-    return Chart("contacts", "Contacts", about, alt, _legend(comparison, series), plot)
+    return _from_zero(comparison, "Contacts", about, series, "so far", "", "All contacts")
+
+
+def _from_zero(
+    comparison: Comparison, title: str, about: str, series: dict[str, Floats], axis: str, unit: str, last: str
+) -> Chart:
+    """Return a chart of values over time from 0, or less. axis: its label; last: what the last values are called."""
+    low = min(0.0, *(float(values.min()) for values in series.values()))
+    high = max(float(values.max()) for values in series.values())
+    plot = _figure(comparison, axis, y_range=Range1d(start=low, end=high + 0.08 * (high - low) or 1.0))
+    _draw(plot, comparison, series)
+    return Chart(title.lower(), title, about, _ends(last, series, unit), _legend(comparison, series), plot)
 
 
 def _trust(comparison: Comparison) -> str:
@@ -312,12 +314,6 @@ def _mark_first_differences(
         step = min(math.ceil(comparison.scene.clock.steps(time) - 1e-9), len(run.gap_max) - 1)
         gap = float(scale.position(gaps[name][step]))
         plot.scatter([time], [gap], marker=style.marker, size=22, line_color=style.color, line_width=3, fill_alpha=0)
-
-
-def _from_zero(series: dict[str, Floats]) -> Range1d:
-    low = min(0.0, *(float(values.min()) for values in series.values()))
-    high = max(float(values.max()) for values in series.values())
-    return Range1d(start=low, end=high + 0.08 * (high - low) or 1.0)
 
 
 def _ends(what: str, series: dict[str, Floats], unit: str) -> str:

@@ -1,4 +1,4 @@
-// The clock of a player: shows one frame after another, at the chosen speed. Times in s.
+// The clock of a player: shows one frame after another, at the chosen speed, or stops at one. Times in s.
 "use strict";
 function playbackOf(times, button, speed, shown, show) {
   const last = times.length - 1;
@@ -24,5 +24,10 @@ function playbackOf(times, button, speed, shown, show) {
     requestAnimationFrame(tick);
   }
 
-  return { toggle: () => set(!playing), stop: () => set(false) };
+  function seek(frame) {
+    set(false);
+    show(frame);
+  }
+
+  return { toggle: () => set(!playing), seek };
 }

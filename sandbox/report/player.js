@@ -204,12 +204,7 @@
     return found < 0 ? last : found;
   }
 
-  const playback = playbackOf(times, play, speed, () => frame, show);
-
-  function seek(wanted) {
-    playback.stop();
-    show(wanted);
-  }
+  const { toggle, seek } = playbackOf(times, play, speed, () => frame, show);
 
   function choose(button) {
     chosen?.removeAttribute("aria-current");
@@ -233,7 +228,7 @@
     speed.selectedIndex = Math.min(Math.max(speed.selectedIndex + by, 0), speed.options.length - 1);
   }
 
-  function toggle(box) {
+  function tick(box) {
     box.checked = !box.checked;
     show(frame);
   }
@@ -241,14 +236,14 @@
   // Input
 
   const keys = {
-    " ": playback.toggle,
+    " ": toggle,
     ArrowLeft: () => seek(frame - 1),
     ArrowRight: () => seek(frame + 1),
     Home: () => seek(0),
     End: () => seek(last),
     d: chooseNext,
-    g: () => toggle(ghosts),
-    t: () => toggle(trails),
+    g: () => tick(ghosts),
+    t: () => tick(trails),
     "+": () => changeSpeed(1),
     "-": () => changeSpeed(-1),
   };
@@ -266,7 +261,7 @@
     choose(button);
     element("player").parentElement.scrollIntoView();
   });
-  play.addEventListener("click", playback.toggle);
+  play.addEventListener("click", toggle);
   element("back").addEventListener("click", () => seek(frame - 1));
   element("on").addEventListener("click", () => seek(frame + 1));
   scrubber.addEventListener("input", () => seek(Number(scrubber.value)));

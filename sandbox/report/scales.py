@@ -35,24 +35,6 @@ class Scale(Protocol):
 
 
 @dataclass(frozen=True)
-class Linear:
-    """From 0, or from the lowest value if that is negative."""
-
-    def position(self, value: Floats) -> Floats:
-        """Return the values."""
-        return value
-
-    def span(self, low: float, high: float) -> Span:
-        """Return round numbers."""
-        return (-round_up(-low) if -np.inf < low < 0 else 0.0), round_up(high) if 0 < high < np.inf else 1.0
-
-    def ticks(self, span: Span) -> list[tuple[float, str]]:
-        """Return both ends, and 0 if it is between."""
-        ends = span if span[0] == 0 else (*span, 0.0)
-        return [(end, _number(end)) for end in ends]
-
-
-@dataclass(frozen=True)
 class Logarithmic:
     """Powers of ten from some value on, to another one or further. Both are powers of ten themselves."""
 
@@ -101,8 +83,3 @@ class BothSigns:
         powers = [sign * 10.0**k for k in range(9, -3, -1) for sign in (-1, 1)]
         inside = [(float(self.position(np.array(power))), f"{power:+g}") for power in powers]
         return [(0.0, "0"), *((at, text) for at, text in inside if span[0] - 1e-9 <= at <= span[1] + 1e-9)]
-
-
-def _number(value: float) -> str:
-    """Write a round number with at most as many digits as there is room for: 20,000 but 2e7."""
-    return f"{value:,.6g}" if abs(value) < 1e6 else f"{value:.0e}".replace("e+0", "e").replace("e+", "e")

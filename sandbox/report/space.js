@@ -137,12 +137,7 @@
       draw();
     }
 
-    const playback = playbackOf(data.times, play, speed, () => frame, show);
-
-    function seek(wanted) {
-      playback.stop();
-      show(wanted);
-    }
+    const { toggle, seek } = playbackOf(data.times, play, speed, () => frame, show);
 
     function choose(button) {
       chosen?.removeAttribute("aria-current");
@@ -153,7 +148,7 @@
     }
 
     scrubber.max = last;
-    play.addEventListener("click", playback.toggle);
+    play.addEventListener("click", toggle);
     scrubber.addEventListener("input", () => seek(Number(scrubber.value)));
     outlines?.addEventListener("change", draw);
     for (const button of section.querySelectorAll("li [data-time]")) {
@@ -168,7 +163,7 @@
     }
     new ResizeObserver(fit).observe(canvas);
     show(0);
-    return { seek, toggle: playback.toggle, at: () => frame, last };
+    return { seek, toggle, at: () => frame, last };
   }
 
   const data = JSON.parse(document.getElementById("data").textContent);

@@ -7,8 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from sandbox.space.balance import Balance
 from sandbox.space.description import AnyConstraint, AnyShape, BodyType, Parts, SpaceDescription
+from sandbox.space.energy import Ledger
 from sandbox.space.findings import Finding
 from sandbox.space.finer import Finer
 from sandbox.space.recording import Recording
@@ -33,7 +33,7 @@ class PlayedSpace:
 
     heading: str
     findings: Sequence[Finding]
-    balance: Balance | None
+    ledger: Ledger | None
     paragraphs: Sequence[str]
     recording: Recording | None
     finer: Finer | None

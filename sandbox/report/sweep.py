@@ -117,25 +117,23 @@ def _charts(sweep: Sweep, rows: Sequence[Row]) -> Iterator[Chart]:
         yield _by_rate("gap", "Gap", about, units.length, others, gaps, scale=scale)
     if known(others, "first_difference.time"):
         about = f"When the first contact or flight is not as in {sweep.against}."
-        yield _by_rate("difference", "First difference", about, "s", others, _times)
+        yield _by_rate(
+            "difference", "First difference", about, "s", others, partial(known, figure="first_difference.time")
+        )
     if known(others, "energy_error"):
         scale = Logarithmic()
+
+        def energy_errors(rows: Sequence[Row]) -> list[float]:
+            return [100 * error for error in known(rows, "energy_error")]
+
         about = (
             f"The largest difference from the energy of {sweep.against} at one time, as a percentage of the scale of "
             f"energy, in powers of ten; less than {scale.least:g} % is drawn there."
         )
-        yield _by_rate("energy", "Energy error", about, "%", others, _energy_errors, scale=scale)
+        yield _by_rate("energy", "Energy error", about, "%", others, energy_errors, scale=scale)
     counts = {name: total for name, total in _speed_counts(rows).items() if total.sum() >= MIN_SPEEDS}
     if counts:
         yield _speeds(counts, _styles(rows))
-
-
-def _times(rows: Sequence[Row]) -> list[float]:
-    return known(rows, "first_difference.time")
-
-
-def _energy_errors(rows: Sequence[Row]) -> list[float]:
-    return [100 * error for error in known(rows, "energy_error")]
 
 
 def _styles(rows: Sequence[Row]) -> dict[str, Style]:

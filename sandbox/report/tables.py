@@ -169,15 +169,19 @@ def print_convergence(convergence: Convergence, terminal: Console) -> None:
         f"{scene.title or scene.name}: seed {scene.seed}, {scene.seconds:.4g} s, RMS distance from {REFERENCE}, the "
         f"median of {counted(convergence.starts, 'start')}\n"
     )
+    terminal.print(_table(*convergence.table()))
+    for sentence in convergence.sentences():
+        terminal.print(f"\n{sentence}")
+
+
+def _table(labels: Sequence[str], *rows: Sequence[str]) -> Table:
+    """Return a table whose first column is text, with figures to the right of it."""
     table = Table(box=None, pad_edge=False)
-    labels, *rows = convergence.table()
     for number, label in enumerate(labels):
         table.add_column(label, justify="right" if number else "left", overflow="fold")
     for row in rows:
         table.add_row(*row)
-    terminal.print(table)
-    for sentence in convergence.sentences():
-        terminal.print(f"\n{sentence}")
+    return table
 
 
 class Scoreboard:
@@ -220,12 +224,7 @@ def print_advice(trials: Sequence[Trial], terminal: Console) -> None:
     labels, *rows = [[row[0].replace(", ", ",\n"), *row[1:]] for row in advice_rows(trials)]
     widths = [max(map(cell_len, "\n".join(column).split("\n"))) for column in zip(labels, *rows, strict=True)]
     if sum(widths) + COLUMN_GAP * (len(widths) - 1) <= terminal.width:
-        table = Table(box=None, pad_edge=False)
-        for number, label in enumerate(labels):
-            table.add_column(label, justify="right" if number else "left")
-        for row in rows:
-            table.add_row(*row)
-        terminal.print(table)
+        terminal.print(_table(labels, *rows))
     else:
         for settings, *values in rows:
             terminal.print(f"{labels[0]} {' '.join(settings.split())}:")

@@ -14,7 +14,7 @@ import tomlkit
 from pydantic import ValidationError
 
 from sandbox.errors import MAX_REPORTED_ERRORS, SandboxError, dotted, first_errors, shown, suggestion
-from sandbox.files import MAX_TEXT_FILE_BYTES, read_text, whole_file
+from sandbox.files import MAX_TEXT_FILE_BYTES, read_text, write_text
 from sandbox.scene.balls import Filter
 from sandbox.scene.model import Scene
 from sandbox.scene.overlaps import needed_overlap
@@ -116,8 +116,7 @@ def dump(scene: Scene, path: str | Path, state: State | None = None) -> None:
             f"{path}: {len(scene.bodies):,} balls do not fit in the {MAX_TEXT_FILE_BYTES:,} bytes of a scene file"
         )
     parse(text, str(path))
-    with whole_file(path) as file:
-        file.write(text.encode())
+    write_text(path, text)
 
 
 write = dump

@@ -2,13 +2,14 @@
 
 import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from sandbox.errors import SandboxError, UnknownName, shown, suggestion
+from sandbox.files import write_text
 from sandbox.run.inputs import Input, Start, check_inputs, load_inputs
 from sandbox.scene.fields import Vector
 from sandbox.scene.files import load
@@ -117,13 +118,16 @@ def several(name: str, values: object) -> list[Any]:
     return items
 
 
-def output(what: str, path: str | os.PathLike[str], endings: Iterable[str]) -> str:
-    """Return a path as text. Raises SandboxError if it is not a path, or has another ending."""
+def save(what: str, path: str | os.PathLike[str], texts: Mapping[str, Callable[[], str]]) -> None:
+    """Write the text that belongs to the ending of a path.
+
+    Raises SandboxError if it is not a path, has another ending, or cannot be written.
+    """
     if not isinstance(path, str | os.PathLike):
         raise SandboxError(f"the path of a file must be text, got {shown(path)}")
-    if Path(path).suffix not in endings:
-        raise SandboxError(f"{printable(str(path))}: {what} must end in {' or '.join(endings)}")
-    return str(path)
+    if (ending := Path(path).suffix) not in texts:
+        raise SandboxError(f"{printable(str(path))}: {what} must end in {' or '.join(texts)}")
+    write_text(str(path), texts[ending]())
 
 
 class ByName(dict[str, T]):

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Final, Self
 from sandbox.analysis import comparison, verdict
 from sandbox.analysis.figures import Figures
 from sandbox.analysis.verdict import key_figures
-from sandbox.files import whole_file
 from sandbox.report.tables import headline, print_comparison
 from sandbox.run.trajectory import data_frame
-from sandbox.scripting.arguments import ByName, output
+from sandbox.scripting.arguments import ByName, save
 from sandbox.text import DEFAULT_WIDTH, json_text, text_of
 
 if TYPE_CHECKING:
@@ -92,23 +91,16 @@ class Comparison(comparison.Comparison, Mapping[str, Figures]):
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write the page, as one .html file. Raises SandboxError if it cannot be written."""
-        self._write(output("a report", path, [".html"]))
+        save("a report", path, {".html": self._page})
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the figures as .json or .csv, or the page as .html, by the path's ending.
 
         Raises SandboxError for another ending, or if the file cannot be written.
         """
-        self._write(output("a comparison", path, [".json", ".csv", ".html"]))
+        save("a comparison", path, {".json": self.to_json, ".csv": self.as_csv, ".html": self._page})
 
-    def _write(self, path: str) -> None:
-        if path.endswith(".json"):
-            text = self.to_json()
-        elif path.endswith(".csv"):
-            text = self.as_csv()
-        else:
-            from sandbox.report.comparison import page  # noqa: PLC0415  (Bokeh is slow to import)
+    def _page(self) -> str:
+        from sandbox.report.comparison import page  # noqa: PLC0415  (Bokeh is slow to import)
 
-            text = page(self)
-        with whole_file(path) as file:
-            file.write(text.encode())
+        return page(self)

@@ -13,7 +13,7 @@ from sandbox.errors import SandboxError
 from sandbox.report.space import PlayedSpace
 from sandbox.scripting.exact import AgainstExact
 from sandbox.scripting.finer import AgainstFiner
-from sandbox.space.balance import Balance
+from sandbox.space.energy import Ledger
 from sandbox.space.evidence import Evidence
 from sandbox.space.findings import Finding, worst_first
 from sandbox.space.mechanics import Floats
@@ -28,8 +28,8 @@ class Diagnosis:
     """What a Space did while it was recorded, and what is wrong with it.
 
     number: of the Space, from 1; line: of the program, that stepped it first; seconds: of its time; bodies, shapes,
-    joints: the most at one time; seen: the findings that need no comparison, worst first; energy, evidence: None
-    without a recording. Comparing it may take a minute.
+    joints: the most at one time; seen: the findings that need no comparison, worst first; evidence: None without a
+    recording. Comparing it may take a minute.
     """
 
     number: int
@@ -40,9 +40,13 @@ class Diagnosis:
     shapes: int
     joints: int
     seen: tuple[Finding, ...]
-    energy: Balance | None
     evidence: Evidence | None
     against_exact: AgainstExact
+
+    @property
+    def energy(self) -> Ledger | None:
+        """The energy ledger of what was recorded."""
+        return self.evidence.ledger if self.evidence else None
 
     @cached_property
     def against_finer(self) -> AgainstFiner | None:
@@ -73,7 +77,7 @@ class Diagnosis:
         return PlayedSpace(
             heading=self.heading,
             findings=self.findings,
-            balance=self.energy,
+            ledger=self.energy,
             paragraphs=[*self.against_exact.paragraphs(), *(against.paragraphs() if against else ())],
             recording=self.evidence.recording if self.evidence else None,
             finer=against.finer if against else None,
@@ -93,7 +97,7 @@ class Diagnosis:
             yield f"and {counted(len(first) - MAX_FINDINGS, 'further finding')}; --json has all of them"
             yield ""
         if self.energy:
-            yield from self.energy.lines()
+            yield from self.energy.text()
             yield ""
         for paragraph in self.against_exact.paragraphs():
             yield from textwrap.wrap(printable(paragraph), width) or [""]

@@ -32,6 +32,16 @@ RATE: Final = 60  # of a scene, until its steps are known
 MAX_BALL_STEPS: Final = 500_000  # states of balls that are compared: some 50 MB, and a minute of comparing
 _MOTION: Final = ("position", "velocity", "angle", "spin")  # of BODY
 
+_LASTING: Final = {  # of SpaceContents, within a part
+    "circles": "the circles",
+    "masses": "a mass or moment",
+    "kinds": "a radius, elasticity or friction",
+    "filters": "a filter",
+    "walls": "a wall",
+    "gravity": "the gravity",
+    "settings": "a setting of the Space",
+}
+
 
 class AgainstExact:
     """Compares a recording with `exact`. size: of the view, px, as in `from_space`; title: of the scene.
@@ -56,23 +66,23 @@ class AgainstExact:
     @property
     def why_not(self) -> str:
         """Why there is no comparison; empty if there is one."""
-        if self._recording is None:
-            return "this version of Pymunk lays out its memory in another way"
-        if self.part is None:
-            return self._first_break() or "no step with a dt above 0 was done"
-        return str(self._compared) if isinstance(self._compared, SandboxError) else ""
+        return self._compared if isinstance(self._compared, str) else ""
 
     @property
     def comparison(self) -> Comparison | None:
         """The longest part, as the engine `space`, compared with `exact`; None if that is impossible."""
-        return None if isinstance(self._compared, SandboxError) else self._compared
+        return None if isinstance(self._compared, str) else self._compared
 
     @cached_property
-    def _compared(self) -> Comparison | SandboxError | None:
+    def _compared(self) -> Comparison | str:
+        if self._recording is None:
+            return "this version of Pymunk lays out its memory in another way"
+        if self.part is None:
+            return self._first_break() or "no step with a dt above 0 was done"
         try:
-            return self.part.comparison(self._size, self._title) if self.part else None
+            return self.part.comparison(self._size, self._title)
         except SandboxError as error:
-            return error
+            return str(error)
 
     @property
     def trajectory(self) -> Trajectory | None:
@@ -209,8 +219,8 @@ class _Part:
         """Return what changed since its last step and ends it; empty if only velocities and dt did."""
         if why := moment.why_not():
             return why
-        for before, after, what in _compared(self._contents, moment.contents):
-            if before != after:
+        for key, what in _LASTING.items() if moment.contents is not self._contents else ():
+            if getattr(self._contents, key) != getattr(moment.contents, key):
                 return f"{what} changed"
         for key, what in (("position", "position"), ("spin", "angular velocity")):
             changed = np.argwhere(getattr(self._after[-1], key) != getattr(moment.motion, key))
@@ -354,19 +364,6 @@ def _out_of_range(motion: State) -> str:
             ball = wrong[0, 0]
             return f"the {what} of ball {ball} was {shown(numbers[ball].tolist())}, not within ±{MAX_NUMBER:g}"
     return ""
-
-
-def _compared(before: SpaceContents, after: SpaceContents) -> Iterator[tuple[object, object, str]]:
-    """Yield each thing that a Space has, before and after, and its name."""
-    if before is after:
-        return
-    yield before.circles, after.circles, "the circles"
-    yield before.masses, after.masses, "a mass or moment"
-    yield before.kinds, after.kinds, "a radius, elasticity or friction"
-    yield before.filters, after.filters, "a filter"
-    yield before.walls, after.walls, "a wall"
-    yield before.gravity, after.gravity, "the gravity"
-    yield before.settings, after.settings, "a setting of the Space"
 
 
 def _rate_of(dt: float) -> float:

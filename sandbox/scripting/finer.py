@@ -7,9 +7,8 @@ from typing import Any, Final
 from sandbox.errors import SandboxError
 from sandbox.space.evidence import Evidence
 from sandbox.space.findings import BodyReport, Finding, found_by
-from sandbox.space.finer import Finer, Tried, finer, functions
+from sandbox.space.finer import COMPARED_RULES, Compared, Finer, Tried, finer, functions
 from sandbox.space.replay import Numbers
-from sandbox.space.standing import COMPARED_RULES, Compared
 from sandbox.text import listed
 
 ENOUGH: Final = 0.9  # of the error: what costs more and removes more is not recommended

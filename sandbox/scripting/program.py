@@ -1,24 +1,32 @@
-"""A program run as `python game.py arguments` would, with every Space that it steps on trial."""
+"""A program run as `python game.py arguments` would, with every Space that it steps on trial.
+
+Without a window, it does not wait either: it gets dummy drivers, and clocks that let it run through.
+"""
 
 import os
+import re
 import runpy
 import signal
 import sys
 import threading
+import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Final, NoReturn
 from unittest.mock import patch
 
 from sandbox.errors import SandboxError, Terminated
-from sandbox.scripting.headless import without_window
-from sandbox.scripting.hints import hint
 from sandbox.scripting.trial import Trials
+from sandbox.space.changes import CALLS, NAMES
 
 _SANDBOX: Final = str(Path(__file__).parents[1])
+_DRIVERS: Final = {"SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy", "PYGLET_HEADLESS": "1", "MPLBACKEND": "agg"}
+DEFAULT_FRAMERATE: Final = 60  # 1/s, of a clock that is asked for none
 SAFE_PATH: Final = "PYTHONSAFEPATH"  # for the sandbox's own processes, not for those of a program
 
 
@@ -170,3 +178,111 @@ def _exits(trials: Trials, ended: Callable[[End], int]) -> Iterator[None]:
     exits: Any = leave_after_diagnosis
     with patch.object(os, "_exit", exits):
         yield
+
+
+class Clock:
+    """A `pygame.time.Clock` that does not wait: each frame takes what it should. wait: counts that time, s."""
+
+    def __init__(self, wait: Callable[[float], None]) -> None:
+        self._wait = wait
+        self._milliseconds, self._left_over = 0, 0.0
+
+    def tick(self, framerate: float = 0) -> int:
+        """Return the time of a frame, ms, in whole ones that add up to the right time."""
+        frame = 1 / (framerate or DEFAULT_FRAMERATE)
+        exact = 1000 * frame + self._left_over
+        self._milliseconds = int(exact)
+        self._left_over = exact - self._milliseconds
+        self._wait(frame)
+        return self._milliseconds
+
+    tick_busy_loop = tick
+
+    def get_time(self) -> int:
+        """Return the time of the last frame, ms."""
+        return self._milliseconds
+
+    get_rawtime = get_time
+
+    def get_fps(self) -> float:
+        """Return frames per second."""
+        return 1000 / self._milliseconds if self._milliseconds else 0.0
+
+
+@contextmanager
+def without_window(wait: Callable[[float], None]) -> Iterator[None]:
+    """Give programs no window, and let waiting functions return at once, unless they have threads.
+
+    wait: is called with the time before, s.
+    """
+    sleep, threads = time.sleep, threading.active_count()
+
+    def pause(seconds: float) -> None:
+        wait(seconds)
+        has_threads = threading.active_count() > threads
+        sleep(seconds if has_threads else 0)  # what other threads do in that time takes it
+
+    def pause_milliseconds(milliseconds: int) -> int:
+        pause(milliseconds / 1000)
+        return milliseconds
+
+    with ExitStack() as stack:
+        stack.enter_context(patch.dict(os.environ, _DRIVERS))
+        stack.enter_context(patch("time.sleep", pause))
+        try:
+            import pygame  # noqa: PLC0415  (slow to import)
+        except ImportError:
+            pass
+        else:
+            replaced: dict[str, Any] = {
+                "Clock": partial(Clock, pause),
+                "wait": pause_milliseconds,
+                "delay": pause_milliseconds,
+            }
+            for name, substitute in replaced.items():
+                stack.enter_context(patch.object(pygame.time, name, substitute))
+        yield
+
+
+def hint(error: BaseException) -> str:
+    """Return what to do about an exception of a program; empty if it is not one that the sandbox knows."""
+    return _of_pymunk(error) or _display(error)
+
+
+def _of_pymunk(error: BaseException) -> str:
+    for name in _missing_names(error):
+        if change := NAMES.get(name):
+            return f"Pymunk has had no {name} since version {change.since}. Instead: {change.plain}."
+    text = f"{_file(error)}: {error}"
+    for call, change in CALLS.items():
+        if re.search(change.pattern, text):
+            return f"An error since version {change.since} of Pymunk: {call}. Instead: {change.plain}."
+    return ""
+
+
+def _missing_names(error: BaseException) -> Iterator[str]:
+    """Yield what a program missed in Pymunk: a name of a module, or of each class that an object is of."""
+    if isinstance(error, ImportError) and error.name:
+        missing = re.match(r"cannot import name '(\w+)'", error.msg)
+        yield f"{error.name}.{missing[1]}" if missing else error.name
+    elif isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):
+        yield f"{error.obj.__name__}.{error.name}"
+    elif isinstance(error, AttributeError):
+        kind = error.obj if isinstance(error.obj, type) else type(error.obj)
+        yield from (f"{base.__name__}.{error.name}" for base in kind.__mro__ if base.__module__.startswith("pymunk."))
+
+
+def _file(error: BaseException) -> str:
+    """Return the folder and the file that raised an exception, or nothing if it was not raised."""
+    last = error.__traceback__
+    while last and last.tb_next:
+        last = last.tb_next
+    return "/".join(Path(last.tb_frame.f_code.co_filename).parts[-2:]) if last else ""
+
+
+def _display(error: BaseException) -> str:
+    kind = type(error)
+    without_video = kind.__module__.startswith("pygame") and re.search("video|(x11|wayland) not available", str(error))
+    if without_video or kind.__name__ in ("NoSuchDisplayException", "NoSuchConfigException"):
+        return "There is no display: sandbox watch --headless runs the program without a window."
+    return ""

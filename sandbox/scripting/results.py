@@ -10,10 +10,9 @@ import numpy as np
 
 from sandbox.analysis.advice import Trial, advised, recommend
 from sandbox.analysis.advice import as_json as advice_as_json
-from sandbox.files import whole_file
 from sandbox.report.tables import print_advice, print_scores, tally_lines
 from sandbox.scores.verify import Board, SceneResults, all_passed, as_json, as_junit
-from sandbox.scripting.arguments import ByName, output
+from sandbox.scripting.arguments import ByName, save
 from sandbox.state import Floats
 from sandbox.sweeps import Outcome, Row, Sweep, as_csv
 from sandbox.text import DEFAULT_WIDTH, counted, json_text, text_of
@@ -70,9 +69,7 @@ class Scores(Mapping[str, SceneResults]):
 
         Raises SandboxError for another ending, or if the file cannot be written.
         """
-        file_name = output("scores", path, [".json", ".xml"])
-        with whole_file(file_name) as file:
-            file.write((as_junit(self.board) if file_name.endswith(".xml") else self.to_json()).encode())
+        save("scores", path, {".json": self.to_json, ".xml": lambda: as_junit(self.board)})
 
 
 @dataclass(frozen=True, repr=False)
@@ -121,15 +118,12 @@ class SweepTable(Sequence[Row]):
 
         Raises SandboxError for another ending, or if the file cannot be written.
         """
-        file_name = output("a sweep", path, [".csv", ".html"])
-        if file_name.endswith(".csv"):
-            text = as_csv(self.rows)
-        else:
-            from sandbox.report.sweep import page  # noqa: PLC0415  (Bokeh is slow to import)
+        save("a sweep", path, {".csv": lambda: as_csv(self.rows), ".html": self._page})
 
-            text = page(self.sweep, self.rows)
-        with whole_file(file_name) as file:
-            file.write(text.encode())
+    def _page(self) -> str:
+        from sandbox.report.sweep import page  # noqa: PLC0415  (Bokeh is slow to import)
+
+        return page(self.sweep, self.rows)
 
 
 @dataclass(frozen=True, repr=False)

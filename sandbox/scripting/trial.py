@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any, Final, Self
+from unittest.mock import patch
 from weakref import WeakSet
 
 import numpy as np
@@ -16,17 +17,14 @@ import pymunk
 from sandbox.errors import SandboxError
 from sandbox.scripting.diagnosis import Diagnosis
 from sandbox.scripting.exact import AgainstExact
-from sandbox.space.balance import Balance
-from sandbox.space.contents import Contents, StepLengths, is_static
+from sandbox.space.contents import Contents, Origins, StepLengths, is_static, program_line
 from sandbox.space.evidence import MET_RULES, Evidence
 from sandbox.space.findings import Fault, worst_first
 from sandbox.space.lint import Linter
 from sandbox.space.mechanics import Rows
-from sandbox.space.origins import Origins, program_line
 from sandbox.space.recording import Recording
 from sandbox.space.rules import (
     MAX_MASS_RATIO,
-    RULE_OF,
     RULES,
     mass_ratio,
     may_change_contacts,
@@ -41,7 +39,7 @@ STEPS_PER_SAMPLE: Final = 10  # between looks at what touches, and at static bod
 MAX_RAISED: Final = 100  # times that a program may catch the end of its run
 TIME_ROUNDING: Final = 1e-9  # s
 
-BEFORE_RUN: Final = [rule for rule in RULES if rule.key not in {each.key for each in MET_RULES}]
+BEFORE_RUN: Final = {rule: find for rule, find in RULES.items() if rule not in MET_RULES}
 _GIVEN_BY_SHAPES: Final = ["shape_a", "shape_b", "elasticity", "friction", "surface_velocity"]  # of contacts
 _original_step: Final = pymunk.Space.step
 
@@ -60,7 +58,7 @@ class Trial:
         self._most = [0, 0, 0]  # bodies, shapes and joints at one time
         self._bodies: dict[int, pymunk.Body] = {}
         self._numbers, self._masses = np.empty(0, np.uintp), np.empty(0)  # ids of bodies, sorted, and their masses
-        self._noticed: dict[str, list[Fault]] = {}  # by rules of steps
+        self._of_handlers: list[Fault] = []
         self._contacts: set[Any] = set()  # pairs of shapes, with elasticity and friction, that were looked at
         self._statics: dict[pymunk.Body, tuple[pymunk.Vec2d, float]] = {}
         self._reported: set[tuple[str, *tuple[int, ...]]] = set()  # rules and ids of bodies, or addresses of shapes
@@ -80,27 +78,14 @@ class Trial:
 
     def diagnosis(self, number: int, against_exact: AgainstExact) -> Diagnosis:
         """Return the diagnosis of what was recorded."""
-        bodies, shapes, joints = self._most
-        findings = self._linter.findings()
-        energy = evidence = None
+        findings, evidence = self._linter.findings(), None
         if self.recording:
-            evidence = Evidence(
-                self.recording, Contents(self.space, self._linter.origins, self._linter.steps), self._noticed
-            )
+            contents = Contents(self.space, self._linter.origins, self._linter.steps)
+            evidence = Evidence(self.recording, contents, self._of_handlers)
             findings = sorted([*findings, *evidence.findings()], key=worst_first)
-            energy = Balance(evidence.ledger)
+        bodies, shapes, joints = self._most
         return Diagnosis(
-            number=number,
-            line=self._line,
-            steps=self._steps,
-            seconds=self.time,
-            bodies=bodies,
-            shapes=shapes,
-            joints=joints,
-            seen=tuple(findings),
-            energy=energy,
-            evidence=evidence,
-            against_exact=against_exact,
+            number, self._line, self._steps, self.time, bodies, shapes, joints, tuple(findings), evidence, against_exact
         )
 
     def _before(self, dt: float) -> None:
@@ -132,11 +117,11 @@ class Trial:
             self._sample_touching(self.recording.steps[-1].after.contacts)
             self._sample_statics()
 
-    def _new(self, rule: str, body: int) -> bool:
-        """Return whether a body is to be reported for a rule: once."""
-        is_new = (rule, body) not in self._reported and body in self._bodies
-        self._reported.add((rule, body))
-        return is_new
+    def _report(self, rule: str, body: int, find: Callable[[], Fault | None]) -> None:
+        """Add the fault of a body, if there is one, to what the linter found, once for each rule."""
+        if (rule, body) not in self._reported and (fault := find()):
+            self._reported.add((rule, body))
+            self._linter.add(rule, fault, self.time)
 
     def _set_by_handler(self) -> None:
         """Look at contacts, each pair of shapes once with the same elasticity, friction and surface velocity."""
@@ -154,11 +139,11 @@ class Trial:
                     continue
                 if fault := set_by_handler(self._contents, a, b, contacts[row], step.end):
                     self._reported.add(pair)
-                    self._noticed.setdefault("set-by-handler", []).append(fault)
+                    self._of_handlers.append(fault)
 
     def _not_finite(self, number: int) -> None:
-        if self._contents and self._new("not-finite", number):
-            self._linter.add(RULE_OF["not-finite"], not_finite(self._contents, self._bodies[number]), self.time)
+        if self._contents and number in self._bodies:
+            self._report("not-finite", number, partial(not_finite, self._contents, self._bodies[number]))
 
     def _sample_touching(self, contacts: Rows) -> None:
         pairs = np.stack([contacts["body_a"], contacts["body_b"]], axis=1)
@@ -169,17 +154,15 @@ class Trial:
         known = (self._numbers[rows] == pairs).all(axis=1)
         for first, second in pairs[known & (heavier > MAX_MASS_RATIO * lighter)].tolist():
             a, b = self._bodies[first], self._bodies[second]
-            if self._contents and (fault := mass_ratio(self._contents, a, b)):
+            if self._contents:
                 heavy = first if a.mass > b.mass else second
-                if self._new("mass-ratio", heavy):
-                    self._linter.add(RULE_OF["mass-ratio"], fault, self.time)
+                self._report("mass-ratio", heavy, partial(mass_ratio, self._contents, a, b))
 
     def _sample_statics(self) -> None:
         for body, (place, angle) in self._statics.items():
             off = body.position.get_distance(place) or abs(body.angle - angle)
-            if off and is_static(body) and self._contents and (("static-moved", body.id) not in self._reported):
-                self._reported.add(("static-moved", body.id))
-                self._linter.add(RULE_OF["static-moved"], moved_static(self._contents, body, off), self.time)
+            if off and is_static(body) and self._contents:
+                self._report("static-moved", body.id, partial(moved_static, self._contents, body, off))
 
 
 def _recording_of(space: pymunk.Space) -> Recording | None:
@@ -193,6 +176,7 @@ def _recording_of(space: pymunk.Space) -> Recording | None:
 class Trials:
     """All Spaces that a program steps, from the first step of each; a context that replaces `Space.step`.
 
+    others: the number of Spaces beyond those that are diagnosed.
     seconds: of a Space's time, after which KeyboardInterrupt ends the program, as Ctrl-C does. keep_start: is called
     with the first Space and the length of its first step, s, before that step.
     """
@@ -204,7 +188,7 @@ class Trials:
         self._seconds = math.inf if seconds is None else seconds
         self._origins = Origins()
         self._trials: dict[int, Trial] = {}
-        self._others = 0  # further Spaces
+        self.others = 0
         self._counted: WeakSet[pymunk.Space] = WeakSet()  # those
         self._ended = False
         self.out_of_time = False
@@ -213,9 +197,7 @@ class Trials:
         self._stepping = 0  # threads that do a step, the first of which may take minutes
 
     def __enter__(self) -> Self:
-        self._patched = pymunk.Space.step, pymunk.Space.add
-        add = pymunk.Space.add
-        trials = self
+        trials, add = self, pymunk.Space.add
 
         def step(space: pymunk.Space, dt: float) -> None:
             """Do a step, recorded."""
@@ -226,12 +208,13 @@ class Trials:
             add(space, *objects)
             trials.added(space, objects)
 
-        pymunk.Space.step, pymunk.Space.add = step, add_remembered  # type: ignore[method-assign, assignment]
+        self._patch = patch.multiple(pymunk.Space, step=step, add=add_remembered)
+        self._patch.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         self.end()
-        pymunk.Space.step, pymunk.Space.add = self._patched  # type: ignore[method-assign]
+        self._patch.stop()
 
     def end(self) -> None:
         """Record no further step, such as one of a thread that goes on."""
@@ -277,17 +260,12 @@ class Trials:
         for number, trial in enumerate(self._trials.values(), 1):
             yield trial.diagnosis(number, AgainstExact(trial.recording))
 
-    @property
-    def others(self) -> int:
-        """The number of Spaces beyond those that are diagnosed."""
-        return self._others
-
     def _trial(self, space: pymunk.Space) -> Trial | None:
         trial = self._trials.get(id(space))
         if trial is None and len(self._trials) < MAX_SPACES:
             trial = self._trials[id(space)] = Trial(space, self._origins, partial(_original_step, space))
         elif trial is None:
-            self._others += space not in self._counted
+            self.others += space not in self._counted
             self._counted.add(space)
         return trial
 

@@ -1,25 +1,26 @@
 """Watching a live `pymunk.Space`: its steps are recorded beside its own program, and then diagnosed and compared."""
 
 import os
-from functools import partial
+from functools import cached_property, partial
 from types import TracebackType
 from typing import Any, Self
+from unittest.mock import patch
 from warnings import warn
 
 import pymunk
 
 from sandbox.errors import SandboxError, SpaceWarning
-from sandbox.files import whole_file
+from sandbox.report.space import page
 from sandbox.run.trajectory import Trajectory
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Arena, Scene
-from sandbox.scripting.arguments import output
+from sandbox.scripting.arguments import save
 from sandbox.scripting.comparison import Comparison
 from sandbox.scripting.diagnosis import Diagnosis
 from sandbox.scripting.exact import AgainstExact
 from sandbox.scripting.trial import Trial
+from sandbox.space.contents import Origins
 from sandbox.space.findings import Finding
-from sandbox.space.origins import Origins
 from sandbox.text import DEFAULT_WIDTH, json_text
 
 
@@ -54,24 +55,20 @@ class Watched:
         self._space, self._origins = space, Origins()
         self._trial = Trial(space, self._origins, space.step)
         self._size, self._title = size, title
-        self._patched: dict[str, Any] = {}  # what was in place of methods of the Space before
-        self._diagnosis: Diagnosis | None = None
-        self._against_exact: AgainstExact | None = None
         self._has_warned = False
 
     def __enter__(self) -> Self:
-        replaced = {"step": self.step, "add": partial(self._add, self._space.add)}
-        self._patched = {name: vars(self._space)[name] for name in replaced if name in vars(self._space)}
-        vars(self._space).update(replaced)
+        self._patch = patch.multiple(self._space, step=self.step, add=partial(self._add, self._space.add))
+        self._patch.start()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        del vars(self._space)["step"], vars(self._space)["add"]
-        vars(self._space).update(self._patched)
+        self._patch.stop()
 
     def step(self, dt: float) -> None:
         """Call `Space.step`, and record what it does. dt: s; a step of 0 s, which does nothing, does not count."""
-        self._diagnosis = self._against_exact = None
+        for name in ("diagnosis", "against_exact"):
+            vars(self).pop(name, None)
         self._has_warned = False
         self._trial.step(dt)
 
@@ -80,19 +77,15 @@ class Watched:
         self._origins.remember(objects)
         self._trial.changed = True
 
-    @property
+    @cached_property
     def diagnosis(self) -> Diagnosis:
         """All that was recorded so far, made when it is first asked for."""
-        if self._diagnosis is None:
-            self._diagnosis = self._trial.diagnosis(1, self.against_exact)
-        return self._diagnosis
+        return self._trial.diagnosis(1, self.against_exact)
 
-    @property
+    @cached_property
     def against_exact(self) -> AgainstExact:
         """The comparison with `exact`, or the reason why it is impossible; computed on first use."""
-        if self._against_exact is None:
-            self._against_exact = AgainstExact(self._trial.recording, self._size, self._title)
-        return self._against_exact
+        return AgainstExact(self._trial.recording, self._size, self._title)
 
     @property
     def findings(self) -> list[Finding]:
@@ -138,9 +131,4 @@ class Watched:
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write the page, as one .html file. Raises SandboxError if it cannot be written."""
-        from sandbox.report.space import page  # noqa: PLC0415  (Bokeh is slow to import)
-
-        file_name = output("a report", path, [".html"])
-        text = page("Space", [self.diagnosis.played()])
-        with whole_file(file_name) as file:
-            file.write(text.encode())
+        save("a report", path, {".html": lambda: page("Space", [self.diagnosis.played()])})

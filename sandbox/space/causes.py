@@ -1,51 +1,49 @@
-"""What changes the energy of a Space, and the account in which it is entered."""
+"""What changes the energy of a Space."""
 
 from enum import StrEnum
-from typing import Final
+from typing import Final, Self
 
-import numpy as np
-from numpy.typing import NDArray
+STEPS: Final = "gravity and what bears it, in steps instead of at every moment"
 
 
 class Cause(StrEnum):
-    """What changes the energy of a Space."""
+    """What changes the energy of a Space: its name in JSON, and its words, which others may share."""
 
-    RESTITUTION = "restitution"  # normal impulses, with the restitution that the contact should have
-    RESTITUTION_ERROR = "restitution_error"  # a contact ended with another normal velocity than that
-    SUPPORT = "support"  # contacts and joints against what gravity, forces and damping did in the same step
-    FRICTION = "friction"
-    SURFACE = "surface"  # surface velocities
-    JOINTS = "joints"  # all but motors and springs
-    MOTORS = "motors"
-    SPRINGS = "springs"  # springs with a force function of the program
-    SPRING_DAMPING = "spring_damping"
-    SPRING_INTEGRATION = "spring_integration"  # work of springs, less what they stored
-    KINEMATIC = "kinematic"  # bodies of infinite mass that move
-    DAMPING = "damping"  # Space.damping
-    FORCES = "forces"  # Body.force and Body.torque
-    INTEGRATION = "integration"  # work of gravity, less the potential energy of the way with the step's first velocity
-    CORRECTION = "correction"  # overlapping bodies moved apart, against gravity
-    POSITION_FUNCTIONS = "position_functions"
-    VELOCITY_FUNCTIONS = "velocity_functions"
-    CALLBACKS = "callbacks"  # changed within the step by nothing that was recorded: handlers, and what they removed
-    VELOCITY_SET = "velocity_set"  # by the program, between steps
-    POSITION_SET = "position_set"
-    MASS_SET = "mass_set"
-    GRAVITY_SET = "gravity_set"
-    SPRINGS_SET = "springs_set"  # added, removed, changed, or moved with their bodies; asleep
-    ADDED = "added"  # bodies
-    REMOVED = "removed"
+    words: str
 
+    def __new__(cls, name: str, words: str) -> Self:
+        """Name a cause."""
+        cause = str.__new__(cls, name)
+        cause._value_, cause.words = name, words
+        return cause
 
-NUMBER: Final = {cause: number for number, cause in enumerate(Cause)}
-
-
-class Account:
-    """Adds to the line of a cause."""
-
-    def __init__(self, work: NDArray[np.float64]) -> None:
-        self._work = work
-
-    def __call__(self, cause: Cause, value: float) -> None:
-        """Add a change of energy, kg px²/s²."""
-        self._work[NUMBER[cause]] += value
+    # Normal impulses, with the restitution that the contact should have:
+    RESTITUTION = "restitution", "bounces, as elasticities say"
+    # A contact ended with another normal velocity than that:
+    RESTITUTION_ERROR = "restitution_error", "bounces, other than elasticities say"
+    SUPPORT = "support", STEPS  # contacts and joints against what gravity, forces and damping did in the same step
+    FRICTION = "friction", "friction"
+    SURFACE = "surface", "surface velocities"
+    JOINTS = "joints", "joints"  # all but motors and springs
+    MOTORS = "motors", "motors"
+    SPRINGS = "springs", "springs with a law of the program"
+    SPRING_DAMPING = "spring_damping", "dampers of springs"
+    # Work of springs, less what they stored:
+    SPRING_INTEGRATION = "spring_integration", "springs, in steps instead of at every moment"
+    KINEMATIC = "kinematic", "kinematic bodies that push"  # bodies of infinite mass that move
+    DAMPING = "damping", "the Space's damping"
+    FORCES = "forces", "forces and torques"  # Body.force and Body.torque
+    # Work of gravity, less the potential energy of the way with the step's first velocity:
+    INTEGRATION = "integration", STEPS
+    CORRECTION = "correction", "bodies moved apart that overlapped"  # overlapping bodies moved apart, against gravity
+    POSITION_FUNCTIONS = "position_functions", "position functions"
+    VELOCITY_FUNCTIONS = "velocity_functions", "velocity functions"
+    # Changed within the step by nothing that was recorded: handlers, and what they removed:
+    CALLBACKS = "callbacks", "handlers and callbacks"
+    VELOCITY_SET = "velocity_set", "the program: velocities and impulses"  # between steps, as what follows
+    POSITION_SET = "position_set", "the program: positions"
+    MASS_SET = "mass_set", "the program: masses and moments"
+    GRAVITY_SET = "gravity_set", "the program: gravity"
+    SPRINGS_SET = "springs_set", "the program: springs"  # added, removed, changed, or moved with their bodies; asleep
+    ADDED = "added", "bodies added"
+    REMOVED = "removed", "bodies removed"

@@ -1,24 +1,27 @@
-"""The contents of a Space as the rules of the linter read them."""
+"""The contents of a Space as the rules of the linter read them, and the lines of the program that added them."""
 
 import math
+import os
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
+from types import FrameType
 from typing import Any, Final, NamedTuple
-from weakref import WeakSet
+from weakref import WeakKeyDictionary, WeakSet
 
 import numpy as np
 import pymunk
 
+from sandbox.space.description import BODY_TYPES, shapes_of
 from sandbox.space.findings import BodyReport
-from sandbox.space.origins import Origins
 
 DEFAULT_DT: Final = 1 / 60  # s, if no step has been done
-_KINDS: Final = {
-    pymunk.Body.DYNAMIC: "dynamic",
-    pymunk.Body.KINEMATIC: "kinematic",
-    pymunk.Body.STATIC: "static",
-}
+_SANDBOX: Final = str(Path(__file__).parents[1])
+_PYMUNK: Final = str(Path(pymunk.__file__).parent)
+_EXAMPLES: Final = str(Path(_PYMUNK) / "examples")
+_STANDARD: Final = str(Path(os.__file__).parent)  # Python's library, which may hold that of packages
 
 
 @dataclass
@@ -44,6 +47,46 @@ class StepLengths:
     def dt(self) -> float:
         """The longest step, or 1/60 s before the first, s."""
         return self.longest or DEFAULT_DT
+
+
+class Origins:
+    """Remembers which line of the program added an object to a Space."""
+
+    def __init__(self) -> None:
+        self._lines: WeakKeyDictionary[Any, str] = WeakKeyDictionary()
+
+    def remember(self, objects: tuple[Any, ...]) -> None:
+        """Remember the line of the program that is being run as that of some objects, unless they have one."""
+        line = ""
+        for each in objects:
+            if each not in self._lines:
+                line = line or program_line()
+                self._lines[each] = line
+
+    def line_of(self, thing: Any) -> str:
+        """Return the line that added an object, as file:line; empty if unknown."""
+        return self._lines.get(thing, "")
+
+
+def program_line() -> str:
+    """Return the innermost line of the program, as file:line, outside Pymunk, the sandbox and Python's library."""
+    frame: FrameType | None = sys._getframe(1)
+    while frame and not _is_program(frame.f_code.co_filename):
+        frame = frame.f_back
+    return f"{_short(frame.f_code.co_filename)}:{frame.f_lineno}" if frame else ""
+
+
+def _is_program(file: str) -> bool:
+    if file.startswith(_EXAMPLES):
+        return True
+    standard = file.startswith(_STANDARD) and "site-packages" not in file
+    return not standard and not file.startswith((_SANDBOX, _PYMUNK, "<frozen"))
+
+
+def _short(file: str) -> str:
+    """Return the path of a file from the working directory if it is below, otherwise its name."""
+    path, here = Path(file).absolute(), Path.cwd()
+    return str(path.relative_to(here)) if path.is_relative_to(here) else path.name
 
 
 class Meeting(NamedTuple):
@@ -77,7 +120,7 @@ class Contents:
     @cached_property
     def shapes(self) -> list[pymunk.Shape]:
         """All shapes with a body, in order of addition."""
-        return [shape for shape in self.space.shapes if shape.body is not None]
+        return shapes_of(self.space)
 
     @cached_property
     def solid(self) -> list[pymunk.Shape]:
@@ -119,7 +162,7 @@ class Contents:
         """Name a body, by a shape of it, and what is wrong with it."""
         solid = self.solid_of.get(id(body)) or [each for each in body.shapes if not each.sensor]  # if it is gone
         shape = shape or next(iter(solid), None)
-        kind = f"a {_KINDS[body.body_type]} {shape_words(shape) if shape else 'body without a shape'}"
+        kind = f"a {BODY_TYPES[body.body_type]} {shape_words(shape) if shape else 'body without a shape'}"
         line = self.origins.line_of(body) or (self.origins.line_of(shape) if shape else "")
         place = place_of(shape) if shape and not is_dynamic(body) else body.position
         return BodyReport(self.index_of.get(id(body)), kind, (place[0], place[1]), line, detail)

@@ -78,11 +78,7 @@ class BodyType(StrEnum):
     STATIC = "static"
 
 
-_BODY_TYPES: Final = {
-    pymunk.Body.DYNAMIC: BodyType.DYNAMIC,
-    pymunk.Body.KINEMATIC: BodyType.KINEMATIC,
-    pymunk.Body.STATIC: BodyType.STATIC,
-}
+BODY_TYPES: Final = {getattr(pymunk.Body, kind.name): kind for kind in BodyType}
 
 
 class Part(Model):
@@ -240,11 +236,6 @@ class Constraint(Part):
     """Whether its bodies collide with each other."""
 
     measured: ClassVar[tuple[str, ...]] = ()  # what Pymunk measures when it is built, and has no argument for
-
-    @property
-    def own(self) -> dict[str, Any]:
-        """Its own parameters, by Pymunk's names, in the order of Pymunk's arguments."""
-        return {name: getattr(self, name) for name in _own_names(type(self))}
 
 
 class Anchored(Constraint):
@@ -593,7 +584,7 @@ def describe_body(body: pymunk.Body, centers: Mapping[int, tuple[float, float]])
     values = _values(body, Body, "body_type", "center", "in_space")
     center = centers.get(body.id)
     return values | {
-        "body_type": _BODY_TYPES[body.body_type],
+        "body_type": BODY_TYPES[body.body_type],
         "center": None if center == values["position"] and not any(values["center_of_gravity"]) else center,
         "in_space": body.space is not None,
     }
@@ -601,7 +592,7 @@ def describe_body(body: pymunk.Body, centers: Mapping[int, tuple[float, float]])
 
 def build_body(described: Body, *, at_rest: bool = False) -> pymunk.Body:
     """Build a body, without its velocity if it is to be at rest."""
-    body_type = next(key for key, kind in _BODY_TYPES.items() if kind is described.body_type)
+    body_type = next(key for key, kind in BODY_TYPES.items() if kind is described.body_type)
     body = pymunk.Body(described.mass, described.moment, body_type)
     set_mass(body, described)
     place(body, described)
@@ -661,19 +652,16 @@ def build_shape(described: AnyShape, body: pymunk.Body) -> pymunk.Shape:
             shape = pymunk.Segment(body, a, b, described.radius)
             if described.moved:
                 shape.unsafe_set_endpoints(a, b)
-            if described.neighbors:
-                shape.set_neighbors(*described.neighbors)
-        case Poly():
+        case Poly():  # whose corners the constructor may order anew; `change_shape` sets them as they are described
             shape = pymunk.Poly(body, described.vertices, radius=described.radius)
-            shape.unsafe_set_vertices(described.vertices)  # in this order: the constructor has computed the hull anew
     if described.color:
         shape.color = described.color
-    _set_values(shape, described)
+    change_shape(shape, described)
     return shape
 
 
 def change_shape(shape: pymunk.Shape, described: AnyShape) -> None:
-    """Let a shape become what is described, of the same kind."""
+    """Let a shape become what is described, of the same kind, where it differs: setting a value wakes the body."""
     if isinstance(shape, pymunk.Circle) and isinstance(described, Circle):
         shape.unsafe_set_offset(described.offset)
     elif isinstance(shape, pymunk.Segment) and isinstance(described, Segment):
@@ -685,11 +673,6 @@ def change_shape(shape: pymunk.Shape, described: AnyShape) -> None:
         shape.unsafe_set_vertices(described.vertices)
     if shape.radius != described.radius:
         shape.unsafe_set_radius(described.radius)
-    _set_values(shape, described)
-
-
-def _set_values(shape: pymunk.Shape, described: AnyShape) -> None:
-    """Set what all kinds of shapes have, where it differs: setting it wakes the body."""
     for name in ("mass", "elasticity", "friction", "surface_velocity", "collision_type", "sensor"):
         if getattr(shape, name) != getattr(described, name):
             setattr(shape, name, getattr(described, name))
@@ -725,10 +708,6 @@ def _neighbors(segment: pymunk.Segment) -> tuple[tuple[float, float], tuple[floa
     return (x1, y1), (x2, y2)
 
 
-def _own_names(model: type[Constraint]) -> list[str]:
-    return [name for name in model.model_fields if name not in Constraint.model_fields and name != "kind"]
-
-
 def describe_constraint(joint: pymunk.Constraint, index_of: Mapping[pymunk.Body, int | None]) -> dict[str, Any]:
     """Return the values of one of AnyConstraint."""
     model = next(model for kind, model in _CONSTRAINTS.items() if isinstance(joint, kind))
@@ -739,7 +718,8 @@ def describe_constraint(joint: pymunk.Constraint, index_of: Mapping[pymunk.Body,
 
 def build_constraint(described: AnyConstraint, a: pymunk.Body, b: pymunk.Body) -> pymunk.Constraint:
     """Build a constraint between two bodies."""
-    arguments = [value for name, value in described.own.items() if name not in described.measured]
+    not_arguments = {*Constraint.model_fields, *described.measured, "kind"}
+    arguments = [value for name, value in described if name not in not_arguments]
     joint: pymunk.Constraint = getattr(pymunk, described.kind)(a, b, *arguments)
     for name in ("max_force", "error_bias", "max_bias", "collide_bodies", *described.measured):
         setattr(joint, name, getattr(described, name))

@@ -1,9 +1,9 @@
 """What the recorded steps of a Space show: the rules that look at them, and the account of its energy."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from enum import Enum, auto
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise, takewhile
 from typing import Any, Final, NamedTuple
@@ -13,29 +13,28 @@ import pymunk
 from numpy.typing import NDArray
 
 from sandbox.space.causes import Cause
-from sandbox.space.contents import Contents, Meeting, half_length, half_width, is_dynamic, is_static, shape_words
-from sandbox.space.energy import Ledger, is_finite, ledger_of
+from sandbox.space.contents import Contents, half_length, half_width, is_dynamic, is_static, shape_words
+from sandbox.space.energy import LARGEST, Ledger, ledger_of
 from sandbox.space.figures import (
+    IN_ANGLE,
     LAWLESS,
     Hit,
-    Overlap,
-    Residual,
-    Stretch,
+    Series,
     escapes,
     hits,
     jitter,
     joint_residuals,
+    meetings,
     overlaps,
     residuals,
     stretches,
-    touches,
     wrong_bounces,
 )
-from sandbox.space.findings import BodyReport, Certainty, Fault, Finding, Rule, found_by
-from sandbox.space.mechanics import Floats, Rows
+from sandbox.space.findings import BodyReport, Fault, Finding, Rules, found_by
+from sandbox.space.mechanics import Floats, Rows, common, is_within
 from sandbox.space.passages import Passage, Passages
 from sandbox.space.recording import Recording, Step
-from sandbox.space.rules import PRODUCT_RULES, RULE_OF, passing_words
+from sandbox.space.rules import PRODUCT_RULES, passing_words
 
 MAX_STRETCH: Final = 0.05  # of the joint's length, or half that of the bodies that it connects
 MAX_ANGLE: Final = 0.1  # rad, of a joint's angle off its law
@@ -54,17 +53,17 @@ CALLBACK: Final = 1e-6  # of the largest kinetic energy, in a step: above roundi
 
 @dataclass(frozen=True)
 class Evidence:
-    """A recording, what the Space has now, and the faults that were noticed while it ran, by their rules."""
+    """A recording, what the Space has now, and contacts that were seen to be set by a handler while it ran."""
 
     recording: Recording
     contents: Contents
-    noticed: Mapping[str, Sequence[Fault]] = field(default_factory=dict)
+    set_by_handler: Sequence[Fault] = ()
 
     @cached_property
     def steps(self) -> list[Step]:
         """The steps that are kept, until one leaves a number that is not finite, or too large; at least one."""
         steps = list(self.recording)
-        return steps[:1] + list(takewhile(lambda step: is_finite(step.after), steps[1:]))
+        return steps[:1] + list(takewhile(lambda step: is_within(LARGEST, step.after), steps[1:]))
 
     @cached_property
     def ledger(self) -> Ledger:
@@ -73,17 +72,12 @@ class Evidence:
 
     def findings(self) -> list[Finding]:
         """Return what the steps show."""
-        return found_by((*MET_RULES, *STEP_RULES), self)
+        return found_by({**MET_RULES, **STEP_RULES}, self)
 
     @cached_property
     def after_run(self) -> Contents:
         """What the Space has now, and which of its shapes touched."""
-        met = []
-        for touch in touches(self.steps):
-            a, b = map(self.recording.roster.by_address.get, (touch.shape_a, touch.shape_b))
-            if a and b and a.body and b.body:
-                met.append(Meeting(a, b, touch.step.end, touch.elasticity, touch.friction))
-        return replace(self.contents, met=met)
+        return replace(self.contents, met=meetings(self.steps, self.recording.roster.by_address))
 
     @cached_property
     def passages(self) -> list[Passage]:
@@ -91,19 +85,17 @@ class Evidence:
         return list(Passages(self.recording, self.contents.space))
 
     @cached_property
-    def overlaps(self) -> list[Overlap]:
-        """The deepest overlap of each pair of bodies, the deepest first."""
-        return overlaps(self.steps)
-
-    @cached_property
     def too_fast(self) -> "dict[frozenset[int], _FastHit]":
         """By two bodies that hit, but did not pass each other: their hit that came nearest to that, if it was near."""
         return _fast_hits(self)
 
     @cached_property
-    def too_deep(self) -> "list[tuple[_Deep, Fault]]":
-        """The overlaps that are too deep, and why."""
-        return list(filter(None, (_deep_overlap(self, overlap) for overlap in self.overlaps)))
+    def too_deep(self) -> dict[str, list[Fault]]:
+        """The overlaps that are too deep, the deepest first, by the rules for why."""
+        faults: dict[str, list[Fault]] = defaultdict(list)
+        for rule, fault in filter(None, (_deep_overlap(self, overlap) for overlap in overlaps(self.steps))):
+            faults[rule].append(fault)
+        return faults
 
     @cached_property
     def changed_by_callbacks(self) -> NDArray[np.bool_]:
@@ -114,8 +106,8 @@ class Evidence:
         return changed
 
     @cached_property
-    def residuals(self) -> list[Residual]:
-        """What the solver left undone at contacts that lasted."""
+    def residuals(self) -> tuple[list[Series], list[Series]]:
+        """What the solver left undone at contacts that lasted: approach and slip."""
         return residuals(self.steps)
 
     @cached_property
@@ -129,11 +121,9 @@ class Evidence:
         steps: dict[str, dict[int, list[int]]] = {"position": {}, "velocity": {}}
         for number, (last, step) in enumerate(pairwise(self.steps), 1):
             if last.after is not step.before:
-                old, new = last.after.bodies, step.before.bodies
-                common, rows, others = np.intersect1d(old["id"], new["id"], return_indices=True)
+                old, new = common(last.after.bodies, step.before.bodies)
                 for name, of_body in steps.items():
-                    is_set = (old[name][rows] != new[name][others]).any(axis=1)
-                    for body in common[is_set].tolist():
+                    for body in np.sort(old["id"][(old[name] != new[name]).any(axis=1)]).tolist():
                         of_body.setdefault(body, []).append(number)
         return {name: {body: np.array(each) for body, each in of_body.items()} for name, of_body in steps.items()}
 
@@ -207,77 +197,62 @@ def _deepest(step: Step, ends: tuple[int, int]) -> Rows:
 def _stretched(evidence: Evidence) -> Iterator[Fault]:
     """Joints that may pull as hard as they need to, and are off their law."""
     for stretch in stretches(evidence.steps):
-        joint = evidence.recording.joint(stretch.key)
-        limit = _stretch_limit(evidence, stretch, joint)
-        over, (number, error) = np.abs(stretch.errors) > limit, stretch.worst
+        joint, is_angle = evidence.recording.joint(int(stretch.first["key"])), stretch.first["kind"] in IN_ANGLE
+        limit = MAX_ANGLE if is_angle else _max_stretch(joint, evidence.shapes(*stretch.ends))
+        over, (number, error) = np.abs(stretch.values) > limit, stretch.worst
         if math.isinf(joint.max_force) and over.any():
             worst, first = evidence.steps[number], evidence.steps[stretch.steps[over.argmax()]]
-            off = f"{abs(error):.3g} {'rad' if stretch.is_angle else 'px'}"
+            off = f"{abs(error):.3g} {'rad' if is_angle else 'px'}"
             what = f"its {type(joint).__name__} to {{}} is off by {off} at {worst.end:.3f} s"
-            report = evidence.report((stretch.body_a, stretch.body_b), worst, what)
-            yield Fault(abs(error) / limit, report, off, since=first.end)
+            yield Fault(abs(error) / limit, evidence.report(stretch.ends, worst, what), off, since=first.end)
 
 
-def _stretch_limit(evidence: Evidence, stretch: Stretch, joint: pymunk.Constraint) -> float:
-    if stretch.is_angle:
-        return MAX_ANGLE
+def _max_stretch(joint: pymunk.Constraint, shapes: Iterable[pymunk.Shape]) -> float:
     length = getattr(joint, "distance", getattr(joint, "max", 0.0))
-    return MAX_STRETCH * max([length, *map(half_length, evidence.shapes(stretch.body_a, stretch.body_b))])
+    return MAX_STRETCH * max([length, *map(half_length, shapes)])
 
 
-class _Deep(Enum):
-    """Why bodies overlap by too much."""
-
-    LASTING = auto()
-    AT_ONCE = auto()  # in an impact
-    PUSHED = auto()  # by the program, further into each other before most of the steps
-
-
-def _too_deep(kind: _Deep) -> Callable[[Evidence], Iterator[Fault]]:
-    """Return a rule for overlaps that are too deep, of a kind."""
-    return lambda evidence: (fault for found, fault in evidence.too_deep if found is kind)
-
-
-def _deep_overlap(evidence: Evidence, overlap: Overlap) -> tuple[_Deep, Fault] | None:
-    """Return why an overlap is too deep, if it is; not of bodies that came into the Space so."""
-    ends, slop = (overlap.body_a, overlap.body_b), evidence.contents.space.collision_slop
+def _deep_overlap(evidence: Evidence, overlap: Series) -> tuple[str, Fault] | None:
+    """Return the rule for why an overlap is too deep, if it is; not of bodies that came into the Space so."""
+    ends, slop = overlap.ends, evidence.contents.space.collision_slop
     half = evidence.half_width(*ends)
-    lasting = overlap.steps[(overlap.depths > slop + MAX_LASTING_DEPTH * half) & _is_held(evidence, overlap)]
+    lasting = overlap.steps[(overlap.values > slop + MAX_LASTING_DEPTH * half) & _is_held(evidence, overlap)]
     is_lasting = evidence.lasts(lasting)
-    deep = lasting if is_lasting else overlap.steps[overlap.depths > slop + MAX_DEPTH * half]
+    deep = lasting if is_lasting else overlap.steps[overlap.values > slop + MAX_DEPTH * half]
     if not len(deep) or evidence.came_in(evidence.steps[deep[0]], *ends):
         return None
-    kind = _why_deep(evidence, overlap, deep, is_lasting=is_lasting)
-    if kind is _Deep.AT_ONCE and frozenset(ends) in evidence.too_fast:
+    rule = _why_deep(evidence, overlap, deep, is_lasting=is_lasting)
+    if rule == "deep-at-once" and frozenset(ends) in evidence.too_fast:
         return None
-    worst = evidence.steps[overlap.steps[overlap.depths.argmax()]]
-    report = evidence.report(ends, worst, f"{overlap.depth:.3g} px deep in {{}} at {worst.end:.3f} s")
-    return kind, Fault(overlap.depth, report, f"{overlap.depth:.3g} px", since=evidence.steps[deep[0]].end)
+    number, depth = overlap.worst
+    worst = evidence.steps[number]
+    report = evidence.report(ends, worst, f"{depth:.3g} px deep in {{}} at {worst.end:.3f} s")
+    return rule, Fault(depth, report, f"{depth:.3g} px", since=evidence.steps[deep[0]].end)
 
 
-def _is_held(evidence: Evidence, overlap: Overlap) -> NDArray[np.bool_]:
+def _is_held(evidence: Evidence, overlap: Series) -> NDArray[np.bool_]:
     """Return whether something holds two bodies in each other in each step in which they overlap, or presses them.
 
     Otherwise Pymunk lets its part `collision_bias` to the power of dt remain of an overlap; here, half the way there.
     """
     space = evidence.contents.space
-    beyond = np.maximum(overlap.depths - space.collision_slop, 0.0)
+    beyond = np.maximum(overlap.values - space.collision_slop, 0.0)
     lengths = np.array([evidence.steps[number].dt for number in overlap.steps])
     before = np.where(np.diff(overlap.steps, prepend=-2) == 1, np.roll(beyond, 1), 0.0)
     return np.asarray(beyond > (1 + space.collision_bias**lengths) / 2 * before)
 
 
-def _why_deep(evidence: Evidence, overlap: Overlap, deep: NDArray[np.intp], *, is_lasting: bool) -> _Deep:
-    """Return what makes an overlap deep in some steps: what the program does, again and again, until it is deepest."""
-    ends, slop = (overlap.body_a, overlap.body_b), evidence.contents.space.collision_slop
+def _why_deep(evidence: Evidence, overlap: Series, deep: NDArray[np.intp], *, is_lasting: bool) -> str:
+    """Return the rule for what makes an overlap deep: the program, again and again, until it is deepest; or not."""
+    ends, slop = overlap.ends, evidence.contents.space.collision_slop
     pushed = np.array([evidence.pushes_together(number, ends) > slop for number in overlap.steps.tolist()])
-    growing = np.isin(overlap.steps, deep) & (overlap.steps <= overlap.steps[overlap.depths.argmax()])
+    growing = np.isin(overlap.steps, deep) & (overlap.steps <= overlap.steps[overlap.values.argmax()])
     if pushed.sum() >= MIN_PUSHES and pushed[growing].mean() > MOST:
-        return _Deep.PUSHED
+        return "pushed-by-hand"
     first = int(np.flatnonzero(overlap.steps == deep[0])[0])
     is_apart = not first or overlap.steps[first - 1] < deep[0] - 1
-    is_impact = is_apart or overlap.depths[first - 1] < overlap.depths[first] / 2
-    return _Deep.AT_ONCE if is_impact and not is_lasting else _Deep.LASTING
+    is_impact = is_apart or overlap.values[first - 1] < overlap.values[first] / 2
+    return "deep-at-once" if is_impact and not is_lasting else "sinks-in"
 
 
 def _passed(evidence: Evidence) -> Iterator[Fault]:
@@ -339,50 +314,45 @@ def _too_fast(evidence: Evidence) -> Iterator[Fault]:
         yield Fault(size, evidence.report((hit.body, hit.other_body), hit.step, what), since=hit.step.end)
 
 
-def _setting_after_run(rule: Rule[Contents]) -> Rule[Evidence]:
+def _after_run(find: Callable[[Contents], Iterator[Fault]]) -> Callable[[Evidence], Iterator[Fault]]:
     """Return a rule for how a Space is set up as one that looks at what touched in a run."""
-    return rule.found_by(lambda evidence: rule.find(evidence.after_run))
-
-
-def _noticed(rule: str) -> Callable[[Evidence], Iterator[Fault]]:
-    """Return a rule for what had to be seen as it happened."""
-    return lambda evidence: iter(evidence.noticed.get(rule, ()))
+    return lambda evidence: find(evidence.after_run)
 
 
 def _unsolved(evidence: Evidence) -> Iterator[Fault]:
     """Contacts and joints that bear less than nothing would: off by more than gravity adds in a step, for long."""
-    for residual in evidence.residuals:
-        yield from _unsolved_for_long(evidence, residual, "goes on into {{}} at {0} px/s at {1} s")
-    for key, residual in joint_residuals(evidence.steps, evidence.recording.joint).items():
-        name = type(evidence.recording.joint(key)).__name__
+    approaches, _ = evidence.residuals
+    for contact in approaches:
+        yield from _unsolved_for_long(evidence, contact, "goes on into {{}} at {0} px/s at {1} s")
+    for residual in joint_residuals(evidence.steps, evidence.recording.joint):
+        name = type(evidence.recording.joint(int(residual.first["key"]))).__name__
         yield from _unsolved_for_long(evidence, residual, f"its {name} to {{{{}}}} gives way at {{0}} px/s at {{1}} s")
 
 
-def _unsolved_for_long(evidence: Evidence, residual: Residual, how: str) -> Iterator[Fault]:
-    """Yield the fault of a residual. how: what it means, by speed and time."""
-    fall = evidence.fall[residual.steps]
-    over = (residual.approach > fall) & (fall > 0) & ~evidence.changed_by_callbacks[residual.steps]
-    steps = residual.steps[over]
+def _unsolved_for_long(evidence: Evidence, approach: Series, how: str) -> Iterator[Fault]:
+    """Yield the fault of an approach. how: what it means, by speed and time."""
+    fall = evidence.fall[approach.steps]
+    over = (approach.values > fall) & (fall > 0) & ~evidence.changed_by_callbacks[approach.steps]
+    steps = approach.steps[over]
     if not evidence.lasts(steps):
         return
-    worst = int(np.flatnonzero(over)[residual.approach[over].argmax()])
-    speed, step = residual.approach[worst], evidence.steps[residual.steps[worst]]
+    worst = int(np.flatnonzero(over)[approach.values[over].argmax()])
+    speed, step = approach.values[worst], evidence.steps[approach.steps[worst]]
     what = f"{how.format(f'{speed:.3g}', f'{step.end:.3f}')}; a step's gravity adds {fall[worst]:.3g}"
-    report = evidence.report((residual.body_a, residual.body_b), step, what)
+    report = evidence.report(approach.ends, step, what)
     yield Fault(float(speed / fall[worst]), report, since=evidence.steps[steps[0]].end)
 
 
 def _creeping(evidence: Evidence) -> Iterator[Fault]:
     """Contacts that slip though friction is below its limit, by a part of a body."""
-    for residual in evidence.residuals:
-        lengths = np.array([evidence.steps[number].dt for number in residual.steps])
-        slip = np.where(evidence.changed_by_callbacks[residual.steps], 0.0, residual.slip) * lengths
-        way = abs(slip.sum())
-        if way > MAX_CREEP * evidence.half_width(residual.body_a, residual.body_b):
-            first, last = (evidence.steps[residual.steps[at]] for at in (0, -1))
+    _, slips = evidence.residuals
+    for slip in slips:
+        lengths = np.array([evidence.steps[number].dt for number in slip.steps])
+        way = abs((np.where(evidence.changed_by_callbacks[slip.steps], 0.0, slip.values) * lengths).sum())
+        if way > MAX_CREEP * evidence.half_width(*slip.ends):
+            first, last = (evidence.steps[slip.steps[at]] for at in (0, -1))
             what = f"crept {way:.3g} px along {{}} in {last.end - first.time:.3g} s"
-            report = evidence.report((residual.body_a, residual.body_b), last, what)
-            yield Fault(way, report, f"{way:.3g} px", since=first.time)
+            yield Fault(way, evidence.report(slip.ends, last, what), f"{way:.3g} px", since=first.time)
 
 
 def _other_bounces(evidence: Evidence) -> Iterator[Fault]:
@@ -519,146 +489,23 @@ def _joints_that_drive(evidence: Evidence) -> Iterator[Fault]:
             yield Fault(work, evidence.report(ends, evidence.steps[-1], what), share)
 
 
-STEP_RULES: Final[tuple[Rule[Evidence], ...]] = (
-    Rule(
-        "passed-through",
-        0.9,
-        Certainty.CERTAIN,
-        "Bodies went through walls, or through each other",
-        "Pymunk looks for contacts only where bodies are at the end of a step: before the wall, and then behind it.",
-        "Take several shorter steps for each frame, make walls thicker, or limit the speed in a velocity_func.",
-        _passed,
-    ),
-    Rule(
-        "joint-stretched",
-        0.8,
-        Certainty.CERTAIN,
-        "Joints do not hold: one is off its law by {}",
-        "A step moves bodies straight on, past what a joint would turn, and the solver stops after space.iterations "
-        "passes. What is off at the end of a step is corrected slowly. A joint may also begin off its law.",
-        "Halve dt; if joints also give way, raise space.iterations or bring masses nearer to each other; place bodies "
-        "as their joints say.",
-        _stretched,
-    ),
-    Rule(
-        "sinks-in",
-        0.7,
-        Certainty.CERTAIN,
-        "Bodies sink into each other, by up to {}",
-        "What lies on a body is too heavy for the passes that the solver does, or pushed by more than contacts carry.",
-        "Raise space.iterations, halve dt, bring masses nearer to each other.",
-        _too_deep(_Deep.LASTING),
-    ),
-    Rule(
-        "wrong-point",
-        0.92,
-        Certainty.LIKELY,
-        "Forces or impulses act far outside of bodies, and make them spin: their points are in the wrong coordinates",
-        "body.apply_..._at_local_point takes a force and a point in the coordinates of the body, ..._at_world_point in "
-        "those of the Space.",
-        "body.apply_force_at_local_point(force, (0, 0)), or apply_force_at_world_point(force, body.position); a point "
-        "of the body is body.local_to_world(point) in the Space.",
-        _wrong_points,
-    ),
-    Rule(
-        "pushed-by-hand",
-        0.6,
-        Certainty.LIKELY,
-        "The program pushes bodies into others, by up to {}",
-        "It sets their velocity or position step after step, which undoes what contacts do about it.",
-        "Push with a limited force: body.apply_force_at_local_point(...), or a PivotJoint to a KINEMATIC body with a "
-        "max_force; or set the velocity only until something is in the way.",
-        _too_deep(_Deep.PUSHED),
-    ),
-    Rule(
-        "unsolved",
-        0.65,
-        Certainty.CERTAIN,
-        "Stacks or joints give way: they carry less than what presses or pulls on them",
-        "The solver stops after space.iterations passes, with its equations not yet fulfilled. High stacks, chains, "
-        "large differences of mass, moments that are too small, and bodies between others that do not yield need more "
-        "passes, or cannot be solved.",
-        "Raise space.iterations, halve dt, bring masses nearer to each other.",
-        _unsolved,
-    ),
-    Rule(
-        "creeps",
-        0.45,
-        Certainty.CERTAIN,
-        "What friction holds creeps on, by up to {}",
-        "The solver stops before contacts stand still, though their friction is below its limit; nothing brings bodies "
-        "back to where they were.",
-        "Raise space.iterations, or let bodies sleep: space.sleep_time_threshold = 0.5.",
-        _creeping,
-    ),
-    Rule(
-        "deep-at-once",
-        0.5,
-        Certainty.CERTAIN,
-        "Impacts are found late: bodies are {} deep in each other for a moment",
-        "Pymunk looks for contacts at the end of a step, when a fast body is inside, or almost through.",
-        "Halve dt, make thin bodies thicker, or limit the speed.",
-        _too_deep(_Deep.AT_ONCE),
-    ),
-    Rule(
-        "other-bounce",
-        0.6,
-        Certainty.LIKELY,
-        "Contacts end with another velocity than their elasticity says",
-        "The impulses of the step do not explain it: a handler or a callback of the program set velocities.",
-        "To change a bounce, set arbiter.restitution in pre_solve.",
-        _other_bounces,
-    ),
-    Rule(
-        "joint-drives",
-        0.55,
-        Certainty.LIKELY,
-        "Joints add energy: one of them {} of the largest kinetic energy",
-        "A joint that is off its law is pulled back with a real velocity, which stays.",
-        "Halve dt, raise space.iterations, or raise joint.error_bias towards 1, so that it is pulled back more slowly.",
-        _joints_that_drive,
-    ),
-    Rule(
-        "jitters",
-        0.5,
-        Certainty.LIKELY,
-        "Bodies at rest shake",
-        "Each step undoes what the one before did: contacts come and go, or the program pushes every step.",
-        "A little friction and a collision_slop of some 1 % of the bodies keep contacts; or let bodies sleep: "
-        "space.sleep_time_threshold = 0.5.",
-        _jittery,
-    ),
-    Rule(
-        "moved-by-hand",
-        0.4,
-        Certainty.POSSIBLE,
-        "The program sets the positions of bodies, step after step",
-        "Pymunk solves contacts and joints by velocities, and does not see that motion: bodies push through others, "
-        "and carry nothing along.",
-        "Set velocities; make it a KINEMATIC body if nothing shall push it, and set its velocity to the way that it "
-        "shall go, divided by dt.",
-        _moved,
-    ),
-    Rule(
-        "leaves",
-        0.35,
-        Certainty.POSSIBLE,
-        "Bodies leave the world and go on",
-        "They fell or flew past all walls, and Pymunk goes on computing them.",
-        "Remove them, as in `if body.position.y > 2000: space.remove(body, *body.shapes)`; or close the walls.",
-        _gone,
-    ),
-    Rule(
-        "set-by-handler",
-        0.15,
-        Certainty.POSSIBLE,
-        "A handler gives contacts an elasticity, friction or surface velocity that their shapes have not",
-        "It sets arbiter.restitution, arbiter.friction or arbiter.surface_velocity.",
-        "If that is meant, nothing.",
-        _noticed("set-by-handler"),
-    ),
-)
-MET_RULES: Final[tuple[Rule[Evidence], ...]] = (  # for how a Space is set up, of which a run shows more
-    RULE_OF["tunnelling"].found_by(_too_fast),
-    *map(_setting_after_run, PRODUCT_RULES),
-)
+STEP_RULES: Final[Rules[Evidence]] = {
+    "passed-through": _passed,
+    "joint-stretched": _stretched,
+    "sinks-in": lambda evidence: iter(evidence.too_deep["sinks-in"]),
+    "wrong-point": _wrong_points,
+    "pushed-by-hand": lambda evidence: iter(evidence.too_deep["pushed-by-hand"]),
+    "unsolved": _unsolved,
+    "creeps": _creeping,
+    "deep-at-once": lambda evidence: iter(evidence.too_deep["deep-at-once"]),
+    "other-bounce": _other_bounces,
+    "joint-drives": _joints_that_drive,
+    "jitters": _jittery,
+    "moved-by-hand": _moved,
+    "leaves": _gone,
+    "set-by-handler": lambda evidence: iter(evidence.set_by_handler),
+}
+MET_RULES: Final[Rules[Evidence]] = {  # for how a Space is set up, of which a run shows more
+    "tunnelling": _too_fast,
+    **{rule: _after_run(find) for rule, find in PRODUCT_RULES.items()},
+}

@@ -1,6 +1,6 @@
 """Figures of a recorded run of a Space: overlaps, joints, contacts, rest, and bodies that leave."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
@@ -8,6 +8,7 @@ import numpy as np
 import pymunk
 from numpy.typing import NDArray
 
+from sandbox.space.contents import Meeting
 from sandbox.space.mechanics import Floats, Index, Rows, dot, turned, with_static
 from sandbox.space.memory import CONTACT, JOINT, JointKind, Snapshot
 from sandbox.space.recording import Step
@@ -15,39 +16,45 @@ from sandbox.space.recording import Step
 IN_ANGLE: Final = (JointKind.ROTARY_LIMIT, JointKind.RATCHET, JointKind.GEAR)
 LAWLESS: Final = (JointKind.SPRING, JointKind.ROTARY_SPRING, JointKind.MOTOR)  # no place or angle is a wrong one
 HOLDING: Final = (JointKind.PIN, JointKind.SLIDE, JointKind.PIVOT)  # anchors
+Groups = tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]
+
 ROUNDING: Final = 1e-6  # relative, of impulses at the limit of friction
 MIN_RESTING: Final = 30  # steps
 RESTING_SPEED: Final = 2.0  # in units of what gravity adds in a step: slower bodies count as at rest
 
 
-@dataclass(frozen=True)
-class Overlap:
-    """The overlaps of a pair of bodies, by id: in n steps, of which `step` is the number in the recording.
+class Series(NamedTuple):
+    """A figure of two bodies that touch, or of a joint, in n steps. Overlaps in px; others as the functions say.
 
-    steps: (n,) numbers from 0; depths: (n,) px, of the deepest point.
+    first: its first contact or joint; steps: (n,) the numbers of the steps, from 0; values: (n,).
     """
 
-    body_a: int
-    body_b: int
+    first: Any
     steps: NDArray[np.intp]
-    depths: Floats
+    values: Floats
 
     @property
-    def depth(self) -> float:
-        """The deepest, px."""
-        return float(self.depths.max())
+    def ends(self) -> tuple[int, int]:
+        """The ids of both bodies."""
+        return int(self.first["body_a"]), int(self.first["body_b"])
+
+    @property
+    def worst(self) -> tuple[int, float]:
+        """The number of the step of the largest value, of either sign, and that value."""
+        at = int(np.abs(self.values).argmax())
+        return int(self.steps[at]), float(self.values[at])
 
 
-def overlaps(steps: Iterable[Step]) -> list[Overlap]:
-    """Return the overlaps of each pair of bodies, the deepest first."""
+def overlaps(steps: Iterable[Step]) -> list[Series]:
+    """Return the depth of the deepest point of each pair of bodies, where they overlap, the deepest first."""
     contacts, number = _listed((step.after.contacts for step in steps), CONTACT)
     deep = contacts["distance"] < 0
     contacts, number = contacts[deep], number[deep]
-    found = []
-    for rows, at, first in _by_pair(contacts, number, "body"):
-        ends = int(contacts["body_a"][rows[0]]), int(contacts["body_b"][rows[0]])
-        found.append(Overlap(*ends, at, np.maximum.reduceat(-contacts["distance"][rows], first)))
-    return sorted(found, key=lambda overlap: -overlap.depth)
+    found = [
+        Series(contacts[rows[0]], at, np.maximum.reduceat(-contacts["distance"][rows], first))
+        for rows, at, first in _by_pair(contacts, number, "body")
+    ]
+    return sorted(found, key=lambda overlap: -overlap.values.max())
 
 
 def _listed(of_step: Iterable[Rows], kind: np.dtype[Any]) -> tuple[Rows, NDArray[np.intp]]:
@@ -56,16 +63,12 @@ def _listed(of_step: Iterable[Rows], kind: np.dtype[Any]) -> tuple[Rows, NDArray
     return np.concatenate([np.empty(0, kind), *listed]), np.repeat(np.arange(len(listed)), [*map(len, listed)])
 
 
-def _by_pair(
-    contacts: Rows, number: NDArray[np.intp], of: str
-) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]]:
+def _by_pair(contacts: Rows, number: NDArray[np.intp], of: str) -> Iterator[Groups]:
     """Yield the rows of each pair of bodies or shapes, as `_by_key` does."""
     return _by_key(np.sort(np.stack([contacts[f"{of}_a"], contacts[f"{of}_b"]], axis=1), axis=1), number)
 
 
-def _by_key(
-    keys: Rows, number: NDArray[np.intp]
-) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]]:
+def _by_key(keys: Rows, number: NDArray[np.intp]) -> Iterator[Groups]:
     """Yield the rows of each key by step, the numbers of these steps, and where each begins. keys: (n, k).
 
     Keys come in the order of their first rows: they are addresses, whose order differs from run to run.
@@ -78,25 +81,16 @@ def _by_key(
         yield rows, at, first
 
 
-class Touch(NamedTuple):
-    """Two shapes that touched, by address: first in this step, with this elasticity and friction at most."""
-
-    shape_a: int
-    shape_b: int
-    step: Step
-    elasticity: float
-    friction: float
-
-
-def touches(steps: Sequence[Step]) -> list[Touch]:
-    """Return which shapes touched, in the order of time."""
+def meetings(steps: Sequence[Step], by_address: Mapping[int, pymunk.Shape]) -> list[Meeting]:
+    """Return which shapes with a body touched, in the order of time. by_address: the shapes."""
     contacts, number = _listed((step.after.contacts for step in steps), CONTACT)
     found = []
     for rows, at, _ in _by_pair(contacts, number, "shape"):
-        ends = int(contacts["shape_a"][rows[0]]), int(contacts["shape_b"][rows[0]])
-        largest = (float(contacts[name][rows].max()) for name in ("elasticity", "friction"))
-        found.append(Touch(*ends, steps[at[0]], *largest))
-    return sorted(found, key=lambda touch: touch.step.number)
+        a, b = (by_address.get(int(contacts[side][rows[0]])) for side in ("shape_a", "shape_b"))
+        if a and b and a.body and b.body:
+            largest = (float(contacts[name][rows].max()) for name in ("elasticity", "friction"))
+            found.append(Meeting(a, b, steps[at[0]].end, *largest))
+    return sorted(found, key=lambda meeting: meeting.since)
 
 
 class Hit(NamedTuple):
@@ -132,24 +126,11 @@ def hits(steps: Iterable[Step]) -> Iterator[Hit]:
                 yield Hit(step, body, other_body, met, speed, reach)
 
 
-@dataclass(frozen=True)
-class Residual:
-    """What the solver left undone at the contact of two shapes, which lasted: bodies by id, in n steps.
+def residuals(steps: Sequence[Step]) -> tuple[list[Series], list[Series]]:
+    """Return what the solver left undone at the contacts of two shapes that were there in the step before too, px/s.
 
-    steps: (n,) numbers from 0; approach: (n,) px/s, at which the bodies still approach after the solver's last pass,
-    beyond what is due; slip: (n,) px/s along the contact, where friction is below its limit, so that none is due.
-    """
-
-    body_a: int
-    body_b: int
-    steps: NDArray[np.intp]
-    approach: Floats
-    slip: Floats
-
-
-def residuals(steps: Sequence[Step]) -> list[Residual]:
-    """Return the residuals of the equations of all contacts that were there in the step before too.
-
+    First, at which speed bodies still approach after its last pass, beyond what is due; then, at which they slip where
+    friction is below its limit, so that none is due.
     Chipmunk's solver looks for normal impulses j >= 0 that end each approach at minus the contact's `bounce`, and for
     tangential ones of at most friction times j that end its slip.
     """
@@ -159,20 +140,19 @@ def residuals(steps: Sequence[Step]) -> list[Residual]:
     approach = -dot(velocity, contacts["normal"]) - contacts["bounce"]
     holds = np.abs(contacts["tangential"]) < (1 - ROUNDING) * contacts["friction"] * contacts["impulse"]
     slip = np.where(holds, dot(velocity + contacts["surface_velocity"], turned(contacts["normal"])), 0.0)
-    found = []
+    approaches, slips = [], []
     for rows, at, first in _by_pair(contacts, number, "shape"):
-        ends = int(contacts["body_a"][rows[0]]), int(contacts["body_b"][rows[0]])
         holding = np.maximum(1, np.add.reduceat(holds[rows], first, dtype=int))
-        slips = np.add.reduceat(slip[rows], first) / holding
-        found.append(Residual(*ends, at, np.maximum.reduceat(approach[rows], first), slips))
-    return found
+        approaches.append(Series(contacts[rows[0]], at, np.maximum.reduceat(approach[rows], first)))
+        slips.append(Series(contacts[rows[0]], at, np.add.reduceat(slip[rows], first) / holding))
+    return approaches, slips
 
 
-def joint_residuals(steps: Sequence[Step], joint_of: Callable[[int], pymunk.Constraint]) -> dict[int, Residual]:
-    """Return the residuals of the equations of all joints that hold anchors with any force, by their keys.
+def joint_residuals(steps: Sequence[Step], joint_of: Callable[[int], pymunk.Constraint]) -> list[Series]:
+    """Return the same of all joints that hold anchors with any force, px/s.
 
     Of PinJoint, SlideJoint and PivotJoint, Chipmunk's solver looks for impulses after which the error e of a joint
-    shrinks by its part 1 - error_bias^dt in a step, but by max_bias dt at most: `approach` is how much faster it grows.
+    shrinks by its part 1 - error_bias^dt in a step, but by max_bias dt at most: this is how much faster it grows.
     joint_of: returns the joint of a key.
     """
     holding = [step.after.joints[np.isin(step.after.joints["kind"], HOLDING)] for step in steps]
@@ -188,37 +168,7 @@ def joint_residuals(steps: Sequence[Step], joint_of: Callable[[int], pymunk.Cons
     lengths = np.array([step.dt for step in steps])[number]
     due = np.minimum((1 - error_bias[of_key] ** lengths) * size / lengths, max_bias[of_key])
     approach = np.where(size > 0, dot(_velocities(holding, steps), outwards) + due, 0.0)
-    found = {}
-    for rows, at, _ in _by_key(joints["key"][:, None], number):
-        key, a, b = joints[["key", "body_a", "body_b"]][rows[0]].item()
-        found[key] = Residual(a, b, at, approach[rows], np.zeros(len(rows)))
-    return found
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """How far a joint, by its key, was from its law in n steps: px, or rad for RotaryLimit, Ratchet and Gear.
-
-    steps, errors: (n,), numbers from 0.
-    """
-
-    key: int
-    kind: JointKind
-    body_a: int
-    body_b: int
-    steps: NDArray[np.intp]
-    errors: Floats
-
-    @property
-    def is_angle(self) -> bool:
-        """Whether the error is an angle."""
-        return self.kind in IN_ANGLE
-
-    @property
-    def worst(self) -> tuple[int, float]:
-        """The number of the step of the largest error, and that error."""
-        at = int(np.abs(self.errors).argmax())
-        return int(self.steps[at]), float(self.errors[at])
+    return _of_joints(joints, number, approach)
 
 
 def joint_errors(joints: Rows) -> Floats:
@@ -246,16 +196,17 @@ def joint_errors(joints: Rows) -> Floats:
     return np.select([kinds == kind for kind in errors], list(errors.values()), 0.0)
 
 
-def stretches(steps: Iterable[Step]) -> list[Stretch]:
+def stretches(steps: Iterable[Step]) -> list[Series]:
     """Return the errors of each joint that has a law for places or angles, in the order in which they came."""
     lawful = [step.after.joints[~np.isin(step.after.joints["kind"], LAWLESS)] for step in steps]
     joints, number = _listed(lawful, JOINT)
-    errors = joint_errors(joints)
-    found = []
-    for rows, at, _ in _by_key(joints["key"][:, None], number):
-        key, kind, a, b = joints[["key", "kind", "body_a", "body_b"]][rows[0]].item()
-        found.append(Stretch(key, JointKind(kind), a, b, at, errors[rows]))
-    return found
+    return _of_joints(joints, number, joint_errors(joints))
+
+
+def _of_joints(joints: Rows, number: NDArray[np.intp], values: Floats) -> list[Series]:
+    """Return the values of each joint. number: of the step of each."""
+    by_joint = _by_key(joints["key"][:, None], number)
+    return [Series(joints[rows[0]], at, values[rows]) for rows, at, _ in by_joint]
 
 
 @dataclass(frozen=True)

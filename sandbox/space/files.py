@@ -9,7 +9,7 @@ import pymunk
 from pydantic import ValidationError
 
 from sandbox.errors import SandboxError, first_errors
-from sandbox.files import read_text, whole_file
+from sandbox.files import read_text, write_text
 from sandbox.run.inputs import json_document
 from sandbox.scene.validation import sandbox_error
 from sandbox.space.description import SpaceDescription, describe, rebuild
@@ -62,8 +62,7 @@ class StartFile:
 
 def write_description(description: SpaceDescription, path: str | Path) -> None:
     """Write a description to a file. Raises SandboxError if it cannot be written."""
-    with whole_file(path) as file:
-        file.write(text_of(description).encode())
+    write_text(path, text_of(description))
 
 
 def read_description(path: str | Path) -> SpaceDescription:

@@ -1,13 +1,16 @@
 """Findings: what is wrong with a Space, since when, with which bodies, why, and what to change."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Final, Generic, NamedTuple, TypeVar
+from importlib.resources import files
+from typing import Final, NamedTuple, TypeVar
 
 from sandbox.text import printable
 
 MAX_BODIES_SHOWN: Final = 3  # of a finding, in text
+TEXTS: Final = tomllib.loads(files("sandbox.space").joinpath("rules.toml").read_text(encoding="utf-8"))
 
 
 class Certainty(StrEnum):
@@ -84,30 +87,16 @@ class Fault(NamedTuple):
 
 
 Source = TypeVar("Source")  # what a rule reads
-Other = TypeVar("Other")
+Rules = Mapping[str, Callable[[Source], Iterator[Fault]]]  # how to find the faults of each, by its key in rules.toml
 
 
-class Rule(NamedTuple, Generic[Source]):
-    """A fault that a Space may have: its texts, in which `{}` is the detail of the worst case, and how to find it."""
-
-    key: str
-    weight: float
-    certainty: Certainty
-    symptom: str
-    cause: str
-    cure: str
-    find: Callable[[Source], Iterator[Fault]]
-
-    def found_by(self, find: Callable[[Other], Iterator[Fault]]) -> "Rule[Other]":
-        """Return a rule with the same texts that reads something else."""
-        return Rule(self.key, self.weight, self.certainty, self.symptom, self.cause, self.cure, find)
-
-    def finding(self, faults: Sequence[Fault], since: float | None) -> Finding:
-        """Return the finding of all cases, of which there is at least one."""
-        faults = sorted(faults, key=lambda fault: -fault.size)
-        bodies = tuple(dict.fromkeys(fault.report for fault in faults if fault.report))
-        symptom = self.symptom.format(faults[0].detail)
-        return Finding(self.key, symptom, since, bodies, self.cause, self.cure, self.certainty, self.weight)
+def finding_of(rule: str, faults: Sequence[Fault], since: float | None) -> Finding:
+    """Return the finding of all cases of a rule, of which there is at least one."""
+    faults = sorted(faults, key=lambda fault: -fault.size)
+    bodies = tuple(dict.fromkeys(fault.report for fault in faults if fault.report))
+    texts = TEXTS[rule]
+    symptom, certainty = texts["symptom"].format(faults[0].detail), Certainty(texts["certainty"])
+    return Finding(rule, symptom, since, bodies, texts["cause"], texts["cure"], certainty, texts["weight"])
 
 
 def worst_first(finding: Finding) -> tuple[float, float]:
@@ -115,11 +104,11 @@ def worst_first(finding: Finding) -> tuple[float, float]:
     return -finding.weight, -1.0 if finding.since is None else finding.since
 
 
-def found_by(rules: Iterable[Rule[Source]], source: Source) -> list[Finding]:
+def found_by(rules: Rules[Source], source: Source) -> list[Finding]:
     """Return one finding for each rule with faults, since the earliest of them."""
     findings = []
-    for rule in rules:
-        if faults := list(rule.find(source)):
+    for rule, find in rules.items():
+        if faults := list(find(source)):
             since = min((fault.since for fault in faults if fault.since is not None), default=None)
-            findings.append(rule.finding(faults, since))
+            findings.append(finding_of(rule, faults, since))
     return findings

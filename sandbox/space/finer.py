@@ -5,9 +5,11 @@ in proportion to their length, so 2 c - b is a better reference than the finest 
 (Richardson, Phil. Trans. A 210, 1911, p. 307). What the last division changed in that is its error bar. The reference
 of a body counts until the error bar, or the effect of a shift by some units in the last place, exceeds a tenth of the
 error that is reported.
+
+What stands in finer steps, but moves on in the program's own, is a finding: it leans, slides or topples.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
@@ -16,8 +18,10 @@ from numpy.typing import NDArray
 
 from sandbox.errors import SandboxError
 from sandbox.space.description import SpaceDescription
-from sandbox.space.mechanics import Floats, Rows
-from sandbox.space.recording import Recording
+from sandbox.space.evidence import MAX_CREEP, Evidence
+from sandbox.space.findings import Fault, Rules
+from sandbox.space.mechanics import Floats, is_within
+from sandbox.space.recording import Recording, Step
 from sandbox.space.replay import AWAKE, Motion, Numbers, Script, Variant, distance, replay, replayable
 
 MAX_WORK: Final = 6_000_000  # steps times bodies, contacts and joints, of all runs: about 10 s
@@ -29,6 +33,8 @@ LARGEST: Final = 1e9  # px, px/s, rad and rad/s: beyond, a program has lost its 
 LEAST: Final = 0.01  # of a body's size: smaller errors do not matter
 MAX_NAMED: Final = 2  # functions of the program
 SUBSTEPS_TRIED, ITERATIONS_TRIED = (2, 4, 8), (2, 4)
+STILL: Final = 0.1  # of the smallest half width of a body: what moves less stands
+ALREADY_SAID: Final = ("creeps", "sinks-in", "unsolved")  # rules that name the same bodies for what they do
 IDEAL: Final[Mapping[str, float]] = {  # settings
     "collision_slop": 0.0,
     "collision_bias": 0.0,
@@ -190,7 +196,7 @@ class _Budget:
         steps = recording.from_start
         rows = [len(step.after.bodies) + len(step.after.contacts) + len(step.after.joints) for step in steps]
         self._rows = np.cumsum(rows, dtype=float)
-        numbers = (step.number for step in steps if not _is_sane(step.after.bodies))
+        numbers = (step.number for step in steps if not is_within(LARGEST, step.after))
         most = recording.roster.until if recording.roster.why_not else len(steps)
         self.first_steps = min(self._steps(MAX_WORK / FIRST_RUNS), next(numbers, len(steps)), most)
 
@@ -208,10 +214,6 @@ class _Budget:
     def _cost(self, variant: Variant) -> float:
         """Return the work of a run, in that of the program's: half of a step with 10 iterations is spent on them."""
         return variant.substeps * (10 + self._iterations * variant.iterations) / (10 + self._iterations)
-
-
-def _is_sane(rows: Rows) -> bool:
-    return all(bool((np.abs(rows[key]) < LARGEST).all()) for key in ("position", "velocity", "angle", "spin"))
 
 
 def _is_light(script: Script) -> NDArray[np.bool_]:
@@ -277,3 +279,59 @@ def _largest(finer_run: Finer, first: Motion, second: Motion) -> float:
     """Return how far apart bodies are at most in two runs, where there is a reference, px."""
     apart = distance(finer_run.script.outlines, first, second)
     return float(np.nanmax(_cut(apart, finer_run.until) + 0 * finer_run.error[: len(apart)]))
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A recording compared with finer steps. named: the bodies that other rules found, by rule and index."""
+
+    evidence: Evidence
+    finer: Finer
+    named: Mapping[str, set[int | None]]
+
+
+def _moves_on(compared: Compared) -> Iterator[Fault]:
+    """Bodies that move on by a part of their size, and stand in the reference from the start to the end.
+
+    So does all that touches them before they move: what something else hits may fall.
+    """
+    evidence, found = compared.evidence, compared.finer
+    steps, last = found.script.steps, len(found.error) - 1
+    is_known = found.is_light & (found.until > last)
+    stands = {body.id: _stands(compared, number) for number, body in enumerate(found.script.roster.bodies)}
+    for number, body in enumerate(found.script.roster.bodies):
+        half = evidence.half_width(body.id)
+        ways = _ways(found, found.script.recorded, number)
+        way, since = float(ways.max()), steps[int(np.argmax(ways > STILL * half))]
+        if is_known[number] and stands[body.id] and way > MAX_CREEP * half:
+            what = f"moves {way:.3g} px from {since.end:.3f} to {steps[last].end:.3f} s"
+            report = evidence.report((body.id,), steps[last], what)
+            is_new = not any(report.index in compared.named.get(rule, ()) for rule in ALREADY_SAID)
+            touched = _touched(steps[: since.number - steps[0].number + 1], body.id)
+            if is_new and all(stands.get(other, True) for other in touched):
+                yield Fault(way, report, f"{way:.3g} px", since=since.end)
+
+
+def _stands(compared: Compared, number: int) -> bool:
+    """Return whether a body, by its number, stands in the reference, as long as that is known."""
+    found, body = compared.finer, list(compared.finer.script.roster.bodies)[number]
+    most = STILL * compared.evidence.half_width(body.id) if compared.evidence.is_dynamic(body.id) else 0.0
+    return bool((_ways(found, found.reference, number)[: found.until[number]] <= most).all())
+
+
+def _touched(steps: Iterable[Step], body: int) -> Iterator[int]:
+    """Yield the ids of the bodies that touch a body in some steps."""
+    for step in steps:
+        contacts = step.after.contacts
+        for side, other in (("body_a", "body_b"), ("body_b", "body_a")):
+            yield from contacts[other][contacts[side] == body].tolist()
+
+
+def _ways(found: Finer, motion: Motion, body: int) -> Floats:
+    """Return how far a body is in each compared step from where it is in the first, px."""
+    column = slice(body, body + 1)
+    moved = Motion(motion.place[: len(found.error), column], motion.angle[: len(found.error), column])
+    return distance(found.script.outlines[column], moved, moved.first(1))[:, 0]
+
+
+COMPARED_RULES: Final[Rules[Compared]] = {"moves-on": _moves_on}

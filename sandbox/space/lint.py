@@ -1,7 +1,6 @@
 """The linter: what is wrong with a Space, without a step of it."""
 
 from collections import defaultdict
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 from weakref import WeakSet
@@ -9,9 +8,8 @@ from weakref import WeakSet
 import pymunk
 
 from sandbox.errors import SandboxError
-from sandbox.space.contents import Contents, StepLengths
-from sandbox.space.findings import Fault, Finding, Rule, worst_first
-from sandbox.space.origins import Origins
+from sandbox.space.contents import Contents, Origins, StepLengths
+from sandbox.space.findings import Fault, Finding, Rules, finding_of, worst_first
 from sandbox.space.rules import RULES
 
 MAX_FAULTS: Final = 1_000  # kept of a rule; further ones are not looked at
@@ -48,7 +46,7 @@ class Linter:
     space: pymunk.Space
     origins: Origins
     steps: StepLengths
-    rules: Sequence[Rule[Contents]] = RULES
+    rules: Rules[Contents] = field(default_factory=lambda: RULES)
     _seen: WeakSet[Any] = field(default_factory=WeakSet)
     _faults: dict[str, list[Fault]] = field(default_factory=lambda: defaultdict(list))
     _since: dict[str, float | None] = field(default_factory=dict)
@@ -56,18 +54,18 @@ class Linter:
     def look(self, since: float | None) -> Contents:
         """Look for faults in what is new since the last time. since: s of the Space's time, None before any step."""
         contents = Contents(self.space, self.origins, self.steps, self._seen)
-        for rule in self.rules:
-            for fault in rule.find(contents):
+        for rule, find in self.rules.items():
+            for fault in find(contents):
                 self.add(rule, fault, since)
         self._seen.update(contents.shapes)
         self._seen.update(contents.bodies)
         self._seen.update(contents.space.constraints)
         return contents
 
-    def add(self, rule: Rule[Contents], fault: Fault, since: float | None) -> None:
-        """Add a fault; of the Space itself, only the last counts."""
-        faults = self._faults[rule.key]
-        self._since.setdefault(rule.key, since)
+    def add(self, rule: str, fault: Fault, since: float | None) -> None:
+        """Add a fault of a rule; of the Space itself, only the last counts."""
+        faults = self._faults[rule]
+        self._since.setdefault(rule, since)
         if fault.report is None:
             faults[:] = [fault]
         elif len(faults) < MAX_FAULTS:
@@ -75,5 +73,5 @@ class Linter:
 
     def findings(self) -> list[Finding]:
         """Return one finding for each rule with faults, worst first."""
-        found = [(rule, faults) for rule in RULES if (faults := self._faults.get(rule.key))]
-        return sorted((rule.finding(faults, self._since[rule.key]) for rule, faults in found), key=worst_first)
+        found = (finding_of(rule, self._faults[rule], self._since[rule]) for rule in RULES if rule in self._faults)
+        return sorted(found, key=worst_first)

@@ -67,6 +67,20 @@ class Index:
         return np.where(self._keys[place] == wanted, self._order[place], len(self._keys))
 
 
+def is_within(largest: float, state: Snapshot) -> bool:
+    """Return whether all places and velocities are numbers below a bound, px, px/s, rad and rad/s."""
+    keys = ("position", "velocity", "angle", "spin")
+    return all(bool((np.abs(state.bodies[key]) < largest).all()) for key in keys)
+
+
+def common(old: Rows, new: Rows, key: str = "id") -> tuple[Rows, Rows]:
+    """Return the rows that two tables have in common, by their keys."""
+    if np.array_equal(old[key], new[key]):
+        return old, new
+    _, first, second = np.intersect1d(old[key], new[key], return_indices=True)
+    return old[first], new[second]
+
+
 def is_default_spring(joints: Rows) -> NDArray[np.bool_]:
     """Return which joints are springs with Pymunk's own law."""
     is_default = np.zeros(len(joints), bool)

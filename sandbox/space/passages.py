@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from sandbox.space.contents import is_static, may_collide
 from sandbox.space.description import AnyShape, build_shape
-from sandbox.space.mechanics import Floats, Rows, dot
+from sandbox.space.mechanics import Floats, Rows, common, dot
 from sandbox.space.memory import Snapshot, shape_address
 from sandbox.space.recording import Recording, Step
 from sandbox.space.roster import Roster
@@ -113,7 +113,7 @@ class Passages:
 
     def _candidates(self, step: Step) -> Iterator[tuple[int, int, Floats]]:
         """Yield the ids of bodies whose centres come near enough, and the way of the first as seen from the second."""
-        before, after = _common(step)
+        before, after = common(step.before.bodies, step.after.bodies)
         self._look_at(after)
         with np.errstate(invalid="ignore", over="ignore"):
             movers, targets, starts, chords = self._pairs(before, after, step.dt)
@@ -189,15 +189,6 @@ def _solids(roster: Roster) -> dict[int, _Solid]:
             solid.shapes.append(shape)
             solid.described.append(described[number])
     return solids
-
-
-def _common(step: Step) -> tuple[Rows, Rows]:
-    """Return the rows of the bodies that were in the Space before and after a step."""
-    before, after = step.before.bodies, step.after.bodies
-    if np.array_equal(before["id"], after["id"]):
-        return before, after
-    _, first, second = np.intersect1d(before["id"], after["id"], return_indices=True)
-    return before[first], after[second]
 
 
 def _touch(state: Snapshot, body: int, wall: pymunk.Shape) -> bool:

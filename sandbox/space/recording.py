@@ -38,44 +38,30 @@ class Step:
 class Recording:
     """The last steps of a Space, as many as `max_bytes` and `max_seconds` (of its time) allow, and its first ones.
 
-    Bodies are known by `pymunk.Body.id`, constraints by `joint_key`; the roster has them, and what they are. invalid:
-    dt of steps, s, that mean nothing, by the number of the step that came next.
+    Bodies are known by `pymunk.Body.id`, constraints by `joint_key`; the roster has them, and what they are. steps:
+    those that are kept, in the order of time; count: of all that were recorded; bytes: the size of the snapshots;
+    invalid: dt of steps, s, that mean nothing, by the number of the step that came next.
     """
 
     def __init__(self, space: pymunk.Space, *, max_bytes: float = MAX_BYTES, max_seconds: float = MAX_SECONDS) -> None:
         self._space, self._memory = space, SpaceMemory(space)
         self._max_bytes, self._max_seconds = max_bytes, max_seconds
-        self._steps: deque[Step] = deque()
+        self.steps: deque[Step] = deque()
         self._opening: list[Step] = []
-        self._bytes = self._count = 0
+        self.bytes = self.count = 0
         self._time = 0.0
         self.invalid: dict[int, float] = {}
         self.roster = Roster(space)
 
     @property
-    def steps(self) -> "deque[Step]":
-        """The steps that are kept, in the order of time."""
-        return self._steps
-
-    @property
     def from_start(self) -> list[Step]:
         """The steps from the first one on, without a gap: all, or if some are no longer kept, those of the opening."""
-        return self._opening if self.dropped else list(self._steps)
-
-    @property
-    def count(self) -> int:
-        """The number of steps that were recorded."""
-        return self._count
+        return self._opening if self.dropped else list(self.steps)
 
     @property
     def dropped(self) -> int:
         """The number of steps that are no longer kept."""
-        return self._count - len(self._steps)
-
-    @property
-    def bytes(self) -> int:
-        """The size of the snapshots."""
-        return self._bytes
+        return self.count - len(self.steps)
 
     def record(self, step: Callable[[float], None], dt: float) -> None:
         """Call a Space's own `step`, and record what it does. dt: s; a step of 0 s does nothing and is not recorded.
@@ -84,24 +70,24 @@ class Recording:
         """
         if not 0 < dt < math.inf:
             if dt:
-                self.invalid[self._count] = dt
+                self.invalid[self.count] = dt
             step(dt)
             return
         before = self._memory.snapshot()
-        self.roster.look(self._count, before.fingerprint)
+        self.roster.look(self.count, before.fingerprint)
         step(dt)
         after = self._memory.snapshot()
-        if self._steps and before == self._steps[-1].after:
-            before = self._steps[-1].after  # share it: the program changed nothing
+        if self.steps and before == self.steps[-1].after:
+            before = self.steps[-1].after  # share it: the program changed nothing
         else:
-            self._bytes += before.bytes
-        self._bytes += after.bytes
-        self._steps.append(Step(self._count, self._time, dt, before, after))
-        self._count += 1
+            self.bytes += before.bytes
+        self.bytes += after.bytes
+        self.steps.append(Step(self.count, self._time, dt, before, after))
+        self.count += 1
         self._time += dt
-        if not self.dropped and self._bytes <= OPENING * self._max_bytes:
-            self._opening.append(self._steps[-1])
-        while len(self._steps) > 1 and not self._fits():
+        if not self.dropped and self.bytes <= OPENING * self._max_bytes:
+            self._opening.append(self.steps[-1])
+        while len(self.steps) > 1 and not self._fits():
             self._drop()
 
     def body(self, body_id: int) -> pymunk.Body | None:
@@ -110,20 +96,20 @@ class Recording:
 
     def joint(self, key: int) -> pymunk.Constraint:
         """Return a constraint by its `key`."""
-        self.roster.look(self._count, self._memory.snapshot().fingerprint)
+        self.roster.look(self.count, self._memory.snapshot().fingerprint)
         return self.roster.by_key[key]
 
     def __len__(self) -> int:
-        return len(self._steps)
+        return len(self.steps)
 
     def __iter__(self) -> Iterator[Step]:
-        return iter(self._steps)
+        return iter(self.steps)
 
     def _fits(self) -> bool:
-        return self._bytes <= self._max_bytes and self._time - self._steps[0].time <= self._max_seconds
+        return self.bytes <= self._max_bytes and self._time - self.steps[0].time <= self._max_seconds
 
     def _drop(self) -> None:
-        first = self._steps.popleft()
-        self._bytes -= first.before.bytes
-        if self._steps[0].before is not first.after:
-            self._bytes -= first.after.bytes
+        first = self.steps.popleft()
+        self.bytes -= first.before.bytes
+        if self.steps[0].before is not first.after:
+            self.bytes -= first.after.bytes

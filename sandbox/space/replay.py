@@ -32,7 +32,7 @@ from sandbox.space.description import (
     rebuild,
     set_mass,
 )
-from sandbox.space.mechanics import Floats, Index, Rows
+from sandbox.space.mechanics import Floats, Index, Rows, common
 from sandbox.space.memory import SETTINGS, JointKind, Snapshot, SpaceMemory
 from sandbox.space.recording import Recording
 from sandbox.space.roster import Change
@@ -202,8 +202,8 @@ class Script:
     def _between(self, number: int) -> Between:
         before = self.steps[number].before
         last = self.steps[number - 1].after if number else before
-        old, new = _common(last.bodies, before.bodies, "id")
-        old_joints, new_joints = _common(last.joints, before.joints, "key")
+        old, new = _changed(last.bodies, before.bodies, "id")
+        old_joints, new_joints = _changed(last.joints, before.joints, "key")
         sleeping = (old["asleep"] != 0) != (new["asleep"] != 0)
         pushed = before.bodies[before.bodies["force"].any(axis=1) | (before.bodies["torque"] != 0)]
         return Between(
@@ -291,12 +291,9 @@ def _numbers_by(number_of: Mapping[int, int]) -> Callable[[Rows], Numbers]:
     return lambda ids: numbers[index.rows(ids)]
 
 
-def _common(old: Rows, new: Rows, key: str) -> tuple[Rows, Rows]:
-    """Return the rows that two tables have in common."""
-    if old.tobytes() == new.tobytes():
-        return old[:0], new[:0]
-    _, first, second = np.intersect1d(old[key], new[key], return_indices=True)
-    return old[first], new[second]
+def _changed(old: Rows, new: Rows, key: str) -> tuple[Rows, Rows]:
+    """Return the rows that two tables have in common, or none if nothing changed."""
+    return (old[:0], new[:0]) if old.tobytes() == new.tobytes() else common(old, new, key)
 
 
 class Stage:
@@ -426,14 +423,11 @@ def _write(body: pymunk.Body, values: dict[str, list[float]], names: set[str]) -
     """Give a body the values of some of _CHANGEABLE."""
     if names & {"position", "angle"}:
         _move(body, values["position"], values["angle"][0])
+    for name, attribute in (("spin", "angular_velocity"), ("mass", "mass"), ("moment", "moment")):
+        if name in names:
+            setattr(body, attribute, values[name][0])
     if "velocity" in names:
         body.velocity = values["velocity"][0], values["velocity"][1]
-    if "spin" in names:
-        body.angular_velocity = values["spin"][0]
-    if "mass" in names:
-        body.mass = values["mass"][0]
-    if "moment" in names:
-        body.moment = values["moment"][0]
 
 
 def _move(body: pymunk.Body, center: Sequence[float], angle: float) -> None:

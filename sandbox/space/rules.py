@@ -1,7 +1,8 @@
-"""What the linter looks for in a Space: one function for each fault, and the table of rules that names them."""
+"""What the linter looks for in a Space: one function for each rule of rules.toml."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from functools import partial
 from itertools import combinations
 from typing import Any, Final
 
@@ -20,7 +21,7 @@ from sandbox.space.contents import (
     may_collide,
     shape_words,
 )
-from sandbox.space.findings import Certainty, Fault, Rule
+from sandbox.space.findings import Fault, Rules
 
 MAX_MOMENT_RATIO: Final = 2.2  # a ring, or a hollow square, has twice the moment of a full one of its mass
 MIN_MOMENT_RATIO: Final = 1 / 1.5  # of what is denser in its middle
@@ -88,18 +89,14 @@ def _moments(contents: Contents) -> Iterator[tuple[pymunk.Body, float, float]]:
                 yield body, body.moment, of_shapes[1]
 
 
-def _moment(*, can_turn: bool) -> Callable[[Contents], Iterator[Fault]]:
-    """Return a rule for moments that do not fit, of bodies that something can turn, or of others."""
-
-    def find(contents: Contents) -> Iterator[Fault]:
-        for body, moment, expected in _moments(contents):
-            if can_turn == _can_turn(contents, body):
-                size = max(moment / expected, expected / moment)
-                how = f"{size:.3g} times too {'large' if moment > expected else 'small'}"
-                what = f"moment {moment:.4g}, {how}: its shapes have {expected:.4g}"
-                yield Fault(size, contents.report(body, what))
-
-    return find
+def _moment(contents: Contents, *, can_turn: bool) -> Iterator[Fault]:
+    """Moments that do not fit, of bodies that something can turn, or of others."""
+    for body, moment, expected in _moments(contents):
+        if can_turn == _can_turn(contents, body):
+            size = max(moment / expected, expected / moment)
+            how = f"{size:.3g} times too {'large' if moment > expected else 'small'}"
+            what = f"moment {moment:.4g}, {how}: its shapes have {expected:.4g}"
+            yield Fault(size, contents.report(body, what))
 
 
 def _can_turn(contents: Contents, body: pymunk.Body) -> bool:
@@ -178,24 +175,20 @@ def _too_elastic(contents: Contents) -> Iterator[Fault]:
             yield Fault(shape.elasticity, contents.report(body_of(shape), f"elasticity {shape.elasticity:g}", shape))
 
 
-def _products(quantity: str, *, without_any_effect: bool) -> Callable[[Contents], Iterator[Fault]]:
-    """Return a rule for shapes with an elasticity or a friction, and partners that have none."""
-
-    def find(contents: Contents) -> Iterator[Fault]:
-        shapes = dict.fromkeys((*filter(contents.is_new, contents.solid), *contents.partners))
-        with_value = [shape for shape in shapes if getattr(shape, quantity)]
-        samples = _samples(contents, quantity) if with_value else []
-        for shape in with_value:
-            partners = [partner for partner in samples if _could_meet(shape, partner)]
-            has_no_effect = not any(getattr(partner, quantity) for partner in partners)
-            met = dict.fromkeys(partners) if contents.met is None else _met_without(contents, shape, quantity)
-            without = next((each for each in met.items() if not getattr(each[0], quantity)), None)
-            if without and has_no_effect == without_any_effect:
-                value, (partner, since) = getattr(shape, quantity), without
-                detail = f"{quantity} {value:g}, but a {shape_words(partner)} has {quantity} 0"
-                yield Fault(value, contents.report(body_of(shape), detail, shape), since=since)
-
-    return find
+def _products(contents: Contents, quantity: str, *, without_any_effect: bool) -> Iterator[Fault]:
+    """Shapes with an elasticity or a friction, and partners that have none."""
+    shapes = dict.fromkeys((*filter(contents.is_new, contents.solid), *contents.partners))
+    with_value = [shape for shape in shapes if getattr(shape, quantity)]
+    samples = _samples(contents, quantity) if with_value else []
+    for shape in with_value:
+        partners = [partner for partner in samples if _could_meet(shape, partner)]
+        has_no_effect = not any(getattr(partner, quantity) for partner in partners)
+        met = dict.fromkeys(partners) if contents.met is None else _met_without(contents, shape, quantity)
+        without = next((each for each in met.items() if not getattr(each[0], quantity)), None)
+        if without and has_no_effect == without_any_effect:
+            value, (partner, since) = getattr(shape, quantity), without
+            detail = f"{quantity} {value:g}, but a {shape_words(partner)} has {quantity} 0"
+            yield Fault(value, contents.report(body_of(shape), detail, shape), since=since)
 
 
 def _samples(contents: Contents, quantity: str) -> list[pymunk.Shape]:
@@ -232,20 +225,16 @@ def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
                 yield Fault(1, contents.report(body, f"body.{name} was set; write {cure}"))
 
 
-def _overlaps(*, joined: bool) -> Callable[[Contents], Iterator[Fault]]:
-    """Return a rule for shapes that overlap, of bodies that a joint connects, or of others."""
-
-    def find(contents: Contents) -> Iterator[Fault]:
-        for a, b, depth in contents.touching:
-            smaller = min(filter(None, (half_width(a), half_width(b))), default=0.0)
-            if depth > contents.space.collision_slop + OVERLAP * smaller and joined == _are_joined(a, b):
-                shape, partner = (a, b) if is_dynamic(body_of(a)) else (b, a)
-                number = contents.index_of.get(id(body_of(partner)))
-                name = shape_words(partner) + ("" if number is None else f" of body {number}")
-                detail = f"overlaps a {name} by {depth:.4g} px"
-                yield Fault(depth / (smaller or 1), contents.report(body_of(shape), detail, shape))
-
-    return find
+def _overlaps(contents: Contents, *, joined: bool) -> Iterator[Fault]:
+    """Shapes that overlap, of bodies that a joint connects, or of others."""
+    for a, b, depth in contents.touching:
+        smaller = min(filter(None, (half_width(a), half_width(b))), default=0.0)
+        if depth > contents.space.collision_slop + OVERLAP * smaller and joined == _are_joined(a, b):
+            shape, partner = (a, b) if is_dynamic(body_of(a)) else (b, a)
+            number = contents.index_of.get(id(body_of(partner)))
+            name = shape_words(partner) + ("" if number is None else f" of body {number}")
+            detail = f"overlaps a {name} by {depth:.4g} px"
+            yield Fault(depth / (smaller or 1), contents.report(body_of(shape), detail, shape))
 
 
 def _are_joined(a: pymunk.Shape, b: pymunk.Shape) -> bool:
@@ -488,250 +477,36 @@ def _invalid_steps(contents: Contents) -> Iterator[Fault]:
         yield Fault(1, None, f"{contents.steps.invalid:g} s")
 
 
-_MULTIPLIES: Final = "Pymunk multiplies the {0} of two shapes, and a new shape has {0} 0."
-PRODUCT_RULES: Final[tuple[Rule[Contents], ...]] = tuple(
-    Rule(
-        f"{quantity}-{'unused' if without_any_effect else 'zero'}",
-        0.4 if without_any_effect else 0.25,
-        Certainty.LIKELY if without_any_effect else Certainty.POSSIBLE,
-        symptom,
-        _MULTIPLIES.format(quantity),
-        f"Set shape.{quantity} on both shapes.",
-        _products(quantity, without_any_effect=without_any_effect),
-    )
-    for quantity, without_any_effect, symptom in (
-        ("elasticity", True, "Nothing bounces: an elasticity has no effect, as all it can meet has elasticity 0"),
-        ("friction", True, "Things slide as on ice: a friction has no effect, as all it can meet has friction 0"),
-        ("elasticity", False, "Some contacts do not bounce: one of the two shapes has elasticity 0"),
-        ("friction", False, "Some contacts slide as on ice: one of the two shapes has friction 0"),
-    )
-)
-RULES: Final[tuple[Rule[Contents], ...]] = (
-    Rule(
-        "mass",
-        1.0,
-        Certainty.CERTAIN,
-        "Space.step fails: a dynamic body has no mass or no moment",
-        "Every dynamic body needs a mass and a moment above 0.",
-        "Set shape.density or shape.mass before the first step, or pass both to Body(mass, moment). What shall never "
-        "move is Body(body_type=pymunk.Body.STATIC).",
-        _massless,
-    ),
-    Rule(
-        "not-finite",
-        0.98,
-        Certainty.CERTAIN,
-        "Bodies vanish: their position or velocity is no longer a number",
-        "A division by zero in the program, a force or velocity that is not a number, or impulses that grew without "
-        "limit.",
-        "Look at what the program sets in this step; see the other findings for what makes impulses grow.",
-        _not_finite,
-    ),
-    Rule(
-        "dt-invalid",
-        0.95,
-        Certainty.CERTAIN,
-        "A step has a dt of {}, with which motion means nothing",
-        "dt must be above 0; a difference of two clock readings can be negative or not a number.",
-        "Call space.step(1 / 60), a constant number of times per frame.",
-        _invalid_steps,
-    ),
-    Rule(
-        "spring-stiff",
-        0.93,
-        Certainty.LIKELY,
-        "Springs explode: they are too stiff for the steps",
-        "A step applies the force with which it begins, all the time. If that carries the bodies past rest and further "
-        "out on the other side, they swing wider in each step.",
-        "Shorter steps (several space.step(dt / n) in a frame), a lower stiffness, or heavier bodies.",
-        _stiff_springs,
-    ),
-    Rule(
-        "shape-not-added",
-        0.9,
-        Certainty.CERTAIN,
-        "Bodies fall through everything: their shapes are not in the Space",
-        "Space.add was called with the body, but without the shape.",
-        "space.add(body, shape)",
-        _shape_not_added,
-    ),
-    Rule(
-        "static-moved",
-        0.85,
-        Certainty.CERTAIN,
-        "Static bodies were moved: things bounce off the old place, or sink into the new one",
-        "Pymunk places a static shape once, when it is added, and takes it to be at rest; it was moved after that.",
-        "Set the position before space.add; for what moves, use a KINEMATIC body and set its velocity; after a single "
-        "move, call space.reindex_shapes_for_body(body).",
-        _moved_static,
-    ),
-    Rule(
-        "tunnelling",
-        0.8,
-        Certainty.LIKELY,
-        "Bodies can pass through walls, or through each other",
-        "Pymunk looks for contacts where a step ends. A body that is beyond the middle of a wall or of another body by "
-        "then is pushed out on the other side, or is not seen at all.",
-        "Shorter steps (several space.step(dt / n) in a frame), thicker walls, or a limit of the speed in a "
-        "velocity_func.",
-        _too_fast,
-    ),
-    Rule(
-        "elasticity",
-        0.75,
-        Certainty.CERTAIN,
-        "Bounces add energy: shapes have an elasticity above 1",
-        "1 is a bounce without loss; above, bodies leave faster than they came, each time.",
-        "Set an elasticity from 0 to 1, unless it is a bumper that is meant to add energy.",
-        _too_elastic,
-    ),
-    Rule(
-        "damping-range",
-        0.75,
-        Certainty.CERTAIN,
-        "Bodies gain speed by themselves, or lose it in every step: damping is {}",
-        "Space.damping is the part of the velocity that is left after a second; 1 is no damping.",
-        "Set a damping above 0 and up to 1, such as 0.9.",
-        _damping_outside,
-    ),
-    Rule(
-        "moment",
-        0.72,
-        Certainty.LIKELY,
-        "Bodies turn too easily or too hard: their moments do not fit their shapes",
-        "The second argument of Body(mass, moment) is a number that does not follow from shape and mass.",
-        "Body(), and shape.mass = ...: Pymunk computes the moment; or pymunk.moment_for_circle, moment_for_box, "
-        "moment_for_poly. float('inf') prevents turning.",
-        _moment(can_turn=True),
-    ),
-    Rule(
-        "dt-long",
-        0.7,
-        Certainty.LIKELY,
-        "Steps are up to {} long: contacts are found late, and stacks and joints are soft",
-        "Errors of a step grow with its length; Pymunk is made for steps of about 1/60 s.",
-        "Divide the time of a frame: for _ in range(4): space.step(dt / 4).",
-        _long_steps,
-    ),
-    Rule(
-        "attribute",
-        0.83,
-        Certainty.CERTAIN,
-        "Something that the program sets has no effect: Pymunk does not know it there",
-        "Python lets a program set any attribute; Pymunk reads those that its documentation names.",
-        "Set it where Pymunk reads it.",
-        _ignored_attributes,
-    ),
-    Rule(
-        "overlap",
-        0.65,
-        Certainty.CERTAIN,
-        "Bodies overlap when they are added, and are pushed apart",
-        "Their places leave too little room. Pymunk pushes them out over some steps, which moves what they touch.",
-        "Move them apart; where they may overlap, give both shapes a ShapeFilter with the same group.",
-        _overlaps(joined=False),
-    ),
-    Rule(
-        "overlap-joined",
-        0.82,
-        Certainty.LIKELY,
-        "Bodies that a joint connects overlap, and are pushed apart against it",
-        "A joint does not stop its two bodies from colliding with each other.",
-        "Set joint.collide_bodies = False, or a ShapeFilter with the same group on both shapes.",
-        _overlaps(joined=True),
-    ),
-    Rule(
-        "slop",
-        0.6,
-        Certainty.LIKELY,
-        "Bodies visibly sink into each other: they are small beside collision_slop",
-        "Pymunk lets shapes overlap by Space.collision_slop, 0.1 unless set, which is made for sizes in pixels.",
-        "Use larger units (such as 100 for a metre), or set space.collision_slop to a hundredth of the smallest size.",
-        _sinks_in,
-    ),
-    Rule(
-        "off-centre",
-        0.55,
-        Certainty.LIKELY,
-        "Bodies tip over and turn about the wrong point: their centre of gravity is off their shapes",
-        "A body's position is its centre of gravity, unless body.center_of_gravity says otherwise; the shape's corners "
-        "or offset are given about another point.",
-        "Give the corners about the middle, as Poly.create_box does; or set shape.mass instead of Body(mass, moment).",
-        _off_centre,
-    ),
-    Rule(
-        "mass-ratio",
-        0.5,
-        Certainty.POSSIBLE,
-        "Stacks and joints are soft: bodies that touch or are joined differ more than 100 times in mass",
-        "The solver improves impulses step by step; the more masses differ, the slower it converges.",
-        "Bring masses nearer to each other; otherwise raise space.iterations, or take shorter steps.",
-        _mass_ratio,
-    ),
-    Rule(
-        "no-shape",
-        0.5,
-        Certainty.LIKELY,
-        "Dynamic bodies without a shape touch nothing",
-        "Nothing but gravity and your code can act on them.",
-        "Add a shape, or do not add the body.",
-        _without_shape,
-    ),
-    Rule(
-        "density",
-        0.45,
-        Certainty.LIKELY,
-        "A shape weighs nothing: its density is 0, while others of its body have mass",
-        "Mass, moment and centre of gravity are computed from the shapes that have mass.",
-        "Set the density of every shape of the body.",
-        _no_mass_of_its_own,
-    ),
-    Rule(
-        "dt-varies",
-        0.45,
-        Certainty.CERTAIN,
-        "dt varies {}: no two runs are alike, and lasting contacts gain energy where dt grows",
-        "dt comes from a clock. Pymunk starts each step from the impulses of the last, which are those of its dt.",
-        "space.step(1 / 60), as many times as the clock asks for.",
-        _steps_vary,
-    ),
-    Rule(
-        "cracks",
-        0.4,
-        Certainty.LIKELY,
-        "Bodies that roll or slide over a row of segments are knocked where two segments meet",
-        "Each segment has round ends of its own, and a body that has sunk in a little hits the next end.",
-        "segment.set_neighbors(previous_end, next_end) for each segment.",
-        _cracks,
-    ),
-    *PRODUCT_RULES,
-    Rule(
-        "sleep-on-joint",
-        0.3,
-        Certainty.POSSIBLE,
-        "Bodies on a joint to a static body can fall asleep though a motor or a spring drives them",
-        "A body slower than the idle speed for sleep_time_threshold falls asleep, and a static body wakes nothing.",
-        "Join it to a KINEMATIC body, which keeps it awake, or set space.idle_speed_threshold lower.",
-        _asleep_on_a_joint,
-    ),
-    Rule(
-        "damping-per-step",
-        0.3,
-        Certainty.POSSIBLE,
-        "Hardly anything slows down: damping {} is what is left of the velocity after a second, not after a step",
-        "Pymunk takes damping to the power of dt.",
-        "A factor f per step of 1/60 s is space.damping = f ** 60, such as 0.55 for 0.99.",
-        _damping_per_step,
-    ),
-    Rule(
-        "moment-unused",
-        0.1,
-        Certainty.LIKELY,
-        "Moments do not fit the shapes; so far, nothing can turn these bodies",
-        "The second argument of Body(mass, moment) is a number that does not follow from shape and mass. Circles "
-        "without friction never turn; with friction, they will.",
-        "Body(), and shape.mass = ...: Pymunk computes the moment; or pymunk.moment_for_circle.",
-        _moment(can_turn=False),
-    ),
-)
-RULE_OF: Final = {rule.key: rule for rule in RULES}
+PRODUCT_RULES: Final[Rules[Contents]] = {
+    "elasticity-unused": partial(_products, quantity="elasticity", without_any_effect=True),
+    "friction-unused": partial(_products, quantity="friction", without_any_effect=True),
+    "elasticity-zero": partial(_products, quantity="elasticity", without_any_effect=False),
+    "friction-zero": partial(_products, quantity="friction", without_any_effect=False),
+}
+RULES: Final[Rules[Contents]] = {
+    "mass": _massless,
+    "not-finite": _not_finite,
+    "dt-invalid": _invalid_steps,
+    "spring-stiff": _stiff_springs,
+    "shape-not-added": _shape_not_added,
+    "static-moved": _moved_static,
+    "tunnelling": _too_fast,
+    "elasticity": _too_elastic,
+    "damping-range": _damping_outside,
+    "moment": partial(_moment, can_turn=True),
+    "dt-long": _long_steps,
+    "attribute": _ignored_attributes,
+    "overlap": partial(_overlaps, joined=False),
+    "overlap-joined": partial(_overlaps, joined=True),
+    "slop": _sinks_in,
+    "off-centre": _off_centre,
+    "mass-ratio": _mass_ratio,
+    "no-shape": _without_shape,
+    "density": _no_mass_of_its_own,
+    "dt-varies": _steps_vary,
+    "cracks": _cracks,
+    **PRODUCT_RULES,
+    "sleep-on-joint": _asleep_on_a_joint,
+    "damping-per-step": _damping_per_step,
+    "moment-unused": partial(_moment, can_turn=False),
+}

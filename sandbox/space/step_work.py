@@ -1,5 +1,6 @@
 """The work of all that acts within one step of a Space."""
 
+from collections import defaultdict
 from dataclasses import dataclass
 from typing import Final
 
@@ -7,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pymunk._chipmunk_cffi import ffi, lib
 
-from sandbox.space.causes import NUMBER, Account, Cause
+from sandbox.space.causes import Cause
 from sandbox.space.mechanics import (
     Floats,
     Index,
@@ -25,6 +26,8 @@ from sandbox.space.mechanics import (
 )
 from sandbox.space.memory import JointKind, Snapshot
 from sandbox.space.recording import Step
+
+Work = defaultdict[Cause, float]  # kg px²/s²
 
 _JOINT_CAUSES: Final = dict.fromkeys(JointKind, Cause.JOINTS) | {
     JointKind.MOTOR: Cause.MOTORS,
@@ -145,13 +148,15 @@ class _Joints:
 class StepWork:
     """The work of all that acts within a step.
 
+    work, of_joints: what it is added to, by cause and by the key of the constraint.
     The motion is followed from `start`: springs, damping with gravity and forces, velocity functions, then contacts and
     joints. What differs from this in the end is by callbacks. Of velocity functions, only the result is known, from the
     end without the impulses.
     """
 
-    def __init__(self, step: Step, history: ContactHistory) -> None:
+    def __init__(self, step: Step, history: ContactHistory, work: Work, of_joints: dict[int, float]) -> None:
         self._step, self._after = step, step.after.bodies
+        self._work, self._of_joints = work, of_joints
         self._index = Index(self._after["id"])
         rows = Index(step.before.bodies["id"]).rows(self._after["id"])
         self._is_new = rows == len(step.before.bodies)
@@ -164,7 +169,7 @@ class StepWork:
         self._end = _Motion(with_static(self._after["velocity"]), with_static(self._after["spin"]))
         self._contact_impulses = history.applied(step)
 
-    def add_to(self, work: Floats, of_joints: dict[int, float]) -> None:
+    def add(self) -> None:
         """Add the work of each cause, and of each constraint by its key."""
         springs, joints = self._joint_impulses()
         first, last = _Impulses(len(self._after)), _Impulses(len(self._after))
@@ -173,21 +178,20 @@ class StepWork:
         self._sum_joints(joints, last)
         self._sum_contacts(contacts, last)
         sprung = first.change(self._start, self._inverse, 1)
-        add = Account(work)
-        updated = self._add_velocity_update(add, sprung)
+        updated = self._add_velocity_update(sprung)
         has_function = with_static((self._before["velocity_func"] == _PROGRAM_VELOCITY).astype(float)) == 1
         unsolved = updated.with_rows(has_function, last.change(self._end, self._inverse, -1))
         solved = last.change(unsolved, self._inverse, 1)
-        add(Cause.VELOCITY_FUNCTIONS, self._energy(unsolved) - self._energy(updated))
-        add(Cause.CALLBACKS, self._energy(self._end) - self._energy(solved))
-        self._add_contacts(add, contacts, unsolved, solved)
-        self._add_springs(add, of_joints, springs, sprung)
-        self._add_joints(add, of_joints, joints, unsolved, solved)
+        self._work[Cause.VELOCITY_FUNCTIONS] += self._energy(unsolved) - self._energy(updated)
+        self._work[Cause.CALLBACKS] += self._energy(self._end) - self._energy(solved)
+        self._add_contacts(contacts, unsolved, solved)
+        self._add_springs(springs, sprung)
+        self._add_joints(joints, unsolved, solved)
         for impulses, motions in ((first, (self._start, sprung)), (last, (unsolved, solved))):
-            add(Cause.KINEMATIC, -sum(impulses.on_infinite(motion, self._inverse) for motion in motions) / 2)
-        self._add_positions(add)
-        add(Cause.MASS_SET, change_by_mass(self._before, self._after, self._before, self._gravity))
-        add_membership(work, self._step.before, self._step.after)
+            self._work[Cause.KINEMATIC] -= sum(impulses.on_infinite(motion, self._inverse) for motion in motions) / 2
+        self._add_positions()
+        self._work[Cause.MASS_SET] += change_by_mass(self._before, self._after, self._before, self._gravity)
+        add_membership(self._work, self._step.before, self._step.after)
 
     @property
     def _gravity(self) -> Floats:
@@ -238,7 +242,7 @@ class StepWork:
         impulses.add(self._index.rows(contacts["body_a"]), contacts["arm_a"], -impulse)
         impulses.add(self._index.rows(contacts["body_b"]), contacts["arm_b"], impulse)
 
-    def _add_contacts(self, add: Account, contacts: Rows, unsolved: _Motion, solved: _Motion) -> None:
+    def _add_contacts(self, contacts: Rows, unsolved: _Motion, solved: _Motion) -> None:
         """Add the work of contacts: what is due by the velocities before the step, and the rest."""
         if not len(contacts):
             return
@@ -251,29 +255,27 @@ class StepWork:
         )
         first = dot(before, n)
         target = -e * np.minimum(first, 0)
-        add(Cause.RESTITUTION, (normal * (np.minimum(first, 0) + target)).sum() / 2)
-        add(Cause.RESTITUTION_ERROR, (normal * (dot(after, n) - target + np.maximum(first, 0))).sum() / 2)
+        self._work[Cause.RESTITUTION] += (normal * (np.minimum(first, 0) + target)).sum() / 2
+        self._work[Cause.RESTITUTION_ERROR] += (normal * (dot(after, n) - target + np.maximum(first, 0))).sum() / 2
         tangent = turned(n)
         slip = [dot(velocity, tangent) for velocity in (before, between, after)]
         surface = dot(contacts["surface_velocity"], tangent)
-        add(Cause.FRICTION, (tangential * (slip[0] + slip[2] + 2 * surface)).sum() / 2)
-        add(Cause.SURFACE, -(tangential * surface).sum())
+        self._work[Cause.FRICTION] += (tangential * (slip[0] + slip[2] + 2 * surface)).sum() / 2
+        self._work[Cause.SURFACE] -= (tangential * surface).sum()
         support = normal * (dot(between, n) - first) + tangential * (slip[1] - slip[0])
-        add(Cause.SUPPORT, support.sum() / 2)
+        self._work[Cause.SUPPORT] += support.sum() / 2
 
-    def _add_springs(self, add: Account, of_joints: dict[int, float], springs: _Joints, sprung: _Motion) -> None:
+    def _add_springs(self, springs: _Joints, sprung: _Motion) -> None:
         """Add the work of springs at the start of the step, and the energy that they store."""
         rows, after = springs.rows, self._step.after
         if not len(rows):
             return
         work = (springs.power(self._start) + springs.power(sprung)) / 2
         work += stored_energy(rows, after, after) - stored_energy(rows, after, self._step.before)
-        add(Cause.SPRING_INTEGRATION, work.sum())
-        _add_each(of_joints, rows, work)
+        self._work[Cause.SPRING_INTEGRATION] += work.sum()
+        self._add_each(rows, work)
 
-    def _add_joints(
-        self, add: Account, of_joints: dict[int, float], joints: _Joints, unsolved: _Motion, solved: _Motion
-    ) -> None:
+    def _add_joints(self, joints: _Joints, unsolved: _Motion, solved: _Motion) -> None:
         """Add the work of joints, and of the dampers of springs."""
         rows = joints.rows
         if not len(rows):
@@ -282,17 +284,21 @@ class StepWork:
         is_damper = is_default_spring(rows)
         support = np.where(is_damper, 0.0, (between - before) / 2)
         work = (between + after) / 2 - support
-        add(Cause.SUPPORT, support.sum())
-        add(Cause.SPRING_DAMPING, work[is_damper].sum())
+        self._work[Cause.SUPPORT] += support.sum()
+        self._work[Cause.SPRING_DAMPING] += work[is_damper].sum()
         for kind, cause in _JOINT_CAUSES.items():
-            add(cause, work[(rows["kind"] == kind) & ~is_damper].sum())
-        _add_each(of_joints, rows, work)
+            self._work[cause] += work[(rows["kind"] == kind) & ~is_damper].sum()
+        self._add_each(rows, work)
+
+    def _add_each(self, rows: Rows, work: Floats) -> None:
+        for key, value in zip(rows["key"].tolist(), work.tolist(), strict=True):
+            self._of_joints[key] += value
 
     def _energy(self, motion: _Motion) -> float:
         """Return the kinetic energy of all bodies in a motion."""
         return float(kinetic_energy(self._mass, self._moment, motion.velocity, motion.spin).sum())
 
-    def _add_velocity_update(self, add: Account, sprung: _Motion) -> _Motion:
+    def _add_velocity_update(self, sprung: _Motion) -> _Motion:
         """Add the work of damping, gravity and forces, and return the motion after them."""
         step, before = self._step, self._before
         is_moved = np.isfinite(before["mass"]) & (self._after["asleep"] == 0) & ~self._is_new
@@ -303,30 +309,25 @@ class StepWork:
         by_force = (is_updated * self._inverse[0])[:, None] * with_static(before["force"]) * step.dt
         by_torque = is_updated * self._inverse[1] * with_static(before["torque"]) * step.dt
         updated = _Motion(damped.velocity + by_gravity + by_force, damped.spin + by_torque)
-        add(Cause.DAMPING, self._energy(damped) - self._energy(sprung))
+        self._work[Cause.DAMPING] += self._energy(damped) - self._energy(sprung)
         mean = (damped.velocity + updated.velocity) / 2
-        add(Cause.INTEGRATION, (self._mass * dot(by_gravity, mean)).sum())
+        self._work[Cause.INTEGRATION] += (self._mass * dot(by_gravity, mean)).sum()
         by_forces = self._mass * dot(by_force, mean) + self._moment * by_torque * (damped.spin + updated.spin) / 2
-        add(Cause.FORCES, by_forces.sum())
+        self._work[Cause.FORCES] += by_forces.sum()
         return updated
 
-    def _add_positions(self, add: Account) -> None:
+    def _add_positions(self) -> None:
         """Add the change of potential energy, by the step's first velocity and by the rest of the displacement."""
         before = self._before
         is_awake = (before["asleep"] == 0) & ~self._is_new
         drift = np.where(is_awake[:, None], before["velocity"] * self._step.dt, 0.0)
         rest = self._after["position"] - before["position"] - drift
-        add(Cause.INTEGRATION, potential_energy(before["mass"], drift, self._gravity).sum())
+        self._work[Cause.INTEGRATION] += potential_energy(before["mass"], drift, self._gravity).sum()
         change = potential_energy(before["mass"], rest, self._gravity)
         has_function = before["position_func"] == _PROGRAM_POSITION
-        add(Cause.POSITION_FUNCTIONS, change[has_function].sum())
-        add(Cause.CORRECTION, change[is_awake & ~has_function].sum())
-        add(Cause.CALLBACKS, change[~is_awake & ~has_function].sum())
-
-
-def _add_each(of_joints: dict[int, float], rows: Rows, work: Floats) -> None:
-    for key, value in zip(rows["key"].tolist(), work.tolist(), strict=True):
-        of_joints[key] = of_joints.get(key, 0.0) + value
+        self._work[Cause.POSITION_FUNCTIONS] += change[has_function].sum()
+        self._work[Cause.CORRECTION] += change[is_awake & ~has_function].sum()
+        self._work[Cause.CALLBACKS] += change[~is_awake & ~has_function].sum()
 
 
 def change_by_mass(old: Rows, new: Rows, state: Rows, gravity: Floats) -> float:
@@ -339,7 +340,7 @@ def change_by_mass(old: Rows, new: Rows, state: Rows, gravity: Floats) -> float:
     return float((energies[1] - energies[0]).sum())
 
 
-def add_membership(work: Floats, old: Snapshot, new: Snapshot) -> None:
+def add_membership(work: Work, old: Snapshot, new: Snapshot) -> None:
     """Add the energies of bodies that came and went, and of a change of gravity."""
     gravity = old.settings["gravity"]
     for cause, sign, bodies, others in (
@@ -348,6 +349,6 @@ def add_membership(work: Floats, old: Snapshot, new: Snapshot) -> None:
     ):
         rows = bodies[Index(others["id"]).rows(bodies["id"]) == len(others)]
         kinetic = kinetic_energy(rows["mass"], rows["moment"], rows["velocity"], rows["spin"])
-        work[NUMBER[cause]] += sign * (kinetic + potential_energy(rows["mass"], rows["position"], gravity)).sum()
+        work[cause] += sign * (kinetic + potential_energy(rows["mass"], rows["position"], gravity)).sum()
     change = new.settings["gravity"] - gravity
-    work[NUMBER[Cause.GRAVITY_SET]] += potential_energy(new.bodies["mass"], new.bodies["position"], change).sum()
+    work[Cause.GRAVITY_SET] += potential_energy(new.bodies["mass"], new.bodies["position"], change).sum()

@@ -5,7 +5,7 @@ A row does not depend on where or when it runs: here, on a cluster, or after the
 
 from collections.abc import Iterator, Sequence
 
-from sandbox.files import is_replaceable, whole_file
+from sandbox.files import is_replaceable, write_text
 from sandbox.sweeps.jobs import COLUMNS, Job, Row, Sweep, in_order, job_of, plan
 from sandbox.sweeps.journal import Journal, journal_path, open_journal
 from sandbox.sweeps.workers import Outcome, run_locally, run_on_dask
@@ -49,7 +49,6 @@ def as_csv(rows: Sequence[Row]) -> str:
 
 def write(sweep: Sweep, rows: Sequence[Row], out: str) -> None:
     """Write the table, and delete its journal once every row is there."""
-    with whole_file(out) as file:
-        file.write(as_csv(rows).encode())
+    write_text(out, as_csv(rows))
     if is_replaceable(out) and len(rows) == len(sweep.jobs):
         journal_path(out).unlink(missing_ok=True)

@@ -16,8 +16,7 @@ import pymunk.pygame_util
 import pytest
 from conftest import Command
 
-from sandbox.scripting.headless import Clock
-from sandbox.scripting.hints import hint
+from sandbox.scripting.program import Clock, hint
 from sandbox.space.changes import CALLS, NAMES
 from sandbox.space.files import load_space
 

@@ -282,7 +282,7 @@ def test_damping_takes_its_power_of_the_energy() -> None:
     ledger = ledger_of(record(space, 120))
     start = 2 * (100**2 + 50**2) / 2 + 30 * 7**2 / 2
     assert ledger.lines[Cause.DAMPING] == pytest.approx((0.8**4 - 1) * start, rel=1e-9)
-    assert ledger.shares[Cause.DAMPING] == pytest.approx(0.8**4 - 1)
+    assert ledger.shares[Cause.DAMPING.words] == pytest.approx(0.8**4 - 1)
     half_life = math.log(0.5) / math.log(0.8) / 2
     is_lost = -np.cumsum(ledger.of(Cause.DAMPING)) > start / 2
     assert ledger.time[1 + is_lost.argmax()] == pytest.approx(half_life, abs=DT)

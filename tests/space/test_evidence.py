@@ -6,10 +6,8 @@ from collections.abc import Callable, Sequence
 import pymunk
 import pytest
 
-from sandbox.space.balance import Balance
-from sandbox.space.contents import Contents, StepLengths
+from sandbox.space.contents import Contents, Origins, StepLengths
 from sandbox.space.evidence import STEP_RULES, Evidence
-from sandbox.space.origins import Origins
 from sandbox.space.recording import Recording
 
 DT = 1 / 60
@@ -411,7 +409,7 @@ def test_a_fault_of_the_steps_is_named_and_nothing_else(make: Callable[[], Evide
 
 def test_each_rule_has_a_fault() -> None:
     """One rule needs what is seen as it happens: it is among the known faults."""
-    assert set().union(*(rules for _, rules in FAULTS)) >= {rule.key for rule in STEP_RULES} - {"set-by-handler"}
+    assert set().union(*(rules for _, rules in FAULTS)) >= set(STEP_RULES) - {"set-by-handler"}
 
 
 def test_a_finding_says_since_when_where_and_how_much() -> None:
@@ -429,7 +427,7 @@ def test_the_balance_of_a_box_that_slides_to_rest_is_all_friction() -> None:
     floor(space, elasticity=0)
     sliding = box(space, 0, 185.05, (40, 20))
     sliding.velocity = 100, 0
-    lines = list(Balance(evidence_of(space, 60).ledger).lines())
+    lines = list(evidence_of(space, 60).ledger.text())
     assert lines[0] == "Its energy from 0 to 1 s, in % of the largest kinetic energy, 5e+03:"
     assert any(line.endswith("%  friction") and float(line.split()[0]) < -99 for line in lines)
 
@@ -437,8 +435,8 @@ def test_the_balance_of_a_box_that_slides_to_rest_is_all_friction() -> None:
 def test_the_shares_of_a_balance_sum_to_the_change() -> None:
     ledger = heavy_chain().ledger
     change = (ledger.total[-1] - ledger.total[0]) / ledger.scale
-    assert sum(Balance(ledger).shares.values()) == pytest.approx(change, abs=1e-9)
-    assert math.isclose(float(list(Balance(ledger).lines())[-1].split()[0]), 100 * change, abs_tol=0.006)
+    assert sum(ledger.shares.values()) == pytest.approx(change, abs=1e-9)
+    assert math.isclose(float(list(ledger.text())[-1].split()[0]), 100 * change, abs_tol=0.006)
 
 
 def test_a_balance_is_in_units_of_energy_where_hardly_anything_moves_by_itself() -> None:
@@ -449,7 +447,7 @@ def test_a_balance_is_in_units_of_energy_where_hardly_anything_moves_by_itself()
     def lift(number: int) -> None:
         body.position, body.velocity = (0, -float(number)), (0, 0)
 
-    lines = list(Balance(evidence_of(space, 10, lift).ledger).lines())
+    lines = list(evidence_of(space, 10, lift).ledger.text())
     assert "in kg px²/s²; its largest kinetic energy is 112:" in lines[0]  # of 15 px/s
     [of_program] = [line for line in lines if line.endswith("  the program: positions")]
     assert float(of_program.split()[0]) == pytest.approx(9 * 900, rel=0.01)
@@ -458,7 +456,7 @@ def test_a_balance_is_in_units_of_energy_where_hardly_anything_moves_by_itself()
 def test_a_space_at_rest_has_no_balance() -> None:
     space = world()
     ball(space, 0, 0)
-    assert list(Balance(evidence_of(space, 3).ledger).lines()) == ["Its energy: nothing moved."]
+    assert list(evidence_of(space, 3).ledger.text()) == ["Its energy: nothing moved."]
 
 
 def test_a_passage_of_two_bodies_is_named_with_what_prevents_it() -> None:

@@ -13,9 +13,8 @@ import sandbox
 from sandbox.scripting.watch import watch
 from sandbox.space.evidence import STEP_RULES
 from sandbox.space.findings import Finding, found_by
-from sandbox.space.finer import Finer
+from sandbox.space.finer import COMPARED_RULES, Compared, Finer
 from sandbox.space.rules import RULES
-from sandbox.space.standing import COMPARED_RULES, Compared
 
 DT = 1 / 60
 
@@ -572,9 +571,9 @@ def test_a_known_fault_is_named(make: Callable[[], Game]) -> None:
 
 def test_each_rule_is_among_the_known_faults() -> None:
     assert set(FAULTS.values()) == {
-        *(rule.key for rule in RULES),
-        *(rule.key for rule in STEP_RULES),
-        *(rule.key for rule in COMPARED_RULES),
+        *RULES,
+        *STEP_RULES,
+        *COMPARED_RULES,
     }
 
 

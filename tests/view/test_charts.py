@@ -12,7 +12,7 @@ from window_driver import hover, run, step
 
 from sandbox.analysis.reference import Trust
 from sandbox.report.run_so_far import Marks
-from sandbox.report.scales import BothSigns, Linear, Logarithmic, Scale, Span
+from sandbox.report.scales import BothSigns, Logarithmic, Scale, Span
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
 from sandbox.session.samples import Samples
@@ -111,9 +111,6 @@ def test_a_loss_of_a_ten_thousandth_is_seen_as_well_as_one_of_a_half() -> None:
 @pytest.mark.parametrize(
     ("scale", "low", "high", "ends"),
     [
-        (Linear(), 0.0, 60.0, (0, 100)),
-        (Linear(), -3.0, 60.0, (-5, 100)),
-        (Linear(), math.inf, -math.inf, (0, 1)),
         (Logarithmic(), 1e-14, 0.2, (-3, 0)),
         (Logarithmic(), 1e-14, 230.0, (-3, 3)),
         (Logarithmic(), math.inf, -math.inf, (-3, 0)),
