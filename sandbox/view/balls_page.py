@@ -23,10 +23,9 @@ from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import dot, text_width, write
 from sandbox.view.theme import chart_palette, theme
+from sandbox.view.widgets import Widget, Words
 from sandbox.view.widgets.buttons import Swatch, TextButton
 from sandbox.view.widgets.fields import Field
-from sandbox.view.widgets.widget import Widget
-from sandbox.view.widgets.words import Words
 
 LINE: Final = 1.5  # height of a row, in heights of the text
 NUMBER: Final = 3.2  # width of the column of numbers, likewise

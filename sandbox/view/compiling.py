@@ -12,8 +12,7 @@ from sandbox.errors import SandboxError
 from sandbox.processes import core_count
 from sandbox.scene.model import Scene
 from sandbox.view.compilation import COMPUTATION, DRAWING, Compilation
-from sandbox.view.display import caption, set_mode
-from sandbox.view.events import PRESSES
+from sandbox.view.display import PRESSES, caption, set_mode
 from sandbox.view.layout import GAP, natural_size
 from sandbox.view.offscreen import draw_start
 from sandbox.view.primitives import panel, shortened, text_width, write

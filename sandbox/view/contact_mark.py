@@ -24,7 +24,7 @@ from sandbox.view.overlay import Canvas
 from sandbox.view.primitives import arrow, capsule, draw_walls, label, text_width
 from sandbox.view.session_view import Pane
 from sandbox.view.theme import palette
-from sandbox.view.widgets.widget import Widget
+from sandbox.view.widgets import Widget
 
 NORMAL: Final = 5.5  # half of a normal, in heights of the text: long enough to see angles between normals
 ARROW: Final = 4.0  # the longest arrow, in units: a height of the text or, where that is less, the larger ball's radius

@@ -15,11 +15,10 @@ from sandbox.scene.model import PymunkSettings, Scene
 from sandbox.view.notice import Kind, Notice
 from sandbox.view.playback import Playback
 from sandbox.view.theme import chart_palette, theme
+from sandbox.view.widgets import Widget, Words
 from sandbox.view.widgets.buttons import Heading, TextButton
 from sandbox.view.widgets.fields import Field, Slider
 from sandbox.view.widgets.group import rows_of
-from sandbox.view.widgets.widget import Widget
-from sandbox.view.widgets.words import Words
 
 SCALES: Final[dict[str, tuple[float, ...]]] = {  # the values to choose from, round Pymunk's own
     "iterations": (1, 2, 3, 5, 10, 15, 20, 30, 50, 100, 200, 500),

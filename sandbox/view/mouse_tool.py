@@ -17,17 +17,16 @@ from sandbox.scene.units import Dimension
 from sandbox.state import Floats, State
 from sandbox.view.controls import Action
 from sandbox.view.editor import Editor
-from sandbox.view.header import action_button
 from sandbox.view.layout import Layout, Lens, ScreenPoint
 from sandbox.view.move_tool import DOES, PAUSING, Grip, MoveTool, Tool
 from sandbox.view.overlay import ARROW_SECONDS
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import arrow, label
 from sandbox.view.theme import palette
-from sandbox.view.timeline import step_of_point, track_end
+from sandbox.view.toolbars import action_button, step_of_point, track_end
+from sandbox.view.widgets import Label
 from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.group import WidgetRow
-from sandbox.view.widgets.words import Label
 
 GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it grabs
 ZOOM_FACTOR: Final = 1.25  # by which a notch of the wheel enlarges what the panes show, or the charts' time

@@ -12,7 +12,7 @@ import pygame
 from pygame import Color, Rect, Surface
 
 from sandbox.errors import SandboxError
-from sandbox.view.events import Stopped
+from sandbox.view.display import Stopped
 from sandbox.view.primitives import first_lines, text_width, write
 from sandbox.view.theme import GREEN, VERMILLION, readable, theme
 

@@ -24,7 +24,7 @@ from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.session.history import Moment
 from sandbox.state import no_contacts
-from sandbox.view.layers import Layer
+from sandbox.view import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.primitives import Discs, draw_walls, first_lines, write
 from sandbox.view.session_view import Pane, SessionView, draw_panes

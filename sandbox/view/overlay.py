@@ -15,7 +15,7 @@ from sandbox.report.scales import round_up
 from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, State
-from sandbox.view.layers import Layer
+from sandbox.view import Layer
 from sandbox.view.primitives import MIN_DASHED, SMALLEST_TEXT, arrow, lettering, ring
 from sandbox.view.theme import contrast, palette, readable
 

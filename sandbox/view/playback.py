@@ -11,7 +11,7 @@ from sandbox.errors import SandboxError
 from sandbox.run.edits import Edit
 from sandbox.run.inputs import Input, Release
 from sandbox.session.session import Session
-from sandbox.view.events import Stopped
+from sandbox.view.display import Stopped
 from sandbox.view.notice import Kind, Notice
 from sandbox.view.session_view import NOTED_LAG, SessionView
 

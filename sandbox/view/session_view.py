@@ -21,9 +21,9 @@ from sandbox.session.history import Moment
 from sandbox.session.samples import change_of_energy, share_of_energy
 from sandbox.session.session import Session
 from sandbox.state import State
+from sandbox.view import Layer
 from sandbox.view.charts import Charts
 from sandbox.view.debug_draw import DebugDraw
-from sandbox.view.layers import Layer
 from sandbox.view.layout import EDGE, Layout, ScreenPoint
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Canvas, Overlay, RecentContacts, Trail
 from sandbox.view.pixels import fill

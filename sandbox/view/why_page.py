@@ -15,16 +15,15 @@ from sandbox.scene.fields import rgb
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.contact_mark import ContactPicture, draw_contact
 from sandbox.view.controls import Action
-from sandbox.view.header import action_button
 from sandbox.view.layout import Layout
 from sandbox.view.playback import Playback
 from sandbox.view.saver import Saver
 from sandbox.view.session_view import IT_SHOULD_HAVE, MIN_CHANGE, amount_text
 from sandbox.view.theme import chart_palette, palette, theme
+from sandbox.view.toolbars import action_button
+from sandbox.view.widgets import Bar, Widget, Words
 from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.group import rows_of
-from sandbox.view.widgets.widget import Widget
-from sandbox.view.widgets.words import Bar, Words
 
 LISTED: Final = 12  # contacts at once: the newest, or those around the one that is shown
 BUTTONS_IN_ROW: Final = 3

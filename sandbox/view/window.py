@@ -13,19 +13,16 @@ from pygame.event import Event
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
+from sandbox.view import Layer, opens_with
 from sandbox.view.balls_page import BallsPage
-from sandbox.view.cards import Cards
+from sandbox.view.cards import Cards, Messages
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.compilation import Compilation
 from sandbox.view.controls import EDITS, Action, Panel, control_of
-from sandbox.view.display import caption, open_window, set_mode
+from sandbox.view.display import KeyRepeat, PendingEvents, Stopped, caption, open_window, set_mode
 from sandbox.view.editor import Editor
 from sandbox.view.engines_page import EnginesPage, LineUp
-from sandbox.view.events import KeyRepeat, PendingEvents, Stopped
-from sandbox.view.header import Header
-from sandbox.view.layers import Layer, opens_with
 from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, layout_of
-from sandbox.view.messages import Messages
 from sandbox.view.mouse_tool import ZOOM_FACTOR, MouseTool, ToolPalette
 from sandbox.view.move_tool import Tool
 from sandbox.view.notice import Guard, Notice
@@ -33,15 +30,14 @@ from sandbox.view.pixels import fill
 from sandbox.view.playback import Playback, Snapshots
 from sandbox.view.saver import Saver
 from sandbox.view.scene_loader import SceneLoader
-from sandbox.view.scene_page import ScenePage, ShowPage
 from sandbox.view.session_view import SessionView
-from sandbox.view.side_panel import Page, SidePanel
+from sandbox.view.side_panel import Page, ScenePage, ShowPage, SidePanel
 from sandbox.view.theme import SystemTheme, theme
-from sandbox.view.timeline import Timeline
+from sandbox.view.toolbars import Header, Timeline
 from sandbox.view.video import Recorder
 from sandbox.view.why_page import WhyPage
+from sandbox.view.widgets import ARROWS, ENTER
 from sandbox.view.widgets.group import Placed, WidgetGroup
-from sandbox.view.widgets.widget import ARROWS, ENTER
 
 FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times

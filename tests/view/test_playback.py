@@ -17,7 +17,7 @@ from sandbox.scene.fields import rgb
 from sandbox.session.samples import Quantity
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Panel
-from sandbox.view.events import PendingEvents, Stopped
+from sandbox.view.display import PendingEvents, Stopped
 from sandbox.view.session_view import AS_IT_SHOULD_BE
 from sandbox.view.theme import theme
 from sandbox.view.window import STOPPED, Window

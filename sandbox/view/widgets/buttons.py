@@ -10,7 +10,7 @@ from pygame.event import Event
 
 from sandbox.view.primitives import fitting, line_sample, panel, text_width, wrapped, write
 from sandbox.view.theme import readable, theme
-from sandbox.view.widgets.widget import ENTER, Pressable, draw_fold, draw_ground
+from sandbox.view.widgets import ENTER, Pressable, draw_fold, draw_ground
 
 LINE: Final = 1.7  # height of an item, in heights of the text
 

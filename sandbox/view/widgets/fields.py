@@ -10,7 +10,7 @@ from pygame.event import Event
 
 from sandbox.view.primitives import dot, fitting, text_width, write
 from sandbox.view.theme import theme
-from sandbox.view.widgets.widget import ARROWS, ENTER, Widget, draw_ground
+from sandbox.view.widgets import ARROWS, ENTER, Widget, draw_ground
 
 MAX_TYPED: Final = 200  # characters
 FIRST_CHARACTERS: Final = "0123456789.-+#"  # of numbers and colours

@@ -9,8 +9,8 @@ from pygame.event import Event
 
 from sandbox.view.layout import BETWEEN, in_rows
 from sandbox.view.primitives import card
+from sandbox.view.widgets import Widget
 from sandbox.view.widgets.buttons import Menu
-from sandbox.view.widgets.widget import Widget
 
 Placed = tuple[Widget, Rect]
 Result = TypeVar("Result")
