@@ -39,8 +39,8 @@ class Widget:
 
     @property
     def look(self) -> object:
-        """What is drawn; something else if the widget must be drawn again."""
-        raise NotImplementedError
+        """What is drawn, here all of its values; something else if the widget must be drawn again."""
+        return [value for value in vars(self).values() if not callable(value)]
 
     def natural_width(self, text_height: int) -> int:
         """Return the width that it has in a row of the window, px."""
@@ -125,11 +125,6 @@ class Words(Pressable):
         """Whether something is done."""
         return self.do is not None
 
-    @property
-    def look(self) -> object:
-        """The text, and whether it is marked."""
-        return self.text, self.colour and tuple(self.colour), self.marked, [tuple(colour) for colour in self.dots]
-
     def height(self, width: int, text_height: int) -> int:
         """Return the height of its lines, px."""
         return len(self._lines(width, text_height)) * self._step(text_height) + text_height // 3
@@ -209,11 +204,6 @@ class Bar(Widget):
     width: float = 5.0
 
     takes_keys = False
-
-    @property
-    def look(self) -> object:
-        """All of it."""
-        return self.name, self.value, self.share, self.colour.normalize()
 
     def height(self, width: int, text_height: int) -> int:
         """Return the height of a line of text and a bar, px."""

@@ -45,10 +45,8 @@ class TextButton(Pressable):
 
     def natural_width(self, text_height: int) -> int:
         """Return the width of its text with room round it, px."""
-        mark = text_height if self.colour else 0
-        return (
-            max(text_width(self.widest or self.label, text_height) + round(1.5 * text_height), 2 * text_height) + mark
-        )
+        text = text_width(self.widest or self.label, text_height)
+        return max(text + round(1.5 * text_height), 2 * text_height) + (text_height if self.colour else 0)
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
         """Draw the text in the middle, smaller if need be; on the accent while on, grey if it is refused."""
@@ -132,11 +130,6 @@ class Heading(Pressable):
     does: str = ""
     is_open: bool = False
 
-    @property
-    def look(self) -> object:
-        """The text, the sample, and whether it is unfolded."""
-        return self.text, tuple(self.colour), tuple(self.ground), self.is_open
-
     def height(self, width: int, text_height: int) -> int:
         """Return the height of its lines, px."""
         return round(0.45 * text_height) + len(self._lines(width, text_height)) * round(1.3 * text_height)
@@ -212,11 +205,8 @@ class Menu(Pressable):
 
     def act(self) -> None:
         """Open the list, or close it."""
-        self.at = None if self.is_open else self._chosen
-
-    @property
-    def _chosen(self) -> int:
-        return next((number for number, item in enumerate(self.items()) if item.is_on()), 0)
+        chosen = (number for number, item in enumerate(self.items()) if item.is_on())
+        self.at = None if self.is_open else next(chosen, 0)
 
     # While the list is open
 
@@ -263,12 +253,11 @@ class Menu(Pressable):
         panel(surface, where)
         names = max(text_width(item.text, text_height) for item in items)
         for number, item in enumerate(items):
-            line = Rect(
-                where.x + 2, where.y + text_height // 4 + round(number * LINE * text_height), where.width - 4, 0
-            )
-            line.height = round(LINE * text_height)
-            ink, dim = (theme.on_accent, theme.on_accent) if number == self.at else (theme.ink, theme.dim)
+            top = where.y + text_height // 4 + round(number * LINE * text_height)
+            line = Rect(where.x + 2, top, where.width - 4, round(LINE * text_height))
+            ink, dim = theme.ink, theme.dim
             if number == self.at:
+                ink = dim = theme.on_accent
                 surface.fill(theme.accent, line)
             line.x += text_height - 2
             write(surface, item.text, line, ink, text_height, bold=item.is_on())

@@ -56,9 +56,8 @@ class Field(Widget):
         ink = theme.dim if self.refusal() or self.typed == "" else theme.ink
         right = write(surface, text, Rect(x, line.y, line.right - x, line.height), ink, height)
         if self.typed is not None:
-            surface.fill(
-                theme.ink, (min(right + 1, line.right), place.y + 4, max(1, text_height // 10), place.height - 8)
-            )
+            left = min(right + 1, line.right)
+            surface.fill(theme.ink, (left, place.y + 4, max(1, text_height // 10), place.height - 8))
 
     def press(self, place: Rect, point: tuple[int, int]) -> None:
         """Begin to type."""
@@ -75,7 +74,9 @@ class Field(Widget):
             self._begin()
             return event.key in ENTER or self._type(event)
         if event.key in ENTER or event.key == pygame.K_TAB:
-            self._choose_typed()
+            typed, self.typed = self.typed, None
+            if typed:
+                self.choose(typed)
             return event.key in ENTER
         if event.key == pygame.K_ESCAPE:
             self.typed = None
@@ -87,19 +88,14 @@ class Field(Widget):
         if self.begin:
             self.begin()
 
-    def _choose_typed(self) -> None:
-        typed, self.typed = self.typed, None
-        if typed:
-            self.choose(typed)
-
     def _type(self, event: Event) -> bool:
         """Append a character, or delete the last one. Return whether the key does that."""
-        typed = self.typed or ""
+        typed, is_letter = self.typed or "", bool(event.unicode and event.unicode.isprintable())
         if event.key == pygame.K_BACKSPACE:
             self.typed = (typed or self.value())[:-1]
-        elif event.unicode and event.unicode.isprintable():
+        elif is_letter:
             self.typed = (typed + event.unicode)[:MAX_TYPED]
-        return event.key == pygame.K_BACKSPACE or bool(event.unicode and event.unicode.isprintable())
+        return event.key == pygame.K_BACKSPACE or is_letter
 
     def leave(self) -> None:
         """Forget what was typed."""
