@@ -4,6 +4,7 @@ import gc
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
 from typing import Final
 
@@ -290,23 +291,19 @@ class Playback:
         if [given for given in session.inputs if given.step <= step] == list(inputs) and step <= session.end:
             self.seek(step)
             return
-        before, here = [*session.inputs], session.step
-        try:
-            session.return_to(step, list(inputs))
-            self._run_to_here()
-            self._show_change(True, "")
-        except SandboxError as error:
-            session.return_to(here, before)
-            self.settle()
-            self._notice.show(str(error), Kind.ERROR)
+        self._try(partial(session.return_to, step, list(inputs)), "")
 
     def redo(self) -> None:
         """Redo what was undone last; if an engine refuses it, one that runs only since then, show a notice."""
+        self._try(self.session.redo, "there is nothing to redo")
+
+    def _try(self, change: Callable[[], bool | None], otherwise: str) -> None:
+        """Change the inputs as far as no engine refuses one."""
         inputs, step = [*self.session.inputs], self.session.step
         try:
-            is_there = self.session.redo()
+            is_there = change() is not False
             self._run_to_here()
-            self._show_change(is_there, "there is nothing to redo")
+            self._show_change(is_there, otherwise)
         except SandboxError as error:
             self.session.return_to(step, inputs)
             self.settle()
@@ -330,13 +327,13 @@ class Snapshot:
     inputs: tuple[Input, ...]
 
 
+@dataclass
 class Snapshots:
     """The snapshots of a scene's runs, the earliest taken first."""
 
-    def __init__(self, playback: Playback, notice: Notice) -> None:
-        self._playback = playback
-        self._notice = notice
-        self.taken: list[Snapshot] = []
+    _playback: Playback
+    _notice: Notice
+    taken: Sequence[Snapshot] = ()
 
     def take(self) -> None:
         """Take a snapshot of the step shown."""
@@ -359,4 +356,4 @@ class Snapshots:
 
     def forget(self) -> None:
         """Forget all, as another scene runs."""
-        self.taken = []
+        self.taken = ()
