@@ -118,11 +118,8 @@ class SidePanel:
         placed = self.placed(place, text_height)
         if not placed:
             return
-        wanted = (
-            [(widget.look, tuple(where), self._group.is_hot(widget)) for widget, where in placed],
-            tuple(place),
-            theme.is_dark,
-        )
+        looks = [(widget.look, tuple(where), self._group.is_hot(widget)) for widget, where in placed]
+        wanted = looks, tuple(place), theme.is_dark
         if wanted != self._drawn_as:
             self._drawn, self._drawn_as = Surface(place.size), wanted
             self._draw_page(place, text_height, placed)
@@ -163,10 +160,8 @@ def _stacked(rows: Sequence[Sequence[Widget]], width: int, text_height: int) -> 
         ends = [round(room * end / whole) for end in accumulate((widget.width for widget in row), initial=0.0)]
         widths = [end - start for start, end in pairwise(ends)]
         height = max(widget.height(w, text_height) for widget, w in zip(row, widths, strict=True))
-        x = 0
-        for widget, w in zip(row, widths, strict=True):
-            placed.append((widget, Rect(x, y, w, height)))
-            x += w + gap
+        lefts = accumulate((w + gap for w in widths), initial=0)
+        placed += [(widget, Rect(x, y, w, height)) for widget, w, x in zip(row, widths, lefts, strict=False)]
         y += height + gap
     return placed, y
 
@@ -212,9 +207,11 @@ class ScenePage:
             "elasticity", ELASTICITIES, editor.elasticity, editor.set_elasticity, "elasticity of every pair"
         )
         self._steps = Slider("steps", RATES, editor.rate, editor.set_rate, "steps per second", " per second")
-        self._heater = [action_button("Cool", Action.COOL, do), action_button("Heat", Action.HEAT, do)]
-        self._buttons = [action_button("Restart", Action.RESTART, do), action_button("Next seed", Action.NEXT_SEED, do)]
-        self._take = action_button("Take a snapshot", Action.TAKE_SNAPSHOT, do)
+        self._buttons = [
+            [action_button("Cool", Action.COOL, do), action_button("Heat", Action.HEAT, do)],
+            [action_button("Restart", Action.RESTART, do), action_button("Next seed", Action.NEXT_SEED, do)],
+            [action_button("Take a snapshot", Action.TAKE_SNAPSHOT, do)],
+        ]
         self._return_button = cache(self._make_return_button)
 
     @property
@@ -233,18 +230,9 @@ class ScenePage:
         self._gravity.values = [PER_METRE.get(scene.units.length, PIXELS_PER_METRE) * value for value in GRAVITIES]
         self._elasticity.unit = "" if self._editor.has_one_elasticity else " between balls"
         returns = [self._return_button(snapshot) for snapshot in self._snapshots.taken]
-        return [
-            [self._title],
-            *([[self._about]] if scene.about else []),
-            [self._facts],
-            [self._gravity],
-            [self._elasticity],
-            [self._steps],
-            self._heater,
-            self._buttons,
-            [self._take],
-            *rows_of(returns, SNAPSHOTS_PER_ROW),
-        ]
+        texts = [self._title, *([self._about] if scene.about else []), self._facts]
+        column = [*texts, self._gravity, self._elasticity, self._steps]
+        return [*rows_of(column, 1), *self._buttons, *rows_of(returns, SNAPSHOTS_PER_ROW)]
 
     def _make_return_button(self, snapshot: Snapshot) -> TextButton:
         text = f"{snapshot.time:.2f} s"

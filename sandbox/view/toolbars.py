@@ -10,6 +10,7 @@ from pygame import Color, Rect, Surface
 
 from sandbox.scene.model import Scene
 from sandbox.session.session import Session
+from sandbox.view.charts import Charts
 from sandbox.view.controls import OF_ACTION, Action, tip_of
 from sandbox.view.instruments import MEANINGS, OF_THE_MOMENT, Instrument
 from sandbox.view.layout import GAP, TIME_LETTERS, Layout
@@ -20,6 +21,8 @@ from sandbox.view.widgets import Label, Widget
 from sandbox.view.widgets.buttons import Item, Menu, TextButton
 from sandbox.view.widgets.group import Placed, WidgetRow
 
+LEFT: Final = "\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}"
+RIGHT: Final = "\N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}"
 ABOUT_LETTERS: Final = 40  # width of what the scene is about, while the mouse is on it, in heights of the text
 MIN_ABOUT: Final = 10  # heights of the text; where there is less room, it is left out
 SAVES: Final = {
@@ -69,8 +72,8 @@ class Header:
         self._close = action_button("\N{MULTIPLICATION SIGN}", Action.ABOUT, do)
         self._buttons: list[Widget] = [
             button("Open\N{HORIZONTAL ELLIPSIS}", Action.PICK_SCENE),
-            button("\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}", Action.PREVIOUS_SCENE),
-            button("\N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}", Action.NEXT_SCENE),
+            button(LEFT, Action.PREVIOUS_SCENE),
+            button(RIGHT, Action.NEXT_SCENE),
         ]
         right = [
             Menu(lambda: "Save", lambda: saves, "save or copy something"),
@@ -106,37 +109,40 @@ class Timeline:
 
     def __init__(self, playback: Playback, do: Callable[[Action], None], time: Callable[[], str]) -> None:
         self._playback = playback
-        left, right = "\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}", "\N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}"
         play = action_button(
             "", Action.PAUSE, do, is_on=lambda: playback.paused,
             said=lambda: "Play" if playback.paused else "Pause", widest="Pause",
         )  # fmt: skip
         self._before = WidgetRow(
             [
-                action_button(f"|{left}", Action.GO_TO_START, do),
-                action_button(left, Action.STEP_BACK, do),
+                action_button(f"|{LEFT}", Action.GO_TO_START, do),
+                action_button(LEFT, Action.STEP_BACK, do),
                 play,
-                action_button(right, Action.STEP, do),
-            ],
-            [],
+                action_button(RIGHT, Action.STEP, do),
+            ]
         )
         self._clock = action_button("", Action.STOPWATCH, do, is_on=lambda: playback.stopwatch is not None, said=time)
         speeds = Menu(self._speed_text, self._speeds, "how fast time passes  (+ and -)", widest=WIDEST)
-        self._after = WidgetRow([], [action_button(f"{right}|", Action.GO_TO_END, do), speeds])
+        self._after = WidgetRow([], [action_button(f"{RIGHT}|", Action.GO_TO_END, do), speeds])
         tabs = [self._tab(instrument) for instrument in TABS]
         more = Menu(self._more_text, self._others, "choose another chart  (1: the next one)", self._shows_other)
         self._scale = action_button(
             "", Action.SCALE, do, widest="logarithmic",
-            said=lambda: "logarithmic" if playback.view.charts.is_logarithmic else "linear",
-            refusal=lambda: playback.view.charts.why_one_scale,
+            said=lambda: "logarithmic" if self._charts.is_logarithmic else "linear",
+            refusal=lambda: self._charts.why_one_scale,
         )  # fmt: skip
         self._across = Menu(
-            self._across_text, self._choices_across, "over what the chart is drawn: time, or another quantity",
-            lambda: playback.view.charts.across is not None,
+            lambda: f"over {name_across(self._charts.across)}", self._choices_across,
+            "over what the chart is drawn: time, or another quantity",
+            lambda: self._charts.across is not None,
         )  # fmt: skip
         self._tabs = WidgetRow([*tabs, more], [self._across, self._scale])
 
     # What its widgets do
+
+    @property
+    def _charts(self) -> Charts:
+        return self._playback.view.charts
 
     def _speed_text(self) -> str:
         """Return the speed asked for, and the measured one if the machine does not keep up."""
@@ -150,45 +156,32 @@ class Timeline:
             for speed in SPEEDS
         ]
 
-    def _show(self, instrument: Instrument) -> None:
-        self._playback.view.charts.show(instrument)
+    def _item(self, instrument: Instrument) -> Item:
+        def show() -> None:
+            self._charts.show(instrument)
 
-    def _is_shown(self, instrument: Instrument) -> bool:
-        return self._playback.view.charts.instrument is instrument
+        name, meaning = instrument.value.capitalize(), MEANINGS[instrument]
+        return Item(name, show, meaning, lambda: self._charts.instrument is instrument)
 
     def _tab(self, instrument: Instrument) -> TextButton:
-        name = instrument.value
-        does = f"{name[0].upper()}{name[1:]}: {MEANINGS[instrument]}"
-        return TextButton(name.capitalize(), partial(self._show, instrument), does, partial(self._is_shown, instrument))
+        item = self._item(instrument)
+        return TextButton(item.text, item.do, f"{item.text}: {item.does}", item.is_on)
 
     def _others(self) -> list[Item]:
-        others = [instrument for instrument in Instrument if instrument not in TABS]
-        return [
-            Item(each.value.capitalize(), partial(self._show, each), MEANINGS[each], partial(self._is_shown, each))
-            for each in others
-        ]
-
-    def _across_text(self) -> str:
-        across = self._playback.view.charts.across
-        return f"over {across.value if across else 'time'}"
+        return [self._item(instrument) for instrument in Instrument if instrument not in TABS]
 
     def _choices_across(self) -> list[Item]:
-        charts = self._playback.view.charts
-        quantities = [instrument for instrument in Instrument if instrument not in OF_THE_MOMENT]
+        charts, quantities = self._charts, [each for each in Instrument if each not in OF_THE_MOMENT]
         return [
-            Item(
-                each.value if each else "time",
-                partial(charts.show_across, each),
-                is_on=partial(eq, each, charts.across),
-            )
+            Item(name_across(each), partial(charts.show_across, each), is_on=partial(eq, each, charts.across))
             for each in (None, *quantities)
         ]
 
     def _shows_other(self) -> bool:
-        return self._playback.view.charts.instrument not in TABS
+        return self._charts.instrument not in TABS
 
     def _more_text(self) -> str:
-        return self._playback.view.charts.instrument.value.capitalize() if self._shows_other() else "More"
+        return self._charts.instrument.value.capitalize() if self._shows_other() else "More"
 
     # Places and drawing
 
@@ -198,7 +191,7 @@ class Timeline:
 
     def placed(self, layout: Layout) -> list[Placed]:
         """Return its widgets with their places."""
-        self._tabs.right = [self._across, self._scale] if self._playback.view.charts.has_axes else [self._scale]
+        self._tabs.right = [self._across, self._scale] if self._charts.has_axes else [self._scale]
         rows = ((self._before, layout.transport), (self._after, layout.transport), (self._tabs, layout.tabs))
         placed = [one for row, place in rows for one in row.placed(place, layout.text_height, layout.side)]
         width, track = TIME_LETTERS * layout.text_height, layout.bar
@@ -225,6 +218,11 @@ def marks_of_track(playback: Playback) -> dict[int, Color]:
     colours = chart_palette().engines([*session.names, session.reference])
     steps = {session.step_at(time): colours[name] for name, time in marks.differences.items() if name in colours}
     return steps if playback.stopwatch is None else steps | {session.step_at(playback.stopwatch): theme.accent}
+
+
+def name_across(across: Instrument | None) -> str:
+    """Return the name of what a chart is drawn over."""
+    return across.value if across else "time"
 
 
 def track_end(session: Session) -> int:

@@ -20,7 +20,7 @@ from sandbox.view.playback import Playback
 from sandbox.view.saver import Saver
 from sandbox.view.session_view import IT_SHOULD_HAVE, MIN_CHANGE, amount_text
 from sandbox.view.theme import chart_palette, palette, theme
-from sandbox.view.toolbars import action_button
+from sandbox.view.toolbars import LEFT, RIGHT, action_button
 from sandbox.view.widgets import Bar, Widget, Words
 from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.group import rows_of
@@ -66,8 +66,8 @@ class WhyPage:
         )
         self._headline = Words("", bold=True, scale=1.3)
         self._row_of_buttons = [
-            action_button("\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK} Previous", Action.PREVIOUS_CONTACT, do),
-            action_button("Next \N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}", Action.NEXT_CONTACT, do),
+            action_button(f"{LEFT} Previous", Action.PREVIOUS_CONTACT, do),
+            action_button(f"Next {RIGHT}", Action.NEXT_CONTACT, do),
             self._page_button,
         ]
 
@@ -130,11 +130,8 @@ class WhyPage:
         contacts, here = self._contacts, self._playback.session.step
         if self.contact:
             at = contacts.index(self.contact) + by
-        elif by > 0:
-            at = sum(contact.step <= here for contact in contacts)
         else:
-            at = sum(contact.step < here for contact in contacts) - 1
-        if contacts and self.contact is None:  # beyond the last contact, that is the nearest
+            at = sum(contact.step <= here if by > 0 else contact.step < here for contact in contacts) - (by < 0)
             at = min(max(at, 0), len(contacts) - 1)
         is_there = 0 <= at < len(contacts)
         if is_there:
@@ -214,16 +211,14 @@ class WhyPage:
     ) -> Iterator[Row]:
         """Yield the engine's own errors as bars, and then what the scene takes and gives."""
         largest = max(abs(line.share) for line in lines)
-        own = [line for line in lines if not _is_of_scene(line)]
-        scene = [line for line in lines if _is_of_scene(line)]
-        for title, some in ((f"What {self.engine} lost or made, in % of the energy:", own), (OF_SCENE, scene)):
+        titles = {False: f"What {self.engine} lost or made, in % of the energy:", True: OF_SCENE}
+        for is_of_scene, title in titles.items():
+            some = [line for line in lines if (line.cause.removesuffix(MARK) in SCENES_OWN) == is_of_scene]
             if some:
                 yield words(title, theme.dim)
-                yield from ([self._bar(line, largest)] for line in some)
-
-    def _bar(self, line: LedgerLine, largest: float) -> Bar:
-        text = f"{100 * line.share:+.2f} %" if abs(line.share) >= MIN_SHARE else line.text
-        return Bar(line.cause, text, line.share / (largest or 1.0), self._colours[self.engine])
+            for line in some:
+                text = f"{100 * line.share:+.2f} %" if abs(line.share) >= MIN_SHARE else line.text
+                yield [Bar(line.cause, text, line.share / (largest or 1.0), self._colours[self.engine])]
 
     def _dots(self, contact: OtherContact) -> tuple[Color, ...]:
         """Return the colours of a contact's balls, as far as they are still there."""
@@ -300,12 +295,13 @@ class WhyPage:
         yield from contact.speeds.splitlines()
         found, against = contact.difference, self._playback.session.reference
         ink = "white" if palette(self._playback.view.moment.scene.arena.background).is_dark else "black"
-        if found.normal and found.should_normal:
-            yield LEGEND.format(colours=f"{self.engine} in its colour, {against} in {ink}")
-        elif found.normal:
-            yield LEGEND.format(colours=f"{self.engine} in its colour; {against} has no such contact")
-        elif found.should_normal:
-            yield LEGEND.format(colours=f"{against} in {ink}; {self.engine} has no such contact")
+        drawn = [f"{self.engine} in its colour"] * bool(found.normal) + [f"{against} in {ink}"] * bool(
+            found.should_normal
+        )
+        if len(drawn) == 2:
+            yield LEGEND.format(colours=", ".join(drawn))
+        elif drawn:
+            yield LEGEND.format(colours=f"{drawn[0]}; {against if found.normal else self.engine} has no such contact")
 
     # In the panes
 
@@ -313,7 +309,3 @@ class WhyPage:
         """Draw the contact that was gone to in every pane, while its step is shown."""
         if self.contact:
             draw_contact(surface, layout, self._playback.view.panes, self.contact.difference, self.engine)
-
-
-def _is_of_scene(line: LedgerLine) -> bool:
-    return line.cause.removesuffix(MARK) in SCENES_OWN
