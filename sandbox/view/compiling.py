@@ -102,8 +102,7 @@ def draw_status(surface: Surface, place: Rect, progress: Compilation, height: in
     panel(surface, line)
     text = shortened(str(progress), width - 2 * height, height)
     left = write(surface, text, line.move(height, 0), theme.dim, height) + height
-    right = line.right - height
-    _draw_bar(surface, Rect(left, line.centery - 2, max(0, right - left), 4), progress)
+    _draw_bar(surface, Rect(left, line.centery - 2, max(0, line.right - height - left), 4), progress)
 
 
 def status_width(progress: Compilation, height: int) -> int:

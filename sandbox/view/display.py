@@ -66,12 +66,10 @@ class PendingEvents:
     def check(self) -> None:
         """Raise Stopped if the window is being closed, or at Esc, which also discards the presses before it."""
         self._collect()
-        escapes = [k for k, event in enumerate(self._waiting) if is_escape(event)]
-        if escapes:
-            last = escapes[-1]
-            before = [event for event in self._waiting[:last] if event.type not in PRESSES]
-            self._waiting = before + self._waiting[last + 1 :]
-        if escapes or any(event.type == pygame.QUIT for event in self._waiting):
+        events, escape = self._waiting, (pygame.KEYDOWN, pygame.K_ESCAPE)
+        after = max((k + 1 for k, e in enumerate(events) if (e.type, getattr(e, "key", None)) == escape), default=0)
+        self._waiting = [event for k, event in enumerate(events) if k >= after or event.type not in PRESSES]
+        if after or any(event.type == pygame.QUIT for event in self._waiting):
             raise Stopped
 
     def _collect(self) -> None:
@@ -81,11 +79,6 @@ class PendingEvents:
                 self._waiting[-1] = event
             else:
                 self._waiting.append(event)
-
-
-def is_escape(event: Event) -> bool:
-    """Return whether an event is a press of Esc."""
-    return bool(event.type == pygame.KEYDOWN and event.key == pygame.K_ESCAPE)
 
 
 DELAY: Final = 0.4  # s, until a key that is held is pressed again

@@ -146,18 +146,14 @@ class Editor:
         else:
             self.give(DeleteBall(step=self._step, ball=ball))
 
-    @property
-    def model_ball(self) -> int:
-        """The ball that a new one is a copy of: the selected one, or else the last."""
-        return len(self._moment.balls) - 1 if self.selected is None else self.selected
-
     def size_of_new(self, key: str) -> float:
         """Return the radius (px) or the mass (kg) of a ball to be added."""
         return self._constants_of_new[key]
 
     @property
     def _constants_of_new(self) -> dict[str, float]:
-        return self._constants(self.model_ball) | self.new_ball
+        model = len(self._moment.balls) - 1 if self.selected is None else self.selected
+        return self._constants(model) | self.new_ball
 
     def _constants(self, ball: int) -> dict[str, float]:
         bodies = self._moment.scene.bodies
@@ -216,8 +212,11 @@ class Editor:
             return
         self._playback.give(edit)
         if names != before and self._edits > edits:
-            self._replaced.append(Replacement(edits, before))
-            self._notice.show(f"{said}. Undo brings it back.")
+            self._note_replaced(edits, before, said)
+
+    def _note_replaced(self, edits: int, engines: Sequence[str], said: str) -> None:
+        self._replaced.append(Replacement(edits, engines))
+        self._notice.show(f"{said}. Undo brings it back.")
 
     @staticmethod
     def _names_for(scene: Scene, names: Sequence[str]) -> tuple[list[str], str]:
@@ -255,8 +254,7 @@ class Editor:
                 names, said = self._names_for(edit.change_scene(self._moment.scene), before)
         edits = self._edits
         if names != before and self._use_engines(names):
-            self._replaced.append(Replacement(edits, before))
-            self._notice.show(f"{said}. Undo brings it back.")
+            self._note_replaced(edits, before, said)
         self._playback.redo()
 
     def forget_engines(self) -> None:

@@ -76,8 +76,8 @@ class MouseTool:
 
     def choose_next(self) -> None:
         """Let the mouse do what the next tool does."""
-        tools = list(Tool)
-        self.choose(tools[(tools.index(self.tool) + 1) % len(tools)])
+        tools = [*Tool, *Tool]
+        self.choose(tools[tools.index(self.tool) + 1])
 
     @property
     def adding(self) -> bool:
@@ -114,11 +114,6 @@ class MouseTool:
         return ball if distance <= 0 else None
 
     @property
-    def over_grip(self) -> bool:
-        """Whether a press of the mouse here would grab something."""
-        return self._nearest[1] <= self._reach
-
-    @property
     def _over_wall(self) -> bool:
         """Whether the mouse is over a wall of the scene, which the hand can move."""
         position = self.position if self.tool is Tool.HAND else None
@@ -132,9 +127,8 @@ class MouseTool:
             return pygame.SYSTEM_CURSOR_SIZEALL
         if self.pane is not None and (self.adding or self.tool in (Tool.WALL, Tool.ERASE)):
             return pygame.SYSTEM_CURSOR_CROSSHAIR
-        if self.hovered:
-            return pygame.SYSTEM_CURSOR_HAND
-        return pygame.SYSTEM_CURSOR_HAND if self.over_grip or self._over_wall else pygame.SYSTEM_CURSOR_ARROW
+        grips = self.hovered or self._nearest[1] <= self._reach or self._over_wall
+        return pygame.SYSTEM_CURSOR_HAND if grips else pygame.SYSTEM_CURSOR_ARROW
 
     @property
     def holds(self) -> bool:
@@ -192,12 +186,12 @@ class MouseTool:
             self._on_track = layout.bar.collidepoint(event.pos)
             self.scrubbing = over_time or self._on_track
             self._scrub(event.pos) if self.scrubbing else self._press(event.pos)
-        elif event.type == pygame.MOUSEBUTTONDOWN and event.button == 2:
-            self._moved_from = event.pos if self._layout().pane_at(event.pos) is not None else None
-        elif event.type == pygame.MOUSEBUTTONUP and event.button == 2:
-            self._moved_from = None
-        elif event.type == pygame.MOUSEWHEEL:
-            self._zoom(event.y)
+        elif event.type in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP) and event.button == 2:
+            is_down = event.type == pygame.MOUSEBUTTONDOWN and self._layout().pane_at(event.pos) is not None
+            self._moved_from = event.pos if is_down else None
+        elif event.type == pygame.MOUSEWHEEL and (position := self.position):
+            width, height = self._layout().arena
+            self.lens = self.lens.zoomed(ZOOM_FACTOR**event.y, (position[0] / width, position[1] / height))
         elif event.type == pygame.MOUSEMOTION and self._moved_from:
             self._move_lens(event.pos if event.buttons[1] else None)
         elif event.type == pygame.MOUSEMOTION and (self.scrubbing or self.holds):
@@ -231,20 +225,11 @@ class MouseTool:
             return False
         return True
 
-    def _zoom(self, notches: int) -> None:
-        """Zoom all panes about the position under the mouse."""
-        position = self.position
-        if position:
-            width, height = self._layout().arena
-            self.lens = self.lens.zoomed(ZOOM_FACTOR**notches, (position[0] / width, position[1] / height))
-
     def _move_lens(self, point: ScreenPoint | None) -> None:
         """Move what all panes show with the mouse to a point of the screen; without a point, stop moving it."""
         layout, before = self._layout(), self._moved_from
         if point and before:
-            x, y = (
-                (old - new) / layout.scale / side for old, new, side in zip(before, point, layout.arena, strict=True)
-            )
+            x, y = ((before[k] - point[k]) / layout.scale / layout.arena[k] for k in (0, 1))
             self.lens = self.lens.moved((x, y))
         self._moved_from = point
 
@@ -373,8 +358,7 @@ class MouseTool:
         if self.adding and self.point and self.pane is not None:
             copied = self._editor.selected if self.copying else None
             size = self._editor.size_of_new("radius") if copied is None else scene.bodies.radius[copied]
-            radius = size * scale
-            pygame.draw.circle(surface, ink, self.point, radius, width)
+            pygame.draw.circle(surface, ink, self.point, size * scale, width)
 
     def _draw_velocity(self, surface: Surface, ball: int, velocity: Vector) -> None:
         """Draw the velocity that a ball is given from each of its copies, over the edges of the panes."""

@@ -147,10 +147,10 @@ class MoveTool:
         if (
             grip is None
             or at is None
-            or is_done
             or not self._follows
-            or session.steps_behind
             or not self._is_there(grip)
+            or is_done
+            or session.steps_behind
         ):
             return
         distance = math.dist(grip.pressed, at)
@@ -182,7 +182,10 @@ class MoveTool:
         if grip is None or at is None or not self._is_there(grip):
             return None
         if grip.ball is not None:
-            x, y = self._place_of_ball(grip.ball, _shifted(self._position_of(grip.ball), grip.pressed, at))
+            state, arena = self._playback.view.panes[self._pane].state, self._scene.arena
+            x, y = _shifted(state.position[grip.ball].tolist(), grip.pressed, at)
+            if arena.walls:
+                x, y = arena.nearest_inside((x, y), float(self._scene.bodies.radius[grip.ball]))
             return ChangeBall(step=step, ball=grip.ball, x=x, y=y)
         if grip.wall is None:
             return AddWall(step=step, start=grip.pressed, to=at, thickness=self.thickness)
@@ -195,17 +198,6 @@ class MoveTool:
         """Return whether what the mouse holds is still there: a key can undo what added it."""
         scene = self._scene
         return (grip.ball or 0) < len(scene.bodies) and (grip.wall is None or grip.wall < len(scene.walls))
-
-    def _position_of(self, ball: int) -> Vector:
-        x, y = self._playback.view.panes[self._pane].state.position[ball].tolist()
-        return x, y
-
-    def _place_of_ball(self, ball: int, position: Vector) -> Vector:
-        """Return the position nearest to another where a ball is inside the arena, if its walls stand."""
-        scene = self._scene
-        if not scene.arena.walls:
-            return position
-        return scene.arena.nearest_inside(position, float(scene.bodies.radius[ball]))
 
     # Drawing
 

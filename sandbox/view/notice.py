@@ -13,7 +13,7 @@ from pygame import Color, Rect, Surface
 
 from sandbox.errors import SandboxError
 from sandbox.view.display import Stopped
-from sandbox.view.primitives import first_lines, text_width, write
+from sandbox.view.primitives import first_lines, panel, text_width, write
 from sandbox.view.theme import GREEN, VERMILLION, readable, theme
 
 SECONDS_SHOWN: Final = 6.0
@@ -81,8 +81,7 @@ def draw_notice(surface: Surface, place: Rect, height: int, message: str, kind: 
     width = max(text_width(text, height) for text in lines) + chip_width + 3 * height
     card = Rect(0, 0, min(width, place.width), len(lines) * line + height)
     card.midbottom = place.midbottom
-    pygame.draw.rect(surface, theme.raised, card, border_radius=6)
-    pygame.draw.rect(surface, theme.dim, card, 1, border_radius=6)
+    panel(surface, card)
     left = card.x + height
     if sign:
         chip = Rect(left, card.y + height // 2, chip_width, line)
@@ -133,17 +132,12 @@ class Guard:
         except Exception as error:
             if self.strict:
                 raise
-            if name := part():
-                self._switch_off(name, error)
-            else:
-                LOG.exception("an event failed")
-                self._notice.show(f"That failed, and the run goes on: {error}", Kind.ERROR)
-
-    def _switch_off(self, name: str, error: Exception) -> None:
-        LOG.exception("%s failed", name)
-        self._failed.append(name)
-        text = f"{name} failed and is switched off, the run goes on; restart (R) shows it again: {error}"
-        self._notice.show(f"{text[0].upper()}{text[1:]}", Kind.ERROR)
+            name, text = part(), f"That failed, and the run goes on: {error}"
+            LOG.exception("%s failed", name or "an event")
+            if name:
+                self._failed.append(name)
+                text = f"{name} failed and is switched off, the run goes on; restart (R) shows it again: {error}"
+            self._notice.show(f"{text[0].upper()}{text[1:]}", Kind.ERROR)
 
     def try_again(self) -> None:
         """Show the parts again that failed."""

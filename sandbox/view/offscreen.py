@@ -219,7 +219,6 @@ def draw_picture(comparison: Comparison) -> Surface:
     surface = Surface(PICTURE_SIZE)
     surface.fill(theme.ground)
     layout = Layout(PICTURE_SIZE, scene.arena.size, len(comparison.runs))
-    panes = []
     end = Moment(
         step=len(comparison.time) - 1,
         time=float(comparison.time[-1]),
@@ -238,10 +237,7 @@ def draw_picture(comparison: Comparison) -> Surface:
         wall_impulse={name: wall_impulse(run.contacts, scene.arena.size) for name, run in comparison.runs.items()},
         energy_scale=comparison.energy_scale,
     )
-    for name, run in comparison.runs.items():
-        pane = Pane(end, name, create(name, scene, run.final))
-        pane.energy_at_start = float(run.energy[0])
-        panes.append(pane)
+    panes = [Pane(end, name, create(name, scene, run.final)) for name, run in comparison.runs.items()]
     draw_panes(surface, layout, panes, (), comparison.against, end.states.get(comparison.against))
     caption = f"{scene.title or scene.name}    seed {scene.seed}    {comparison.time[-1]:.2f} s"
     write(surface, caption, layout.status, theme.dim, layout.text_height)

@@ -3,6 +3,7 @@
 import math
 from collections import deque
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 from typing import Final
@@ -17,7 +18,7 @@ from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, State
 from sandbox.view import Layer
 from sandbox.view.primitives import MIN_DASHED, SMALLEST_TEXT, arrow, lettering, ring
-from sandbox.view.theme import contrast, palette, readable
+from sandbox.view.theme import Palette, contrast, palette, readable
 
 ARROW_SECONDS: Final = 0.2  # a velocity's arrow ends where the ball would be after so long
 MAX_WRITTEN: Final = 12  # contacts whose impulse is written next to them
@@ -34,29 +35,24 @@ MAX_CONTACTS: Final = 200  # kept at once, the latest
 LOCATED: Final = np.dtype([("time", "f8"), ("point", "f8", (2,)), ("normal", "f8", (2,)), ("impulse", "f8")])
 
 
+@dataclass(frozen=True)
 class Canvas:
     """A surface that shows a scene in some state.
 
-    scale: px of the surface for one px of the scene; origin: where the scene's is on it; text_height: px.
+    scale: px of the surface for one px of the scene; text_height: px; origin: where the scene's is on it.
     """
 
-    def __init__(
-        self,
-        surface: Surface,
-        scene: Scene,
-        state: State,
-        *,
-        scale: float,
-        text_height: int,
-        origin: Vector = (0.0, 0.0),
-    ) -> None:
-        self.surface = surface
-        self.scene = scene
-        self.state = state
-        self.scale = scale
-        self.origin = origin
-        self.text_height = text_height
-        self.palette = palette(scene.arena.background)
+    surface: Surface
+    scene: Scene
+    state: State
+    scale: float
+    text_height: int
+    origin: Vector = (0.0, 0.0)
+
+    @property
+    def palette(self) -> Palette:
+        """The colours on the scene's background."""
+        return palette(self.scene.arena.background)
 
     def at(self, position: Floats) -> Floats:
         """Turn positions in the scene, (..., 2) px, into places on the surface."""
@@ -128,10 +124,7 @@ class Overlay:
     """Draws layers on one pane's arena. ghosts: the reference's balls."""
 
     def __init__(self, canvas: Canvas, trail: Trail, contacts: RecentContacts, ghosts: State | None) -> None:
-        self._canvas = canvas
-        self._trail = trail
-        self._contacts = contacts
-        self._ghosts = ghosts
+        self._canvas, self._trail, self._contacts, self._ghosts = canvas, trail, contacts, ghosts
         self.surface, self.scene, self.palette = canvas.surface, canvas.scene, canvas.palette
         self._state, self._scale, self._at = canvas.state, canvas.scale, canvas.at
         self.width = max(1, round(canvas.text_height / 10))  # of lines, px

@@ -74,10 +74,8 @@ class Pane:
         self._live = live
         self.failure = engine.error if isinstance(engine, StoppingEngine | StoppedEngine) else None
         if isinstance(engine, PymunkEngine) and engine is not self._drawn:
-            self._drawn, self.debug_draw = (
-                engine,
-                DebugDraw(engine.space, moment.scene.colors, palette(moment.scene.arena.background).wall),
-            )
+            ink = palette(moment.scene.arena.background).wall
+            self._drawn, self.debug_draw = engine, DebugDraw(engine.space, moment.scene.colors, ink)
         if afresh or moment.scene is not self.scene:
             self._discs = Discs(moment.scene.bodies.radius, moment.scene.colors)
         self.step, self.scene, self._balls = moment.step, moment.scene, moment.balls
@@ -100,25 +98,19 @@ class Pane:
         return energy_in_words(self.error, self.energy_scale, self.scene.units, self.beside)
 
     @property
-    def signed_energy(self) -> str:
-        """The same as briefly as possible."""
-        error = self.error or 0.0
-        return f"{'-' if error < 0 else '+'}{_amount(error, self.energy_scale, self.scene.units)}"
-
-    @property
     def hand_text(self) -> str:
         """What mouse and edits have added to the energy; empty if nothing."""
-        if not self.work:
-            return ""
-        work = share_of_energy(self.work, self.energy_scale)
-        return _signed(work, self.energy_scale, self.scene.units)
+        return self._signed(share_of_energy(self.work, self.energy_scale)) if self.work else ""
 
     @property
     def loss_text(self) -> str:
         """What the engine has lost or made since the start, rightly or not."""
         change = share_of_energy(change_of_energy(self.energy, self.energy_at_start, self.work), self.energy_scale)
-        change = 0.0 if abs(change) < MIN_CHANGE else change
-        return _signed(change, self.energy_scale, self.scene.units)
+        return self._signed(0.0 if abs(change) < MIN_CHANGE else change)
+
+    def _signed(self, energy: float) -> str:
+        units = self.scene.units
+        return f"{energy:+,.3g} %" if self.energy_scale else units.text(Dimension.ENERGY, "{:+,.3g}", energy)
 
     def recolour(self) -> None:
         """Draw in the colours of the theme."""
@@ -141,10 +133,12 @@ class Pane:
         engine they are.
         """
         inside, scale, origin = surface.subsurface(layout.arenas[index]), layout.scale, layout.origin
-        canvas = Canvas(inside, self.scene, self.state, scale=scale, text_height=layout.text_height, origin=origin)
+        canvas = Canvas(inside, self.scene, self.state, scale, layout.text_height, origin)
         overlay = Overlay(canvas, self.trail, self.recent_contacts, ghosts)
         fill(inside, overlay.palette.ground)
-        self._draw_frame(surface, layout.arenas[index])
+        edge = EDGE if self.scene.arena.walls else 1
+        frame = layout.arenas[index].inflate(2 * edge, 2 * edge)
+        pygame.draw.rect(surface, theme.wall, frame, edge, border_radius=edge)
         for layer, draw in BELOW_BALLS.items():
             if layer in showing:
                 draw(overlay)
@@ -175,7 +169,9 @@ class Pane:
         energy = "the reference" if self.is_reference else self.energy_text
         beside = place.right - left - text_width(self.name, height, bold=True) - height
         if is_off:
-            sizes = (energy, energy.partition(" than")[0], self.signed_energy)
+            error = self.error or 0.0
+            briefly = f"{'-' if error < 0 else '+'}{_amount(error, self.energy_scale, self.scene.units)}"
+            sizes = (energy, energy.partition(" than")[0], briefly)
             energy = next((text for text in sizes if text_width(text, height, bold=True) <= beside), sizes[-1])
         room = place.right - left - (text_width(energy, height, bold=is_off) + height if is_off else 0)
         name = shortened(self.name, max(room, 3 * height), height)
@@ -184,23 +180,14 @@ class Pane:
         line = Rect(left, place.y, place.right - left, place.height)
         if text_width(energy, height, bold=is_off) <= line.width:
             left = write(surface, energy, line, colour if is_off else theme.dim, height, bold=is_off)
-        remarks = [f"outlines: {outlined}"] * bool(outlined) + [BATCH] * self.draws_batch + [PLAIN] * self.plain
+        is_batch = self.debug_draw is not None and self._live and self.debug_draw.is_batch
+        remarks = [f"outlines: {outlined}"] * bool(outlined) + [BATCH] * is_batch + [PLAIN] * self.plain
         for remark in remarks:
             width = text_width(remark, height)
             if left + height + width <= place.right:
                 place.width -= width
                 write(surface, remark, Rect(place.right, place.y, width + 1, place.height), theme.dim, height)
                 place.width -= height
-
-    @property
-    def draws_batch(self) -> bool:
-        """Whether Pymunk's debug-draw has too many shapes, so that a batch draws them."""
-        return self.debug_draw is not None and self._live and self.debug_draw.is_batch
-
-    def _draw_frame(self, surface: Surface, arena: Rect) -> None:
-        """Draw the arena's walls as a frame, or its edge as a thin line."""
-        edge = EDGE if self.scene.arena.walls else 1
-        pygame.draw.rect(surface, theme.wall, arena.inflate(2 * edge, 2 * edge), edge, border_radius=edge)
 
 
 def energy_in_words(error: float, scale: float, units: Units, beside: str) -> str:
@@ -220,10 +207,6 @@ def _amount(error: float, scale: float, units: Units) -> str:
     """Return the size of an error of energy, with its unit."""
     size = abs(error) if scale else units.factor(Dimension.ENERGY) * abs(error)
     return f"{f'{size:,.0f}' if size >= 9.95 else f'{size:.2g}'} {'%' if scale else units.name(Dimension.ENERGY)}"
-
-
-def _signed(energy: float, scale: float, units: Units) -> str:
-    return f"{energy:+,.3g} %" if scale else units.text(Dimension.ENERGY, "{:+,.3g}", energy)
 
 
 def draw_failure_card(surface: Surface, layout: Layout, place: Rect, error: EngineError | LimitReached) -> None:

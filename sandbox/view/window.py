@@ -95,7 +95,14 @@ class Window:
         self.header = Header(lambda: self.scene, self.do, self.is_on, lambda: self.recorder.seconds)
         self.palette = ToolPalette(self.mouse, self.do)
         self.timeline = Timeline(self.playback, self.do, lambda: self.messages.clock)
-        self.panel = SidePanel(self._pages(), self.widgets)
+        pages: dict[Panel, Page] = {
+            Panel.SCENE: ScenePage(self.playback, self.editor, self.snapshots, self.do),
+            Panel.BALLS: BallsPage(self.playback, self.editor, self.mouse, self.notice),
+            Panel.ENGINES: EnginesPage(self.line_up),
+            Panel.WHY: self.why,
+            Panel.SHOW: ShowPage(self.do, self.is_on),
+        }
+        self.panel = SidePanel(pages, self.widgets)
         self.actions = self._actions()
         self.screen = open_window(caption(scene))
         self._fit_column()
@@ -147,18 +154,6 @@ class Window:
 
     def _fit_column(self) -> None:
         self.panel.fit(is_wide=self.screen.get_width() >= WIDE * self.text_height)
-
-    def _pages(self) -> dict[Panel, Page]:
-        return {
-            Panel.SCENE: ScenePage(self.playback, self.editor, self.snapshots, self.do),
-            Panel.BALLS: BallsPage(self.playback, self.editor, self.mouse, self.notice),
-            Panel.ENGINES: EnginesPage(self.line_up),
-            Panel.WHY: self.why,
-            Panel.SHOW: ShowPage(self.do, self.is_on),
-        }
-
-    def _inspects(self) -> bool:
-        return self.panel.open is Panel.BALLS
 
     def _states(self) -> dict[Action, Callable[[], bool]]:
         """Return whether what an action turns on and off is on."""
@@ -215,8 +210,8 @@ class Window:
         return self._actions_of_run() | {
             Action.PREVIOUS_CONTACT: partial(self._show_contact, -1),
             Action.NEXT_CONTACT: partial(self._show_contact, 1),
-            Action.SELECT_PREVIOUS: lambda: self.editor.select_next(-1, with_walls=self._inspects()),
-            Action.SELECT_NEXT: lambda: self.editor.select_next(1, with_walls=self._inspects()),
+            Action.SELECT_PREVIOUS: lambda: self.editor.select_next(-1, with_walls=self.panel.open is Panel.BALLS),
+            Action.SELECT_NEXT: lambda: self.editor.select_next(1, with_walls=self.panel.open is Panel.BALLS),
             Action.NEXT_CHART: lambda: charts(self.view.charts.show_next),
             Action.SCALE: lambda: charts(self.view.charts.toggle_scale),
             Action.LARGER_TEXT: partial(self._change_text, 1),
@@ -259,8 +254,7 @@ class Window:
         if self._system.follow():
             self.view.recolour()
             self._outdated = True
-        again = self.key_repeat.due(seconds)
-        if again:
+        if again := self.key_repeat.due(seconds):
             with self._stoppable():
                 self._on_press(again)
         compiling = self.messages.follow_compilation()
@@ -306,8 +300,7 @@ class Window:
     def _part_at_work(self) -> str:
         """Return the page whose widget handles an event, or nothing if something else does."""
         widget = self.widgets.at_work
-        is_in_column = widget is not None and all(widget is not other for other, _ in self._in_rows)
-        return self._page_name if is_in_column else ""
+        return self._page_name if widget and widget not in dict(self._in_rows) else ""
 
     def _handle(self, event: Event) -> None:
         self.mouse.track(event)
@@ -328,16 +321,15 @@ class Window:
         else:
             if event.type == pygame.MOUSEBUTTONDOWN:
                 self.notice.go_stale()
-            if event.type == pygame.MOUSEWHEEL and self._is_over_panel:
+            point = self.mouse.point
+            if event.type == pygame.MOUSEWHEEL and point and self.layout.panel.collidepoint(point):
                 self.panel.scroll(event.y)
             elif not self.widgets.on_event(event, self._placed):
                 self.mouse.on_event(event)
 
     def _repeats(self, event: Event) -> bool:
         """Return whether a key is repeated while it is held."""
-        if self.scenes.picker:
-            return event.key not in (*ENTER, pygame.K_ESCAPE)
-        if self.widgets.is_typed_into or (self.widgets.focus and event.key in ARROWS):
+        if self.scenes.picker or self.widgets.is_typed_into or (self.widgets.focus and event.key in ARROWS):
             return event.key not in (*ENTER, pygame.K_ESCAPE)
         control = control_of(event)
         return control is not None and control.repeats
@@ -387,8 +379,7 @@ class Window:
         """Show the next contact that differs, or the previous one; first of all, open the page that finds them."""
         self.panel.show(Panel.WHY)
         if not self.why.show_next(by):
-            order = "later" if by > 0 else "earlier"
-            self.notice.show(f"no {order} contact differs, as far as it is compared")
+            self.notice.show(f"no {'later' if by > 0 else 'earlier'} contact differs, as far as it is compared")
 
     def _save_picture(self) -> None:
         self.draw()  # a window that has just got another size is black
@@ -421,12 +412,8 @@ class Window:
         elif self.notice.text in (QUIT_HINT, UNSAVED_HINT):
             self.running = False
         else:
-            self.notice.show(UNSAVED_HINT if self._has_unsaved_edits else QUIT_HINT)
-
-    @property
-    def _has_unsaved_edits(self) -> bool:
-        inputs = self.view.session.inputs
-        return bool(inputs) and self.saver.saved != inputs
+            inputs = self.view.session.inputs
+            self.notice.show(UNSAVED_HINT if inputs and [*self.saver.saved] != inputs else QUIT_HINT)
 
     # Drawing
 
@@ -476,34 +463,25 @@ class Window:
     def _page_name(self) -> str:
         return f"the page {self.panel.open.value}" if self.panel.open else "the column"
 
-    @property
-    def _is_over_panel(self) -> bool:
-        return self.mouse.point is not None and self.layout.panel.collidepoint(self.mouse.point)
-
     def draw(self) -> None:
         """Draw everything."""
-        self._show_cursor()
-        self.cards.marks_selection = not self._inspects()
-        if (ball := self.editor.selected) is not None:
-            self.view.charts.follow(self.view.moment.balls[ball])
-        layout, placed = self.layout, self._placed
-        if self.screen.get_size() == layout.window:
-            self._draw_on(self.screen, layout, placed)
-        else:
-            whole = Surface(layout.window)
-            self._draw_on(whole, layout, placed)
-            self.screen.blit(whole, (0, 0))
-        pygame.display.set_caption(caption(self.scene))
-        self._drawn = self.view.moment, self.view.charts.moment, self.status
-        self._outdated = self.scenes.picker is not None and not self.scenes.picker.is_complete
-
-    def _show_cursor(self) -> None:
         over_panes = not self.scenes.picker and self.widgets.over is None
         cursor = self.mouse.cursor if over_panes else pygame.SYSTEM_CURSOR_ARROW
         if cursor != self._cursor:
             self._cursor = cursor
             with suppress(pygame.error):  # a screen in memory has no pointers
                 pygame.mouse.set_cursor(cursor)
+        self.cards.marks_selection = self.panel.open is not Panel.BALLS
+        if (ball := self.editor.selected) is not None:
+            self.view.charts.follow(self.view.moment.balls[ball])
+        layout, placed = self.layout, self._placed
+        whole = self.screen if self.screen.get_size() == layout.window else Surface(layout.window)
+        self._draw_on(whole, layout, placed)
+        if whole is not self.screen:
+            self.screen.blit(whole, (0, 0))
+        pygame.display.set_caption(caption(self.scene))
+        self._drawn = self.view.moment, self.view.charts.moment, self.status
+        self._outdated = self.scenes.picker is not None and not self.scenes.picker.is_complete
 
     def _draw_on(self, surface: Surface, layout: Layout, placed: Sequence[Placed]) -> None:
         """Draw everything on a surface of the layout's size. placed: the widgets with their places."""

@@ -145,7 +145,7 @@ def test_a_drag_in_the_charts_or_in_the_time_bar_goes_to_that_time_and_pauses(wi
     layout = window.layout
     assert bool(layout.strip.height) == charts
     if charts:
-        plot = window.view.charts.places(layout.strip, layout.text_height).plot
+        plot = window.view.charts.plot(layout.strip, layout.text_height)
         places = {
             at: (layout.strip.x + plot.x + round(at / 20 * plot.width), layout.strip.centery) for at in (0.5, 1, 9)
         }
