@@ -45,7 +45,7 @@ class Messages:
     def status(self, recorded: float | None) -> str:
         """Return all that the window says of time and of what was done last. recorded: s, or None."""
         playback = self._playback
-        speed = "paused" if playback.paused else playback.pace.text(playback.speed)
+        speed = "paused" if playback.paused else playback.speed_text
         video = "" if recorded is None else f"    {recorded:.1f} s"
         time, note = playback.view.moment.time, playback.view.charts.note
         return f"{time:.2f} s    {speed}{video}    {note}    {self._progress or self._notice.text}"

@@ -92,6 +92,10 @@ class Editor:
         """The pane in which something was selected, if it is still there."""
         return min(self._pane, len(self._playback.view.panes) - 1)
 
+    def show_in(self, pane: int) -> None:
+        """Let what is selected be shown as it is in another pane."""
+        self._pane = pane
+
     @property
     def selected_wall(self) -> int | None:
         """The number of the selected wall, see `Scene.wall_numbers`, if it stands."""
@@ -102,10 +106,6 @@ class Editor:
         """The number of the selected wall among the scene's own, unless it is one of the arena's."""
         wall = self.selected_wall
         return wall - len(ARENA_WALLS) if wall is not None and wall >= len(ARENA_WALLS) else None
-
-    def show_in(self, pane: int) -> None:
-        """Let what is selected be shown as it is in another pane."""
-        self._pane = pane
 
     def select_wall(self, wall: int) -> None:
         """Select a wall by its number, see `Scene.wall_numbers`."""
@@ -286,13 +286,9 @@ class Editor:
         self._playback.settle()  # the moment shown may be another step's, with another gravity sideways
         self.give(SetGravity(step=self._step, gravity=(self._moment.scene.gravity[0], gravity)))
 
-    def heat(self) -> None:
-        """Give every ball more energy of motion."""
-        self.give(Heat(step=self._step, factor=1 + SHARE))
-
-    def cool(self) -> None:
-        """Take from every ball some energy of motion."""
-        self.give(Heat(step=self._step, factor=1 - SHARE))
+    def heat(self, share: float) -> None:
+        """Give every ball a share of its energy of motion, or take it if negative."""
+        self.give(Heat(step=self._step, factor=1 + share))
 
     def rate(self) -> float:
         """Return the steps per second."""

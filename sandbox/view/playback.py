@@ -255,6 +255,11 @@ class Playback:
 
     # Speed
 
+    @property
+    def speed_text(self) -> str:
+        """The speed asked for, and the measured one if the machine does not keep up."""
+        return speed_text(self.speed) if self.paused else self.pace.text(self.speed)
+
     def pause(self) -> None:
         """Pause or resume."""
         self.paused = not self.paused

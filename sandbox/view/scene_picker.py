@@ -151,17 +151,14 @@ class ScenePicker:
         elif event.type == pygame.MOUSEWHEEL:
             self._scroll_to(self._first_row - event.y)
         elif event.type == pygame.MOUSEMOTION:
-            self._on_motion(event)
+            self._drags_bar = self._drags_bar and bool(event.buttons[0])
+            over = self._tile_at(event.pos)
+            if self._drags_bar:
+                self._scroll_by_bar(event.pos[1])
+            elif over is not None:
+                self.chosen = over
         elif event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
             self._on_click(event.pos)
-
-    def _on_motion(self, event: Event) -> None:
-        self._drags_bar = self._drags_bar and bool(event.buttons[0])
-        over = self._tile_at(event.pos)
-        if self._drags_bar:
-            self._scroll_by_bar(event.pos[1])
-        elif over is not None:
-            self.chosen = over
 
     def _on_click(self, point: tuple[int, int]) -> None:
         over = self._tile_at(point)
@@ -193,8 +190,11 @@ class ScenePicker:
             self._toggle_truths()
         elif event.key in moves:
             self._select(self.chosen + moves[event.key])
-        elif event.key in rows:
-            self._move_rows(rows[event.key])
+        elif event.key in rows and self.rows:
+            row = self._row_of(self.chosen)
+            across = self.chosen - self.rows[row].indices.start
+            to = self.rows[max(0, min(row + rows[event.key], len(self.rows) - 1))].indices
+            self._select(min(to.start + across, to.stop - 1))
         elif event.key == pygame.K_BACKSPACE:
             self._type(self.typed[:-1])
         elif event.unicode and event.unicode.isprintable():
@@ -217,13 +217,6 @@ class ScenePicker:
         while self._first_row < row and self._top(row + 1) - self._top(self._first_row) > self.view.height:
             self._first_row += 1
         self._first_row = min(self._first_row, row)
-
-    def _move_rows(self, by: int) -> None:
-        rows, row = self.rows, self._row_of(self.chosen)
-        if rows:
-            across = self.chosen - rows[row].indices.start
-            to = rows[max(0, min(row + by, len(rows) - 1))].indices
-            self._select(min(to.start + across, to.stop - 1))
 
     def _choose_current(self) -> None:
         if self.found:

@@ -11,7 +11,7 @@ from pygame import Color, Rect, Surface
 from sandbox.engines import REFERENCE, Engine, default_engines
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.engines.stopping import StoppedEngine, StoppingEngine
-from sandbox.errors import EngineError, LimitReached
+from sandbox.errors import EngineError
 from sandbox.report.run_so_far import Marks
 from sandbox.run.edits import edited_scenes
 from sandbox.run.inputs import Input
@@ -155,7 +155,11 @@ class Pane:
         if self._held is not None:
             overlay.pull(self._held, self._target)
         if self.failure:
-            draw_failure_card(surface, layout, layout.arenas[index], self.failure)
+            place, height = layout.arenas[index], layout.text_height
+            failed = f"failed at {self.failure.time:.3f} s, and " if isinstance(self.failure, EngineError) else ""
+            text = f"{failed}stands still: {self.failure}"
+            lines = first_lines(text, place.width - 4 * height, height, MAX_FAILURE_LINES, "    ")
+            card(surface, [[line] for line in lines], place.topleft, height, place)
         self._draw_title(surface, layout, index, colour, outlined)
 
     def _draw_title(self, surface: Surface, layout: Layout, index: int, colour: Color, outlined: str) -> None:
@@ -207,15 +211,6 @@ def _amount(error: float, scale: float, units: Units) -> str:
     """Return the size of an error of energy, with its unit."""
     size = abs(error) if scale else units.factor(Dimension.ENERGY) * abs(error)
     return f"{f'{size:,.0f}' if size >= 9.95 else f'{size:.2g}'} {'%' if scale else units.name(Dimension.ENERGY)}"
-
-
-def draw_failure_card(surface: Surface, layout: Layout, place: Rect, error: EngineError | LimitReached) -> None:
-    """Draw in the place of an arena why its engine failed or reached a limit, and when."""
-    height = layout.text_height
-    how = f"failed at {error.time:.3f} s, and stands still" if isinstance(error, EngineError) else "stands still"
-    text = f"{how}: {error}"
-    lines = first_lines(text, place.width - 4 * height, height, MAX_FAILURE_LINES, "    ")
-    card(surface, [[line] for line in lines], place.topleft, height, place)
 
 
 def draw_panes(

@@ -203,9 +203,8 @@ class ScenePage:
             editor.set_gravity(value / self._scene.units.factor(Dimension.ACCELERATION))
 
         self._gravity = Slider("gravity", GRAVITIES, gravity, set_gravity)
-        self._elasticity = Slider(
-            "elasticity", ELASTICITIES, editor.elasticity, editor.set_elasticity, "elasticity of every pair"
-        )
+        pairs = "elasticity of every pair"
+        self._elasticity = Slider("elasticity", ELASTICITIES, editor.elasticity, editor.set_elasticity, pairs)
         self._steps = Slider("steps", RATES, editor.rate, editor.set_rate, "steps per second", " per second")
         self._buttons = [
             [action_button("Cool", Action.COOL, do), action_button("Heat", Action.HEAT, do)],
@@ -223,8 +222,7 @@ class ScenePage:
         scene = self._scene
         self._title.text, self._about.text = scene.title or scene.name, scene.about
         balls = len(scene.bodies)
-        self._facts.text = f"{balls:,} ball{'s' * (balls != 1)}, seed {scene.seed}"
-        self._facts.colour = theme.dim
+        self._facts.text, self._facts.colour = f"{balls:,} ball{'s' * (balls != 1)}, seed {scene.seed}", theme.dim
         unit = scene.units.name(Dimension.ACCELERATION)
         self._gravity.does, self._gravity.unit = f"gravity downwards, {unit}", f" {unit}"
         self._gravity.values = [PER_METRE.get(scene.units.length, PIXELS_PER_METRE) * value for value in GRAVITIES]

@@ -122,7 +122,7 @@ class Timeline:
             ]
         )
         self._clock = action_button("", Action.STOPWATCH, do, is_on=lambda: playback.stopwatch is not None, said=time)
-        speeds = Menu(self._speed_text, self._speeds, "how fast time passes  (+ and -)", widest=WIDEST)
+        speeds = Menu(lambda: playback.speed_text, self._speeds, "how fast time passes  (+ and -)", widest=WIDEST)
         self._after = WidgetRow([], [action_button(f"{RIGHT}|", Action.GO_TO_END, do), speeds])
         tabs = [self._tab(instrument) for instrument in TABS]
         more = Menu(self._more_text, self._others, "choose another chart  (1: the next one)", self._shows_other)
@@ -143,11 +143,6 @@ class Timeline:
     @property
     def _charts(self) -> Charts:
         return self._playback.view.charts
-
-    def _speed_text(self) -> str:
-        """Return the speed asked for, and the measured one if the machine does not keep up."""
-        playback = self._playback
-        return speed_text(playback.speed) if playback.paused else playback.pace.text(playback.speed)
 
     def _speeds(self) -> list[Item]:
         playback = self._playback

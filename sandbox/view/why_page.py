@@ -61,9 +61,8 @@ class WhyPage:
         self._made_of: object = None  # what the rows were made of
         self._words: dict[str, Words] = {}  # in the rows, by their text: those that stay keep the keyboard
         self._button = cache(self._make_button)
-        self._page_button = TextButton(
-            "", self.make_page, "write this comparison as a page, and open it", refusal=self._why_no_page
-        )
+        does = "write this comparison as a page, and open it"
+        self._page_button = TextButton("", self.make_page, does, refusal=self._why_no_page)
         self._headline = Words("", bold=True, scale=1.3)
         self._row_of_buttons = [
             action_button(f"{LEFT} Previous", Action.PREVIOUS_CONTACT, do),

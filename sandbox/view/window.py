@@ -20,7 +20,7 @@ from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.compilation import Compilation
 from sandbox.view.controls import EDITS, Action, Panel, control_of
 from sandbox.view.display import KeyRepeat, PendingEvents, Stopped, caption, open_window, set_mode
-from sandbox.view.editor import Editor
+from sandbox.view.editor import SHARE, Editor
 from sandbox.view.engines_page import EnginesPage, LineUp
 from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, layout_of
 from sandbox.view.mouse_tool import ZOOM_FACTOR, MouseTool, ToolPalette
@@ -197,8 +197,8 @@ class Window:
             Action.ADD_BALL: self.mouse.add_ball,
             Action.DELETE_BALL: self.mouse.delete_ball,
             Action.NEXT_TOOL: self.mouse.choose_next,
-            Action.COOL: self.editor.cool,
-            Action.HEAT: self.editor.heat,
+            Action.COOL: partial(self.editor.heat, -SHARE),
+            Action.HEAT: partial(self.editor.heat, SHARE),
             Action.USE_IMPULSE: self.line_up.use_impulse,
             Action.SHOW_ALL: self.mouse.show_all,
             Action.ZOOM_IN: partial(self.mouse.zoom_by, ZOOM_FACTOR),

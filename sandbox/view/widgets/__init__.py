@@ -89,13 +89,6 @@ class Pressable(Widget):
         return event.key in ENTER
 
 
-def draw_fold(surface: Surface, centre: tuple[int, int], size: int, *, is_open: bool) -> None:
-    """Draw a triangle that points down if something is unfolded, else to the right. size: half its width, px."""
-    x, y = centre
-    tips = [(-1, -0.5), (1, -0.5), (0, 0.7)] if is_open else [(-0.5, -1), (-0.5, 1), (0.7, 0)]
-    pygame.draw.polygon(surface, theme.dim, [(x + size * across, y + size * down) for across, down in tips])
-
-
 def draw_ground(surface: Surface, place: Rect, colour: Color, text_height: int, *, hot: bool) -> None:
     """Draw what a widget stands on, with a stronger edge while the mouse or the keyboard is on it."""
     radius = round(0.4 * text_height)

@@ -8,9 +8,9 @@ import pygame
 from pygame import Color, Rect, Surface
 from pygame.event import Event
 
-from sandbox.view.primitives import fitting, line_sample, panel, text_width, wrapped, write
+from sandbox.view.primitives import fitting, panel, text_width, wrapped, write
 from sandbox.view.theme import readable, theme
-from sandbox.view.widgets import ENTER, Pressable, draw_fold, draw_ground
+from sandbox.view.widgets import ENTER, Pressable, draw_ground
 
 LINE: Final = 1.7  # height of an item, in heights of the text
 
@@ -142,13 +142,18 @@ class Heading(Pressable):
         draw_ground(surface, place, theme.raised, text_height, hot=hot)
         step, pad = round(1.3 * text_height), text_height // 2
         line = Rect(place.x + pad, place.y + (place.height % step) // 2, place.width - 3 * pad, step)
-        line_sample(surface, Rect(line.x, line.y, 2 * text_height, step), self.colour, self.ground, text_height)
+        sample = Rect(line.x, line.centery - text_height // 2, 2 * text_height, text_height)
+        surface.fill(self.ground, sample)
+        thick = max(3, text_height // 4)
+        surface.fill(self.colour, (sample.x, sample.centery - thick // 2, sample.width, thick))
         line.x += 2 * text_height + pad
         line.width = place.right - 3 * pad - line.x
         for text in self._lines(place.width, text_height):
             write(surface, text, line, theme.ink, text_height)
             line.y += step
-        draw_fold(surface, (place.right - 2 * pad, place.centery), text_height // 4, is_open=self.is_open)
+        tips = [(-1, -0.5), (1, -0.5), (0, 0.7)] if self.is_open else [(-0.5, -1), (-0.5, 1), (0.7, 0)]
+        x, y, half = place.right - 2 * pad, place.centery, text_height // 4
+        pygame.draw.polygon(surface, theme.dim, [(x + half * across, y + half * down) for across, down in tips])
 
 
 @dataclass(frozen=True)
