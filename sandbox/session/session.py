@@ -372,7 +372,6 @@ class Session:
         return False
 
     def _step(self) -> None:
-        """Do a step in every engine."""
         if self.waits:
             self.collect(None)
         self.lockstep.step()

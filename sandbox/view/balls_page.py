@@ -77,7 +77,6 @@ class BallTable(Widget):
     select: Callable[[int], None]
     sorted_by: str = ""  # a column, or nothing: by number
     falling: bool = False  # from the largest
-    width: float = 5.0
 
     takes_keys = False
     _line = _text_height = 1  # px

@@ -113,7 +113,6 @@ class ContactMark:
     # The velocities
 
     def _arrows(self, before: Velocities | None, after: Velocities | None, colour: Color) -> Iterator["Arrow"]:
-        """Yield the arrows of both balls, if they move."""
         for velocities, is_before in ((before, True), (after, False)):
             for ball, velocity in zip(self._difference.balls, velocities or (), strict=False):
                 radius, speed = float(self._scene.bodies.radius[ball]) * self._scale, math.hypot(*velocity)
@@ -196,7 +195,6 @@ class ContactPicture(Widget):
     state: State
     difference: Difference
     colour: Color
-    width: float = 5.0
 
     takes_keys = False
 

@@ -13,9 +13,7 @@ from pymunk.pygame_util import DrawOptions
 from pymunk.space_debug_draw_options import SpaceDebugColor
 
 from sandbox.scene.fields import Vector, rgb
-from sandbox.scene.model import Scene
-from sandbox.state import State
-from sandbox.view.primitives import Discs, capsule, draw_wall, draw_walls, thin_lines
+from sandbox.view.primitives import Discs, capsule, draw_wall, thin_lines
 
 MAX_SHAPES: Final = 300  # that `Space.debug_draw` draws; it calls Python for each, which takes 8 ms for so many
 POINT_LENGTH: Final = 2.0  # px of the space, by which Pymunk lengthens the line between a contact's two points
@@ -59,17 +57,9 @@ class DebugDraw:
         """Whether there are too many shapes for Pymunk's debug-draw."""
         return not self.plain and len(self._space.shapes) > MAX_SHAPES
 
-    def draw(
-        self, surface: Surface, scale: float, past: tuple[Scene, State] | None = None, origin: Vector = (0.0, 0.0)
-    ) -> None:
-        """Draw the space on a surface. scale: px of the surface for one px of the space; origin: where its own is.
-
-        past: the scene and where its balls are, which are drawn without contacts; by default those that are there now.
-        """
-        if past is not None:
-            draw_walls(surface, past[0], past[1].time, scale, origin)
-            Discs(past[0].bodies.radius, past[0].colors).draw(surface, past[1].position, scale, past[1].angle, origin)
-        elif self.is_batch:
+    def draw(self, surface: Surface, scale: float, origin: Vector = (0.0, 0.0)) -> None:
+        """Draw the space on a surface. scale: px of the surface for one px of the space; origin: where its own is."""
+        if self.is_batch:
             self._draw_batch(surface, scale, origin)
         else:
             options = self._stock if self.plain else self._smooth

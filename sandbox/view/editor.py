@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -36,16 +36,7 @@ ARENA_WALL: Final = (
     "the arena's walls cannot be changed here: they stand at its edges, with the elasticity and friction "
     "under [arena] in the scene's file"
 )
-
-
 SHARE: Final = 0.1  # of each ball's energy of motion, that a press of the heater gives or takes
-
-
-class Replacement(NamedTuple):
-    """Engines that were replaced. edits: of the run before; engines: that ran then."""
-
-    edits: int
-    engines: Sequence[str]
 
 
 class Editor:
@@ -61,7 +52,7 @@ class Editor:
         self._playback = playback
         self._notice = notice
         self._use_engines = use_engines
-        self._replaced: list[Replacement] = []
+        self._replaced: list[tuple[int, Sequence[str]]] = []  # engines, and how many edits the run had with them
         self.new_ball: dict[str, float] = {}
         self.select(None)
 
@@ -215,7 +206,7 @@ class Editor:
             self._note_replaced(edits, before, said)
 
     def _note_replaced(self, edits: int, engines: Sequence[str], said: str) -> None:
-        self._replaced.append(Replacement(edits, engines))
+        self._replaced.append((edits, engines))
         self._notice.show(f"{said}. Undo brings it back.")
 
     @staticmethod
@@ -235,20 +226,18 @@ class Editor:
 
     @property
     def _edits(self) -> int:
-        """How many edits the run has so far."""
         return sum(isinstance(each, Edit) for each in self._playback.session.inputs)
 
     def undo(self) -> None:
         """Undo the last throw or edit. If it had replaced engines, they run again."""
         self._playback.undo()
-        if self._replaced and self._edits <= self._replaced[-1].edits:
-            self._use_engines(self._replaced.pop().engines)
+        if self._replaced and self._edits <= self._replaced[-1][0]:
+            self._use_engines(self._replaced.pop()[1])
 
     def redo(self) -> None:
         """Redo what was undone last, in engines that can run it."""
         before = self._playback.session.names
-        edit = self._playback.session.next_redo
-        names, said = before, ""
+        edit, names, said = self._playback.session.next_redo, before, ""
         if isinstance(edit, Edit):
             with self._notice.reporting():
                 names, said = self._names_for(edit.change_scene(self._moment.scene), before)
@@ -314,10 +303,10 @@ def _near_the_middle(moment: Moment, radius: float) -> Vector:
         np.arange(radius, side - radius * (1 - 1e-9), max(radius, side / 100)).tolist() for side in (width, height)
     )
     positions = sorted(((x, y) for x in columns for y in rows), key=lambda at: math.dist(at, (width / 2, height / 2)))
-    found = next((position for position in positions if _is_free(moment, position, radius)), None)
-    if found is None:
-        raise SandboxError("there is no room for another ball")
-    return found
+    for position in positions:
+        if _is_free(moment, position, radius):
+            return position
+    raise SandboxError("there is no room for another ball")
 
 
 def _is_free(moment: Moment, position: Vector, radius: float) -> bool:

@@ -94,6 +94,7 @@ class Choice:
     refusal: str
 
 
+@dataclass
 class LineUp:
     """The engines that run, in the order of their panes.
 
@@ -101,13 +102,12 @@ class LineUp:
     notice, and changes nothing.
     """
 
-    def __init__(self, playback: Playback, notice: Notice, use: Callable[[Sequence[str]], None]) -> None:
-        self._playback = playback
-        self._notice = notice
-        self._use = use
-        self._ever: list[str] = []  # engines that have run in this window, in files of their own too
-        self._choices: list[Choice] = []
-        self._choices_for: object = None  # the scene, edits and engines of these
+    _playback: Playback
+    _notice: Notice
+    _use: Callable[[Sequence[str]], None]
+    _ever: Sequence[str] = ()  # engines that have run in this window, in files of their own too
+    _choices: Sequence[Choice] = ()
+    _choices_for: object = None  # the scene, edits and engines of these
 
     @property
     def names(self) -> list[str]:
@@ -173,7 +173,7 @@ class LineUp:
     # Choices
 
     @property
-    def choices(self) -> list[Choice]:
+    def choices(self) -> Sequence[Choice]:
         """Every engine by its name, and those in files that have run in this window.
 
         While Pymunk runs, another one has other settings.
@@ -248,7 +248,6 @@ class EnginesPage:
 
     @property
     def _name(self) -> str:
-        """The engine of the unfolded pane."""
         return "" if self._open == NONE else self._line_up.names[self._open]
 
     @property
@@ -273,7 +272,6 @@ class EnginesPage:
         return Heading("", theme.ink, theme.ground, partial(self._fold, pane), "show or hide its settings")
 
     def _unfolded(self) -> Sequence[Sequence[Widget]]:
-        """Return the rows below the heading of the unfolded pane."""
         rows: list[Sequence[Widget]] = [self._buttons]
         if self._exchanging:
             rows += [*self._choice_rows(self._exchange), [self._spec]]

@@ -253,15 +253,19 @@ class MouseTool:
             self._editor.copy(position) if self.copying else self._editor.add(position)
             self.copying = False
             return
+        ball, distance = self._nearest_to(pane, position)
         if self.tool is Tool.ERASE:
-            self._erase(pane, position)
+            wall = None if distance <= 0 else self.move.wall_at(position, self._reach)
+            if wall is not None:
+                self._editor.select_wall(wall)
+            if distance <= 0 or wall is not None:
+                self._editor.delete(ball if distance <= 0 else None)
             return
         if self._moves:
             self._playback.paused = True
         if self._moves and self.move.press(pane, position, self._reach):
             self._pressed_at = point
             return
-        ball, distance = self._nearest_to(pane, position)
         near = distance <= self._reach
         if near and not self._playback.paused:
             self._playback.give(Grab(step=self._playback.session.step, ball=ball, at=position))
@@ -276,18 +280,7 @@ class MouseTool:
                 self.move.hold_wall(wall, pane, position)
                 self._pressed_at = point
 
-    def _erase(self, pane: int, position: Vector) -> None:
-        """Delete the ball at a position in a pane, px of the scene, or else the wall there."""
-        nearest, distance = self._nearest_to(pane, position)
-        ball = nearest if distance <= 0 else None
-        wall = self.move.wall_at(position, self._reach)
-        if ball is None and wall is not None:
-            self._editor.select_wall(wall)
-        if ball is not None or wall is not None:
-            self._editor.delete(ball)
-
     def _drag(self, point: ScreenPoint) -> None:
-        """Pull what is held to a point of the screen."""
         position = self._layout().to_scene(self._pane, point)
         session, arena = self._playback.session, self._playback.view.moment.scene.arena
         if session.held is not None:
@@ -321,7 +314,6 @@ class MouseTool:
             self._go_to(view.charts.time_at(layout.strip, layout.text_height, point[0]))
 
     def _go_to(self, time: float) -> None:
-        """Pause, and go to a time (s)."""
         self._playback.paused = True
         self._playback.seek(self._playback.session.step_at(time))
 

@@ -100,23 +100,18 @@ Result = TypeVar("Result")
 class Guard:
     """Runs parts of the drawing; one that raises an exception is left out from then on, until `try_again`.
 
-    strict: whether exceptions are raised, as tests want it.
+    strict: whether exceptions are raised, as tests want it. failed: the parts that are left out.
     """
 
     strict = False
 
     def __init__(self, notice: Notice) -> None:
         self._notice = notice
-        self._failed: list[str] = []
-
-    @property
-    def failed(self) -> tuple[str, ...]:
-        """The parts that are switched off."""
-        return tuple(self._failed)
+        self.failed: tuple[str, ...] = ()
 
     def run(self, name: str, draw: Callable[..., Result], *given: object) -> Result | None:
         """Call what draws a part, or says where it is; nothing of it if that failed before."""
-        if name in self._failed:
+        if name in self.failed:
             return None
         with self.reporting(lambda: name):
             return draw(*given)
@@ -135,10 +130,10 @@ class Guard:
             name, text = part(), f"That failed, and the run goes on: {error}"
             LOG.exception("%s failed", name or "an event")
             if name:
-                self._failed.append(name)
+                self.failed += (name,)
                 text = f"{name} failed and is switched off, the run goes on; restart (R) shows it again: {error}"
             self._notice.show(f"{text[0].upper()}{text[1:]}", Kind.ERROR)
 
     def try_again(self) -> None:
         """Show the parts again that failed."""
-        self._failed.clear()
+        self.failed = ()

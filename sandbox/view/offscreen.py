@@ -112,13 +112,12 @@ def draw_start(surface: Surface, scene: Scene) -> None:
     """Draw a scene's start as large as a surface allows, at its left."""
     state = spawn(scene)
     scale = min(have / need for have, need in zip(surface.get_size(), scene.arena.size, strict=True))
-    arena = Rect(0, 0, max(1, round(scene.arena.size[0] * scale)), max(1, round(scene.arena.size[1] * scale)))
+    arena = Rect(0, 0, *(max(1, round(side * scale)) for side in scene.arena.size))
     arena.midleft = surface.get_rect().midleft
     inside = surface.subsurface(arena.clip(surface.get_rect()))
     inside.fill(palette(scene.arena.background).ground)
     draw_walls(inside, scene, state.time, scale)
-    discs = Discs(scene.bodies.radius, scene.colors)
-    discs.draw(inside, state.position, scale, state.angle)
+    Discs(scene.bodies.radius, scene.colors).draw(inside, state.position, scale, state.angle)
     pygame.draw.rect(surface, theme.wall, arena, 1)
 
 

@@ -150,10 +150,12 @@ class Overlay:
         """Draw where the balls were, in their colours, fainter the longer ago."""
         positions = self._trail.positions()
         lines = np.rint(self._at(positions)).astype(int).swapaxes(0, 1)
-        for start, end, share in _quarters(len(positions)):
-            for line, colour in zip(lines[:, start:end].tolist(), self.scene.colors, strict=True):
-                faded = self.palette.ground.lerp(self._visible(colour), share)
-                pygame.draw.lines(self.surface, faded, False, line, self.width)
+        cuts = [round(k * (len(positions) - 1) / 4) for k in range(5)]  # into four lines that meet
+        for k, (start, end) in enumerate(pairwise(cuts)):
+            for line, colour in zip(lines[:, start : end + 1].tolist(), self.scene.colors, strict=True):
+                if end > start:
+                    faded = self.palette.ground.lerp(self._visible(colour), (k + 1) / 4)
+                    pygame.draw.lines(self.surface, faded, False, line, self.width)
 
     def velocity(self) -> None:
         """Draw velocities."""
@@ -218,7 +220,7 @@ class Overlay:
             px = radius * self._scale
             height = max(SMALLEST_TEXT, min(round(px), self._canvas.text_height))
             has_room = 2 * px >= MIN_NUMBERED * height
-            text = lettering(str(number), contrast(colour) if has_room else self.palette.ink, height)
+            text = lettering(str(number), contrast(Color(*rgb(colour))) if has_room else self.palette.ink, height)
             centre = round(x), round(y if has_room else y - px - height / 2)
             if has_room:  # over the line that shows the ball's angle
                 pygame.draw.circle(self.surface, rgb(colour), centre, min(0.85 * height, px - 1))
@@ -272,9 +274,3 @@ def _line_colour(colour: tuple[int, int, int], ground: tuple[int, int, int]) -> 
     """Return a ball's colour, or the nearest that is visible as a thin line on a ground."""
     visible = readable(Color(*colour), Color(*ground), MIN_CONTRAST)
     return visible.r, visible.g, visible.b
-
-
-def _quarters(count: int) -> list[tuple[int, int, float]]:
-    """Cut a trail of some positions into four lines that meet: first position, end, and strength of colour."""
-    cuts = [round(k * (count - 1) / 4) for k in range(5)]
-    return [(a, b + 1, (k + 1) / 4) for k, (a, b) in enumerate(pairwise(cuts)) if b > a]

@@ -268,7 +268,6 @@ class ScenePicker:
 
     @property
     def _field(self) -> Rect:
-        """The place of what is typed."""
         left = self._window.x + self._pad
         return Rect(left, self.tick.y, self.tick.x - self._pad - left, 2 * self._text_height)
 

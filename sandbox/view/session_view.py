@@ -142,10 +142,9 @@ class Pane:
         for layer, draw in BELOW_BALLS.items():
             if layer in showing:
                 draw(overlay)
-        if self.debug_draw:
+        if self.debug_draw and self._live:
             self.debug_draw.plain = self.plain
-            past = None if self._live else (self.scene, self.state)
-            self.debug_draw.draw(inside, scale, past, origin)
+            self.debug_draw.draw(inside, scale, origin)
         else:
             draw_walls(inside, self.scene, self.state.time, scale, origin)
             self._discs.draw(inside, self.state.position, scale, self.state.angle, origin)
@@ -288,7 +287,6 @@ class SessionView:
 
     @property
     def _note(self) -> str:
-        """What is to be said of the reference."""
         session = self.session
         if session.lacks_reference:
             return f"{session.reference} is being compiled"

@@ -194,7 +194,7 @@ def chart_palette() -> Palette:
 
 @lru_cache(maxsize=64)
 def _palette(ground: tuple[int, int, int]) -> Palette:
-    ink = contrast_with(Color(*ground))
+    ink = contrast(Color(*ground))
     dark = ink == Color("white")
     return Palette(
         ground=Color(*ground),
@@ -208,11 +208,6 @@ def _palette(ground: tuple[int, int, int]) -> Palette:
     )
 
 
-def contrast(background: str) -> Color:
-    """Choose black or white, whichever stands out from a colour."""
-    return contrast_with(Color(*rgb(background)))
-
-
-def contrast_with(ground: Color) -> Color:
+def contrast(ground: Color) -> Color:
     """Choose black or white, whichever stands out from a ground."""
     return Color("black") if 0.299 * ground.r + 0.587 * ground.g + 0.114 * ground.b > 128 else Color("white")

@@ -18,7 +18,7 @@ from sandbox.view.playback import SPEEDS, Playback, speed_text
 from sandbox.view.primitives import wrapped, write
 from sandbox.view.theme import chart_palette, theme
 from sandbox.view.widgets import Label, Widget
-from sandbox.view.widgets.buttons import Item, Menu, TextButton
+from sandbox.view.widgets.buttons import Menu, TextButton
 from sandbox.view.widgets.group import Placed, WidgetRow
 
 LEFT: Final = "\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}"
@@ -62,7 +62,7 @@ class Header:
             return "Record" if (seconds := recorded()) is None else f"Stop {seconds:.1f} s"
 
         saves = [
-            Item(text, partial(do, action), f"{OF_ACTION[action].does} ({OF_ACTION[action].key_names})")
+            TextButton(text, partial(do, action), f"{OF_ACTION[action].does} ({OF_ACTION[action].key_names})")
             for action, text in SAVES.items()
         ]
         self._title = Label(lambda: scene().title or scene().name, bold=True, scale=1.2)
@@ -144,31 +144,31 @@ class Timeline:
     def _charts(self) -> Charts:
         return self._playback.view.charts
 
-    def _speeds(self) -> list[Item]:
+    def _speeds(self) -> list[TextButton]:
         playback = self._playback
         return [
-            Item(speed_text(speed), partial(playback.set_speed, speed), is_on=partial(eq, speed, playback.speed))
+            TextButton(speed_text(speed), partial(playback.set_speed, speed), is_on=partial(eq, speed, playback.speed))
             for speed in SPEEDS
         ]
 
-    def _item(self, instrument: Instrument) -> Item:
+    def _item(self, instrument: Instrument) -> TextButton:
         def show() -> None:
             self._charts.show(instrument)
 
         name, meaning = instrument.value.capitalize(), MEANINGS[instrument]
-        return Item(name, show, meaning, lambda: self._charts.instrument is instrument)
+        return TextButton(name, show, meaning, lambda: self._charts.instrument is instrument)
 
     def _tab(self, instrument: Instrument) -> TextButton:
         item = self._item(instrument)
         return TextButton(item.text, item.do, f"{item.text}: {item.does}", item.is_on)
 
-    def _others(self) -> list[Item]:
+    def _others(self) -> list[TextButton]:
         return [self._item(instrument) for instrument in Instrument if instrument not in TABS]
 
-    def _choices_across(self) -> list[Item]:
+    def _choices_across(self) -> list[TextButton]:
         charts, quantities = self._charts, [each for each in Instrument if each not in OF_THE_MOMENT]
         return [
-            Item(name_across(each), partial(charts.show_across, each), is_on=partial(eq, each, charts.across))
+            TextButton(name_across(each), partial(charts.show_across, each), is_on=partial(eq, each, charts.across))
             for each in (None, *quantities)
         ]
 

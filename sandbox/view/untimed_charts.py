@@ -282,15 +282,15 @@ def histogram_of(moment: Moment, reference: str) -> Histogram:
     return Histogram(n, edges, counts, law, whole, f"no law: {lawless}" if lawless else "", moment.scene.units)
 
 
+@dataclass
 class SpeedChart:
     """Draws the histogram of a moment."""
 
-    def __init__(self, reference: str, colours: Mapping[str, Color], palette: Palette) -> None:
-        self._reference = reference
-        self._colours = colours
-        self._palette = palette
-        self._moment: Moment | None = None  # of the histogram
-        self._histogram = Histogram(0, np.empty(0), {}, None, 0.0, "")
+    _reference: str
+    _colours: Mapping[str, Color]
+    _palette: Palette
+    _moment: Moment | None = None  # of the histogram
+    _histogram = Histogram(0, np.empty(0), {}, None, 0.0, "")
 
     def histogram(self, moment: Moment) -> Histogram:
         """Return the histogram of a moment."""

@@ -11,6 +11,7 @@ import shutil
 import struct
 from abc import ABC, abstractmethod
 from contextlib import suppress
+from dataclasses import dataclass
 from fractions import Fraction
 from importlib import import_module
 from pathlib import Path
@@ -216,12 +217,12 @@ class Mp4(Video):
 VIDEO_FORMATS: Final[dict[str, type[Video]]] = {".gif": Gif, ".webp": WebP, ".mp4": Mp4}
 
 
+@dataclass
 class Recorder:
     """Records the window as a GIF. While the window is paused, nothing is recorded."""
 
-    def __init__(self, notice: Notice) -> None:
-        self._notice = notice
-        self.video: Video | None = None  # that is being recorded
+    _notice: Notice
+    video: Video | None = None  # that is being recorded
 
     @property
     def seconds(self) -> float | None:

@@ -178,17 +178,22 @@ class WhyPage:
             rows.append(words(self._verdict(case.verdict), do=self._toggle_verdict))
         if of_engine and of_engine.agrees:
             rows.append(words(of_engine.agrees))
-        if self._contacts:
-            rows.append(words(self._list_title, theme.dim))
+        if count := len(self._contacts):
+            others = f"{count} contacts differ" if count > 1 else "1 contact differs"
+            most = ", and more" if count == MAX_DIFFERENCES else ""
+            title = f"{others} from {self._playback.session.reference}{most}; the newest first:"
+            rows.append(words(title, theme.dim))
         for contact in self._listed:
             is_shown = contact == self.contact
             one = words(contact.sentence, do=None if is_shown else partial(self.show, contact))
-            one[0].marked, one[0].dots = is_shown, self._dots(contact)
+            colours = self._playback.view.moment.scene.colors
+            balls = (ball for ball in contact.difference.balls if ball < len(colours))  # that are still there
+            one[0].marked, one[0].dots = is_shown, tuple(Color(*rgb(colours[ball])) for ball in balls)
             rows.append(one)
             if is_shown:
                 rows.append([self._picture(contact.difference)])
                 rows += [words(line, theme.dim) for line in self._details(contact)]
-        if left := len(self._contacts) - len(self._listed):
+        if left := count - len(self._listed):
             rows.append(words(f"and {left} more, which < and > go to", theme.dim))
         return rows
 
@@ -219,18 +224,6 @@ class WhyPage:
                 text = f"{100 * line.share:+.2f} %" if abs(line.share) >= MIN_SHARE else line.text
                 yield [Bar(line.cause, text, line.share / (largest or 1.0), self._colours[self.engine])]
 
-    def _dots(self, contact: OtherContact) -> tuple[Color, ...]:
-        """Return the colours of a contact's balls, as far as they are still there."""
-        colours = self._playback.view.moment.scene.colors
-        return tuple(Color(*rgb(colours[ball])) for ball in contact.difference.balls if ball < len(colours))
-
-    @property
-    def _list_title(self) -> str:
-        count = len(self._contacts)
-        others = f"{count} contacts differ" if count > 1 else "1 contact differs"
-        most = ", and more" if count == MAX_DIFFERENCES else ""
-        return f"{others} from {self._playback.session.reference}{most}; the newest first:"
-
     def _verdict(self, parts: Sequence[str]) -> str:
         """Return the verdict: what is said of the engine that the page speaks of first, that of others last."""
 
@@ -260,7 +253,6 @@ class WhyPage:
         return f"Compared with {compared.against} up to {compared.clock.time(compared.steps):.2f} s{so_far}.{edited}"
 
     def _choices(self, engines: Sequence[str]) -> list[Row]:
-        """Return the engines as buttons, in their colours."""
         buttons = [self._button(name) for name in engines]
         for button in buttons:
             button.colour = self._colours[button.text]
@@ -272,7 +264,6 @@ class WhyPage:
 
     @property
     def _colours(self) -> dict[str, Color]:
-        """The engines' colours on the panel."""
         session = self._playback.session
         return chart_palette().engines([*session.names, session.reference])
 

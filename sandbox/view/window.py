@@ -156,7 +156,6 @@ class Window:
         self.panel.fit(is_wide=self.screen.get_width() >= WIDE * self.text_height)
 
     def _states(self) -> dict[Action, Callable[[], bool]]:
-        """Return whether what an action turns on and off is on."""
         return {
             Action.PAUSE: lambda: self.playback.paused,
             Action.STOPWATCH: lambda: self.playback.stopwatch is not None,
@@ -328,14 +327,12 @@ class Window:
                 self.mouse.on_event(event)
 
     def _repeats(self, event: Event) -> bool:
-        """Return whether a key is repeated while it is held."""
         if self.scenes.picker or self.widgets.is_typed_into or (self.widgets.focus and event.key in ARROWS):
             return event.key not in (*ENTER, pygame.K_ESCAPE)
         control = control_of(event)
         return control is not None and control.repeats
 
     def _on_press(self, event: Event) -> None:
-        """Handle a key."""
         self._outdated = True
         control = control_of(event)
         action = control and control.action

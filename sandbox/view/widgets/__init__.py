@@ -24,7 +24,7 @@ class Widget:
     part of the window outside of which it is scrolled out of sight; None if it never is.
     """
 
-    width: float = 1.0
+    width: float = 5.0
     takes_keys = True
     takes_text = False
     follows_mouse = False
@@ -157,7 +157,6 @@ class Label(Widget):
     dim: bool = False
     scale: float = 1.0
     widest: str = ""
-    width: float = 5.0
 
     takes_keys = False
 
@@ -194,7 +193,6 @@ class Bar(Widget):
     value: str
     share: float
     colour: Color
-    width: float = 5.0
 
     takes_keys = False
 

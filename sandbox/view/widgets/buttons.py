@@ -156,26 +156,15 @@ class Heading(Pressable):
         pygame.draw.polygon(surface, theme.dim, [(x + half * across, y + half * down) for across, down in tips])
 
 
-@dataclass(frozen=True)
-class Item:
-    """Something to choose. does: a few words on it; is_on: whether it is chosen at present."""
-
-    text: str
-    do: Callable[[], None]
-    does: str = ""
-    is_on: Callable[[], bool] = bool
-
-
 @dataclass(eq=False)
 class Menu(Pressable):
     """Shows what is chosen; a press opens the list. at: the item that the mouse or the keyboard is on, while open."""
 
     said: Callable[[], str]
-    items: Callable[[], Sequence[Item]]
+    items: Callable[[], Sequence[TextButton]]
     does: str = ""
     is_on: Callable[[], bool] = bool
     widest: str = ""
-    width: float = 5.0
     at: int | None = None
 
     @property

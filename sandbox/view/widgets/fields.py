@@ -32,7 +32,6 @@ class Field(Widget):
     does: str = ""
     unit: str = ""
     refusal: Callable[[], str] = str
-    width: float = 5.0
     typed: str | None = None
     begin: Callable[[], None] | None = None
 
@@ -115,7 +114,6 @@ class Slider(Widget):
     choose: Callable[[float], None]
     does: str = ""
     unit: str = ""
-    width: float = 5.0
     dragged: int | None = None
 
     follows_mouse = True
@@ -175,7 +173,6 @@ class Slider(Widget):
             self.choose(self.values[index])
 
     def _nearest(self) -> int:
-        """Return the index of the value nearest to the current one."""
         if self.dragged is not None:
             return self.dragged
         return min(range(len(self.values)), key=lambda index: abs(self.values[index] - self.value()))

@@ -82,14 +82,12 @@ class WidgetGroup:
         return False
 
     def _let(self, widget: Widget, do: Callable[..., Result], *given: object) -> Result:
-        """Let a widget handle an event."""
         self.at_work = widget
         result = do(*given)
         self.at_work = None
         return result
 
     def _forget_all_but(self, shown: Container[Widget | None]) -> None:
-        """Forget widgets that are no longer shown."""
         if self.focus not in shown:
             self._move_focus(None)
         self.over = self.over if self.over in shown else None
