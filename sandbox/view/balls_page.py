@@ -223,7 +223,7 @@ class Inspector:
         """Return what is selected, and what is added next."""
         rows: list[Sequence[Widget]]
         for field, dimension in self._dimensions.items():
-            field.unit = self._scene.units.name(dimension)
+            field.unit = self._playback.scene.units.name(dimension)
         if self._editor.selected is not None:
             rows = self._ball_rows(self._editor.selected)
         elif self._editor.selected_wall is not None:
@@ -247,7 +247,7 @@ class Inspector:
         ]
 
     def _wall_rows(self, wall: int) -> list[Sequence[Widget]]:
-        self._heading.text = self._scene.wall_name(wall)
+        self._heading.text = self._playback.scene.wall_name(wall)
         field, ends = self._wall, [self._ends[:2], self._ends[2:]]
         if self._editor.own_wall is None:
             self._hint.text = f"{ARENA_WALL[0].upper()}{ARENA_WALL[1:]}."
@@ -260,10 +260,6 @@ class Inspector:
         ]
 
     # Widgets
-
-    @property
-    def _scene(self) -> Scene:
-        return self._playback.view.moment.scene
 
     def _refusal(self) -> str:
         return ARENA_WALL if self._editor.selected_wall is not None and self._editor.own_wall is None else ""
@@ -280,17 +276,17 @@ class Inspector:
         dimension = DIMENSIONS.get(key, Dimension.NUMBER)
 
         def factor() -> float:
-            return self._scene.units.factor(dimension)
+            return self._playback.scene.units.factor(dimension)
 
         def text() -> str:
-            return _text(value(), factor(), self._scene.units.decimals(dimension, DECIMALS))
+            return _text(value(), factor(), self._playback.scene.units.decimals(dimension, DECIMALS))
 
         def choose_in_units(typed: str) -> None:
             number = _number(key, typed) / factor()
             try:
                 choose(number)
             except SandboxError as error:
-                raise SandboxError(self._scene.units.in_message(dimension, str(error))) from None
+                raise SandboxError(self._playback.scene.units.in_message(dimension, str(error))) from None
 
         field = self._field(key, text, choose_in_units, does)
         self._dimensions[field] = dimension
@@ -305,16 +301,16 @@ class Inspector:
     def _value_of_ball(self, key: str) -> float:
         view, ball = self._playback.view, self._editor.selected or 0
         if key in COLUMNS:
-            return float(COLUMNS[key].values(view.panes[self._editor.pane].state, self._scene)[ball])
-        return float(getattr(self._scene.bodies, key)[ball])
+            return float(COLUMNS[key].values(view.panes[self._editor.pane].state, self._playback.scene)[ball])
+        return float(getattr(self._playback.scene.bodies, key)[ball])
 
     def _value_of_wall(self, key: str) -> float:
         wall = self._editor.own_wall
-        return float(getattr(self._scene.arena if wall is None else self._scene.walls[wall], key))
+        return float(getattr(self._playback.scene.arena if wall is None else self._playback.scene.walls[wall], key))
 
     def _end_field(self, number: int, axis: int, name: str) -> Field:
         def end() -> Vector:
-            return self._scene.wall_line(self._editor.selected_wall or 0)[:2][number]
+            return self._playback.scene.wall_line(self._editor.selected_wall or 0)[:2][number]
 
         def choose(coordinate: float) -> None:
             point = list(end())
@@ -325,7 +321,7 @@ class Inspector:
         return self._number_field(name, lambda: end()[axis], choose, does)
 
     def _colour_of_ball(self) -> str:
-        return self._scene.colors[self._editor.selected or 0]
+        return self._playback.scene.colors[self._editor.selected or 0]
 
     def _swatch(self, colour: str) -> Swatch:
         choose = partial(self._colour.choose, colour)
@@ -390,7 +386,7 @@ class BallsPage:
 
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets."""
-        units = self._playback.view.moment.scene.units
+        units = self._playback.scene.units
         momentum, energy = units.name(Dimension.MOMENTUM), units.name(Dimension.ENERGY)
         self._kinds[1].does = f"mass, radius, momentum ({momentum}), kinetic energy ({energy}) and spin (rad/s)"
         names = [pane.name for pane in self._playback.view.panes]

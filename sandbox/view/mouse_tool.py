@@ -282,7 +282,7 @@ class MouseTool:
 
     def _drag(self, point: ScreenPoint) -> None:
         position = self._layout().to_scene(self._pane, point)
-        session, arena = self._playback.session, self._playback.view.moment.scene.arena
+        session, arena = self._playback.session, self._playback.scene.arena
         if session.held is not None:
             self._playback.give(Move(step=session.step, at=arena.nearest_inside(position)))
         elif self.move.grip is not None:
@@ -379,19 +379,18 @@ def ball_at(state: State, radius: Floats, position: Vector) -> tuple[int, float]
     return ball, float(distance[ball])
 
 
-class ToolPalette(WidgetRow):
-    """A row of tools. do: does an action."""
+def tool_palette(mouse: MouseTool, do: Callable[[Action], None]) -> WidgetRow:
+    """Return the row of tools. do: does an action."""
 
-    def __init__(self, mouse: MouseTool, do: Callable[[Action], None]) -> None:
-        def tool(which: Tool) -> TextButton:
-            does = f"{DOES[which][0].upper()}{DOES[which][1:]}  (F: next tool)"
-            return TextButton(which.value, partial(mouse.choose, which), does, lambda: mouse.tool is which)
+    def tool(which: Tool) -> TextButton:
+        does = f"{DOES[which][0].upper()}{DOES[which][1:]}  (F: next tool)"
+        return TextButton(which.value, partial(mouse.choose, which), does, lambda: mouse.tool is which)
 
-        tools = [*map(tool, Tool), action_button("Undo", Action.UNDO, do), action_button("Redo", Action.REDO, do)]
-        zooms = [
-            Label(lambda: f"{100 * mouse.lens.zoom:.0f} %", dim=True, widest="5000 %"),
-            action_button("\N{MINUS SIGN}", Action.ZOOM_OUT, do),
-            action_button("Fit", Action.SHOW_ALL, do),
-            action_button("+", Action.ZOOM_IN, do),
-        ]
-        super().__init__(tools, zooms)
+    tools = [*map(tool, Tool), action_button("Undo", Action.UNDO, do), action_button("Redo", Action.REDO, do)]
+    zooms = [
+        Label(lambda: f"{100 * mouse.lens.zoom:.0f} %", dim=True, widest="5000 %"),
+        action_button("\N{MINUS SIGN}", Action.ZOOM_OUT, do),
+        action_button("Fit", Action.SHOW_ALL, do),
+        action_button("+", Action.ZOOM_IN, do),
+    ]
+    return WidgetRow(tools, zooms)

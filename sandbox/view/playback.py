@@ -11,6 +11,7 @@ from typing import Final
 from sandbox.errors import SandboxError
 from sandbox.run.edits import Edit
 from sandbox.run.inputs import Input, Release
+from sandbox.scene.model import Scene
 from sandbox.session.session import Session
 from sandbox.view.display import Stopped
 from sandbox.view.notice import Kind, Notice
@@ -124,6 +125,11 @@ class Playback:
         return self.view.session
 
     @property
+    def scene(self) -> Scene:
+        """The scene at the step shown."""
+        return self.view.moment.scene
+
+    @property
     def shows_current_step(self) -> bool:
         """Whether the current step is shown, and not just the nearest one in the history."""
         return self.view.moment.step == self.session.step
@@ -140,7 +146,7 @@ class Playback:
             self.pace.restart()
             return
         if seconds:  # infinite speed times 0 s would be nan
-            self._due += seconds * self.speed * self.view.moment.scene.rate
+            self._due += seconds * self.speed * self.scene.rate
         deadline, dropped, patience = perf_counter() + FRAME_BUDGET, self.session.dropped, None if patient else PATIENCE
         while self._due >= 1 and not self._must_wait(patience):
             with self._notice.reporting():  # an edit in a recording can be refused
@@ -153,7 +159,7 @@ class Playback:
         if self.session.dropped != dropped:
             self._notice.show(f"{self.session.dropped}; the others run on without it")
         self.view.update()
-        self.pace.observe(self.view.moment.time + self._due / self.view.moment.scene.rate)
+        self.pace.observe(self.view.moment.time + self._due / self.scene.rate)
 
     def _must_wait(self, patience: float | None = PATIENCE) -> bool:
         """Return whether time must stand still in this frame, until the reference is nearer. patience: s, or None."""
@@ -236,7 +242,7 @@ class Playback:
 
     def skip(self, seconds: int) -> None:
         """Go some seconds forward, or back if negative."""
-        self.seek(self.session.step + seconds * self.view.moment.scene.rate)
+        self.seek(self.session.step + seconds * self.scene.rate)
 
     def step_back(self) -> None:
         """Pause, and go one step back."""

@@ -102,8 +102,7 @@ class SceneLoader:
         if monotonic() < self._next_check:
             return False
         self._next_check = monotonic() + CHECK_INTERVAL
-        changed = self._watcher.changed()
-        if changed:
+        if changed := self._watcher.changed():
             self.open_file(self._watcher.file)
         return changed
 

@@ -8,7 +8,6 @@ from typing import Final, Protocol
 import pygame
 from pygame import Rect, Surface
 
-from sandbox.scene.model import Scene
 from sandbox.scene.units import PER_METRE, Dimension
 from sandbox.view import Layer
 from sandbox.view.controls import OF_ACTION, Action, Panel, tip_of
@@ -197,10 +196,10 @@ class ScenePage:
         self._title, self._about, self._facts = Words("", bold=True), Words(""), Words("")
 
         def gravity() -> float:
-            return editor.gravity() * self._scene.units.factor(Dimension.ACCELERATION)
+            return editor.gravity() * self._playback.scene.units.factor(Dimension.ACCELERATION)
 
         def set_gravity(value: float) -> None:
-            editor.set_gravity(value / self._scene.units.factor(Dimension.ACCELERATION))
+            editor.set_gravity(value / self._playback.scene.units.factor(Dimension.ACCELERATION))
 
         self._gravity = Slider("gravity", GRAVITIES, gravity, set_gravity)
         pairs = "elasticity of every pair"
@@ -213,13 +212,9 @@ class ScenePage:
         ]
         self._return_button = cache(self._make_return_button)
 
-    @property
-    def _scene(self) -> Scene:
-        return self._playback.view.moment.scene
-
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets."""
-        scene = self._scene
+        scene = self._playback.scene
         self._title.text, self._about.text = scene.title or scene.name, scene.about
         balls = len(scene.bodies)
         self._facts.text, self._facts.colour = f"{balls:,} ball{'s' * (balls != 1)}, seed {scene.seed}", theme.dim

@@ -186,7 +186,7 @@ class WhyPage:
         for contact in self._listed:
             is_shown = contact == self.contact
             one = words(contact.sentence, do=None if is_shown else partial(self.show, contact))
-            colours = self._playback.view.moment.scene.colors
+            colours = self._playback.scene.colors
             balls = (ball for ball in contact.difference.balls if ball < len(colours))  # that are still there
             one[0].marked, one[0].dots = is_shown, tuple(Color(*rgb(colours[ball])) for ball in balls)
             rows.append(one)
@@ -284,7 +284,7 @@ class WhyPage:
         """Yield the figures of the contact that is drawn, and how to read the drawing."""
         yield from contact.speeds.splitlines()
         found, against = contact.difference, self._playback.session.reference
-        ink = "white" if palette(self._playback.view.moment.scene.arena.background).is_dark else "black"
+        ink = "white" if palette(self._playback.scene.arena.background).is_dark else "black"
         drawn = [f"{self.engine} in its colour"] * bool(found.normal) + [f"{against} in {ink}"] * bool(
             found.should_normal
         )

@@ -23,7 +23,7 @@ from sandbox.view.display import KeyRepeat, PendingEvents, Stopped, caption, ope
 from sandbox.view.editor import SHARE, Editor
 from sandbox.view.engines_page import EnginesPage, LineUp
 from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, layout_of
-from sandbox.view.mouse_tool import ZOOM_FACTOR, MouseTool, ToolPalette
+from sandbox.view.mouse_tool import ZOOM_FACTOR, MouseTool, tool_palette
 from sandbox.view.move_tool import Tool
 from sandbox.view.notice import Guard, Notice
 from sandbox.view.pixels import fill
@@ -93,7 +93,7 @@ class Window:
         self.cards = Cards(self.playback, self.editor, self.mouse, self.scenes, self.widgets, self.messages)
         self._is_on = self._states()
         self.header = Header(lambda: self.scene, self.do, self.is_on, lambda: self.recorder.seconds)
-        self.palette = ToolPalette(self.mouse, self.do)
+        self.palette = tool_palette(self.mouse, self.do)
         self.timeline = Timeline(self.playback, self.do, lambda: self.messages.clock)
         pages: dict[Panel, Page] = {
             Panel.SCENE: ScenePage(self.playback, self.editor, self.snapshots, self.do),
