@@ -44,8 +44,7 @@ MAX_BALLS_BESIDE: Final = 5_000  # of a scene in which the reference runs along,
 class Pane:
     """One engine on the screen. Pymunk's debug-draw draws its own engine; other engines are drawn from the scene."""
 
-    scene: Scene
-    _balls: tuple[int, ...] = ()
+    moment: Moment
     _drawn: PymunkEngine | None = None
     debug_draw: DebugDraw | None = None
     error: float | None = None  # of the energy: by how much it is off, in % if there is a scale
@@ -56,7 +55,6 @@ class Pane:
     def __init__(self, moment: Moment, name: str, engine: Engine) -> None:
         self.name = name
         self.show([moment], engine, live=True)
-        self.energy_at_start = self.energy - self.work
 
     def show(self, moments: Sequence[Moment], engine: Engine, *, live: bool, afresh: bool = True) -> None:
         """Show the last of some moments, with trails and contacts of those before it.
@@ -64,7 +62,7 @@ class Pane:
         live: the engine is at the last moment. afresh: the moments do not continue what was shown.
         """
         moment = moments[-1]
-        if afresh or moment.balls != self._balls:
+        if afresh or moment.balls != self.moment.balls:
             moments = [one for one in moments if one.balls == moment.balls]
             self.trail, self.recent_contacts = Trail(len(moment.balls)), RecentContacts()
         for one in moments:
@@ -76,18 +74,14 @@ class Pane:
         if isinstance(engine, PymunkEngine) and engine is not self._drawn:
             ink = palette(moment.scene.arena.background).wall
             self._drawn, self.debug_draw = engine, DebugDraw(engine.space, moment.scene.colors, ink)
-        if afresh or moment.scene is not self.scene:
+        if afresh or moment.scene is not self.moment.scene:
             self._discs = Discs(moment.scene.bodies.radius, moment.scene.colors)
-        self.step, self.scene, self._balls = moment.step, moment.scene, moment.balls
-        self.state = moment.states[self.name]
-        self._held, self._target = moment.held, moment.target
-        self.contacts = moment.counts[self.name]
-        self.energy, self.work = moment.energy[self.name], moment.work[self.name]
-        self.energy_scale = moment.energy_scale
+        self.moment, self.step, self.scene = moment, moment.step, moment.scene
+        self.state, self.energy_scale = moment.states[self.name], moment.energy_scale
 
     def shows(self, moment: Moment) -> bool:
         """Return whether all that the pane shows of a moment is drawn."""
-        now = self._held, self._target
+        now = self.moment.held, self.moment.target
         return moment.states[self.name] is self.state and (moment.held, moment.target) == now
 
     @property
@@ -97,18 +91,8 @@ class Pane:
             return ""
         return energy_in_words(self.error, self.energy_scale, self.scene.units, self.beside)
 
-    @property
-    def hand_text(self) -> str:
-        """What mouse and edits have added to the energy; empty if nothing."""
-        return self._signed(share_of_energy(self.work, self.energy_scale)) if self.work else ""
-
-    @property
-    def loss_text(self) -> str:
-        """What the engine has lost or made since the start, rightly or not."""
-        change = share_of_energy(change_of_energy(self.energy, self.energy_at_start, self.work), self.energy_scale)
-        return self._signed(0.0 if abs(change) < MIN_CHANGE else change)
-
-    def _signed(self, energy: float) -> str:
+    def signed(self, energy: float) -> str:
+        """Return a change of energy, in % if there is a scale, with its sign and its unit."""
         units = self.scene.units
         return f"{energy:+,.3g} %" if self.energy_scale else units.text(Dimension.ENERGY, "{:+,.3g}", energy)
 
@@ -151,8 +135,8 @@ class Pane:
         for layer, draw in ABOVE_BALLS.items():
             if layer in showing:
                 draw(overlay)
-        if self._held is not None:
-            overlay.pull(self._held, self._target)
+        if self.moment.held is not None:
+            overlay.pull(self.moment.held, self.moment.target)
         if self.failure:
             place, height = layout.arenas[index], layout.text_height
             failed = f"failed at {self.failure.time:.3f} s, and " if isinstance(self.failure, EngineError) else ""
@@ -247,7 +231,8 @@ class SessionView:
         runners = self.session.runners
         self.panes = [Pane(self.moment, name, runners[name].engine) for name in self.session.names]
         self.charts = Charts(self.session.samples, scene.seconds, scene.units)
-        self._energy_at_start = self.panes[0].energy_at_start  # of all engines
+        name = self.session.names[0]
+        self._energy_at_start = self.moment.energy[name] - self.moment.work[name]  # of all engines
         self.charts.moment = self.moment
         self._live = True
         self.plain = False
@@ -363,7 +348,11 @@ class SessionView:
             pane = next((pane for pane in self.panes if pane.name == name), None)
             pane = pane or Pane(self._completed(self.moment), name, runner.engine)
             cost = "" if runner.step_seconds is None else f"{1000 * runner.step_seconds:.2g}"
-            pane.energy_at_start = self._energy_at_start
             self._judge(pane)
-            rows.append([name + hidden, pane.energy_text, pane.loss_text, pane.hand_text, f"{pane.contacts:,}", cost])
+            moment, scale = pane.moment, pane.energy_scale
+            change = change_of_energy(moment.energy[name], self._energy_at_start, moment.work[name])
+            change, work = share_of_energy(change, scale), share_of_energy(moment.work[name], scale)
+            since_start = pane.signed(0.0 if abs(change) < MIN_CHANGE else change)
+            by_hand, contacts = pane.signed(work) if work else "", f"{moment.counts[name]:,}"
+            rows.append([name + hidden, pane.energy_text, since_start, by_hand, contacts, cost])
         return rows
