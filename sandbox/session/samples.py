@@ -60,8 +60,6 @@ OF_STATES: Final[Mapping[Quantity, Callable[[State, Scene], float]]] = {
         height(centre_of_mass(state.position, scene.bodies.mass), scene.arena.size)
     ),
 }
-
-
 OF_BALLS: Final[Mapping[Quantity, Callable[[State], Floats]]] = {
     Quantity.X: lambda state: state.position[:, 0],
     Quantity.Y: lambda state: state.position[:, 1],

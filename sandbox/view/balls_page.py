@@ -30,8 +30,6 @@ from sandbox.view.widgets.fields import Field
 LINE: Final = 1.5  # height of a row, in heights of the text
 NUMBER: Final = 3.2  # width of the column of numbers, likewise
 MAX_BALLS: Final = 2_000  # in the table
-
-
 Values = Callable[[State, Scene], Floats]
 HINT: Final = "Click a ball, or a row of the table, to change it; a wall, while the run is paused."
 DECIMALS: Final = 3  # of numbers in px

@@ -57,9 +57,8 @@ class MouseTool:
         self.copying = False  # the next click places a copy of the selected ball
         self.move.let_go()
         self.aim: Vector | None = None  # px, where the selected ball's velocity is dragged to, in the mouse's pane
-        self._pressed: ScreenPoint | None = None  # where the mouse went down on that ball
+        self._pressed: ScreenPoint | None = None  # where the mouse went down on that ball, or on what it moves
         self._pane = 0  # in which the mouse went down
-        self._pressed_at: ScreenPoint = (0, 0)  # where it did on what it moves
 
     @property
     def tool(self) -> Tool:
@@ -264,7 +263,7 @@ class MouseTool:
         if self._moves:
             self._playback.paused = True
         if self._moves and self.move.press(pane, position, self._reach):
-            self._pressed_at = point
+            self._pressed = point
             return
         near = distance <= self._reach
         if near and not self._playback.paused:
@@ -278,18 +277,19 @@ class MouseTool:
                 self._editor.select_wall(wall)
             if wall is not None and wall >= len(ARENA_WALLS):
                 self.move.hold_wall(wall, pane, position)
-                self._pressed_at = point
+                self._pressed = point
 
     def _drag(self, point: ScreenPoint) -> None:
         position = self._layout().to_scene(self._pane, point)
         session, arena = self._playback.session, self._playback.scene.arena
         if session.held is not None:
             self._playback.give(Move(step=session.step, at=arena.nearest_inside(position)))
-        elif self.move.grip is not None:
-            if self.move.edit or math.dist(point, self._pressed_at) > CLICK_DISTANCE:
+        elif self._pressed is not None:
+            is_drag = math.dist(point, self._pressed) > CLICK_DISTANCE
+            if self.move.grip is not None and (self.move.edit or is_drag):
                 self.move.drag(position)
-        elif self._pressed is not None and (self.aim or math.dist(point, self._pressed) > CLICK_DISTANCE):
-            self.aim = position
+            elif self.move.grip is None and (self.aim or is_drag):
+                self.aim = position
 
     def release(self) -> None:
         """Let go of what the mouse holds."""

@@ -17,8 +17,6 @@ from sandbox.view.primitives import first_lines, panel, text_width, write
 from sandbox.view.theme import GREEN, VERMILLION, readable, theme
 
 SECONDS_SHOWN: Final = 6.0
-
-
 MAX_LINES: Final = 4
 SIGN_INK: Final = Color("white")
 

@@ -64,10 +64,6 @@ class SidePanel:
         self._latest = panel
         self._scrolled = 0.0
 
-    def close(self) -> None:
-        """Show nothing."""
-        self.open = None
-
     def fit(self, *, is_wide: bool) -> None:
         """Open the column if the window has become wide enough for it, or close it if it no longer is."""
         if is_wide not in (self._was_wide, self.open is not None):
