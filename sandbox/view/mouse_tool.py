@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from functools import partial
 from typing import Final
 
 import pygame
@@ -15,18 +14,13 @@ from sandbox.scene.fields import Vector
 from sandbox.scene.model import ARENA_WALLS
 from sandbox.scene.units import Dimension
 from sandbox.state import Floats, State
-from sandbox.view.controls import Action
 from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout, Lens, ScreenPoint
-from sandbox.view.move_tool import DOES, PAUSING, Grip, MoveTool, Tool
+from sandbox.view.move_tool import PAUSING, Grip, MoveTool, Tool
 from sandbox.view.overlay import ARROW_SECONDS
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import arrow, label
 from sandbox.view.theme import palette
-from sandbox.view.toolbars import action_button, step_of_point, track_end
-from sandbox.view.widgets import Label
-from sandbox.view.widgets.buttons import TextButton
-from sandbox.view.widgets.group import WidgetRow
 
 GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it grabs
 ZOOM_FACTOR: Final = 1.25  # by which a notch of the wheel enlarges what the panes show, or the charts' time
@@ -306,12 +300,13 @@ class MouseTool:
 
     def _scrub(self, point: ScreenPoint) -> None:
         """Pause, and go to the time at a point of the charts or of the time bar."""
-        layout, view = self._layout(), self._playback.view
+        layout, playback = self._layout(), self._playback
         if self._on_track:
-            self._playback.paused = True
-            self._playback.seek(step_of_point(layout.bar, point[0], track_end(view.session)))
+            share = (point[0] - layout.bar.x) / max(1, layout.bar.width - 1)
+            playback.paused = True
+            playback.seek(round(min(max(share, 0.0), 1.0) * playback.track_end))
         else:
-            self._go_to(view.charts.time_at(layout.strip, layout.text_height, point[0]))
+            self._go_to(playback.view.charts.time_at(layout.strip, layout.text_height, point[0]))
 
     def _go_to(self, time: float) -> None:
         self._playback.paused = True
@@ -377,20 +372,3 @@ def ball_at(state: State, radius: Floats, position: Vector) -> tuple[int, float]
     distance = length(state.position - position) - radius
     ball = int(distance.argmin())
     return ball, float(distance[ball])
-
-
-def tool_palette(mouse: MouseTool, do: Callable[[Action], None]) -> WidgetRow:
-    """Return the row of tools. do: does an action."""
-
-    def tool(which: Tool) -> TextButton:
-        does = f"{DOES[which][0].upper()}{DOES[which][1:]}  (F: next tool)"
-        return TextButton(which.value, partial(mouse.choose, which), does, lambda: mouse.tool is which)
-
-    tools = [*map(tool, Tool), action_button("Undo", Action.UNDO, do), action_button("Redo", Action.REDO, do)]
-    zooms = [
-        Label(lambda: f"{100 * mouse.lens.zoom:.0f} %", dim=True, widest="5000 %"),
-        action_button("\N{MINUS SIGN}", Action.ZOOM_OUT, do),
-        action_button("Fit", Action.SHOW_ALL, do),
-        action_button("+", Action.ZOOM_IN, do),
-    ]
-    return WidgetRow(tools, zooms)

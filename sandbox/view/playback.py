@@ -130,6 +130,11 @@ class Playback:
         return self.view.moment.scene
 
     @property
+    def track_end(self) -> int:
+        """The step at the end of the track: that of the scene's seconds, or a later one that has been reached."""
+        return max(self.session.end, self.session.start.steps, 1)
+
+    @property
     def shows_current_step(self) -> bool:
         """Whether the current step is shown, and not just the nearest one in the history."""
         return self.view.moment.step == self.session.step

@@ -9,11 +9,12 @@ import pygame
 from pygame import Color, Rect, Surface
 
 from sandbox.scene.model import Scene
-from sandbox.session.session import Session
 from sandbox.view.charts import Charts
 from sandbox.view.controls import OF_ACTION, Action, tip_of
 from sandbox.view.instruments import MEANINGS, OF_THE_MOMENT, Instrument
 from sandbox.view.layout import GAP, TIME_LETTERS, Layout
+from sandbox.view.mouse_tool import MouseTool
+from sandbox.view.move_tool import DOES, Tool
 from sandbox.view.playback import SPEEDS, Playback, speed_text
 from sandbox.view.primitives import wrapped, write
 from sandbox.view.theme import chart_palette, theme
@@ -96,6 +97,23 @@ class Header:
         if close.x - left > MIN_ABOUT * height and self._scene().about and self._is_on(Action.ABOUT):
             placed += [(self._about, Rect(left, place.y, close.x - GAP - left, layout.side)), (self._close, close)]
         return placed
+
+
+def tool_palette(mouse: MouseTool, do: Callable[[Action], None]) -> WidgetRow:
+    """Return the row of tools. do: does an action."""
+
+    def tool(which: Tool) -> TextButton:
+        does = f"{DOES[which][0].upper()}{DOES[which][1:]}  (F: next tool)"
+        return TextButton(which.value, partial(mouse.choose, which), does, lambda: mouse.tool is which)
+
+    tools = [*map(tool, Tool), action_button("Undo", Action.UNDO, do), action_button("Redo", Action.REDO, do)]
+    zooms = [
+        Label(lambda: f"{100 * mouse.lens.zoom:.0f} %", dim=True, widest="5000 %"),
+        action_button("\N{MINUS SIGN}", Action.ZOOM_OUT, do),
+        action_button("Fit", Action.SHOW_ALL, do),
+        action_button("+", Action.ZOOM_IN, do),
+    ]
+    return WidgetRow(tools, zooms)
 
 
 TABS: Final = (Instrument.ENERGY, Instrument.GAP, Instrument.MOMENTUM, Instrument.SPEEDS)  # the others are in a menu
@@ -199,7 +217,7 @@ class Timeline:
         pygame.draw.rect(surface, theme.raised, place, border_radius=8)
         pygame.draw.rect(surface, theme.line, place, 1, border_radius=8)
         session, track = self._playback.session, layout.bar
-        end = track_end(session)
+        end = self._playback.track_end
         steps = self._playback.view.moment.step, session.end, end
         draw_track(surface, track, steps, marks_of_track(self._playback), height)
         last = f"{session.start.clock.time(end):.4g} s"
@@ -218,16 +236,6 @@ def marks_of_track(playback: Playback) -> dict[int, Color]:
 def name_across(across: Instrument | None) -> str:
     """Return the name of what a chart is drawn over."""
     return across.value if across else "time"
-
-
-def track_end(session: Session) -> int:
-    """Return the step at the end of the track: that of the scene's seconds, or a later one that has been reached."""
-    return max(session.end, session.start.steps, 1)
-
-
-def step_of_point(place: Rect, x: int, end: int) -> int:
-    """Return the step that a track at a place shows at x, px of the window. end: its last step."""
-    return round(min(max((x - place.x) / max(1, place.width - 1), 0.0), 1.0) * end)
 
 
 def draw_track(

@@ -23,7 +23,7 @@ from sandbox.view.display import KeyRepeat, PendingEvents, Stopped, caption, ope
 from sandbox.view.editor import SHARE, Editor
 from sandbox.view.engines_page import EnginesPage, LineUp
 from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, layout_of
-from sandbox.view.mouse_tool import ZOOM_FACTOR, MouseTool, tool_palette
+from sandbox.view.mouse_tool import ZOOM_FACTOR, MouseTool
 from sandbox.view.move_tool import Tool
 from sandbox.view.notice import Guard, Notice
 from sandbox.view.pixels import fill
@@ -33,7 +33,7 @@ from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import SessionView
 from sandbox.view.side_panel import Page, ScenePage, ShowPage, SidePanel
 from sandbox.view.theme import SystemTheme, theme
-from sandbox.view.toolbars import Header, Timeline
+from sandbox.view.toolbars import Header, Timeline, tool_palette
 from sandbox.view.video import Recorder
 from sandbox.view.why_page import WhyPage
 from sandbox.view.widgets import ARROWS, ENTER
