@@ -12,11 +12,9 @@ import pygame
 from pygame import Rect, Surface
 
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.gas import wall_impulse
 from sandbox.engines import create
 from sandbox.errors import EngineError, SandboxError
 from sandbox.files import whole_file
-from sandbox.judge.causes import Cause
 from sandbox.report.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.run.inputs import Input
 from sandbox.scene.files import load
@@ -151,7 +149,8 @@ class Camera:
             self._mark()
         layout, moment = self.layout, self.view.moment
         self.surface.fill(theme.ground)
-        self.view.draw(self.surface, layout, self.showing)
+        self.view.draw_panes(self.surface, layout, self.showing)
+        self.view.draw_chart(self.surface, layout)
         caption = f"{self.scene.title or self.scene.name}    seed {self.scene.seed}    {moment.time:.2f} s"
         write(self.surface, caption, layout.status, theme.dim, layout.text_height)
         return self.surface
@@ -224,16 +223,13 @@ def draw_picture(comparison: Comparison) -> Surface:
         scene=scene,
         states={name: run.final for name, run in comparison.runs.items()},
         contacts=dict.fromkeys(comparison.runs, no_contacts()),
-        counts={name: len(run.contacts) for name, run in comparison.runs.items()},
-        energy={name: float(run.energy[-1]) for name, run in comparison.runs.items()},
-        work={
-            name: sum(entry.energy for entry in run.figures.ledger if entry.cause == Cause.APPLIED)
-            for name, run in comparison.runs.items()
-        },
+        counts={},
+        energy={},
+        work={},
         balls=tuple(range(len(scene.bodies))),
         held=None,
         target=(0.0, 0.0),
-        wall_impulse={name: wall_impulse(run.contacts, scene.arena.size) for name, run in comparison.runs.items()},
+        wall_impulse={},
         energy_scale=comparison.energy_scale,
     )
     panes = [Pane(end, name, create(name, scene, run.final)) for name, run in comparison.runs.items()]

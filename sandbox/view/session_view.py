@@ -281,11 +281,6 @@ class SessionView:
             return f"against {session.reference}: {REFERENCE} does not run along with so many balls"
         return ""
 
-    def draw(self, surface: Surface, layout: Layout, showing: Collection[Layer]) -> None:
-        """Draw the panes and the chart."""
-        self.draw_panes(surface, layout, showing)
-        self.draw_chart(surface, layout)
-
     def draw_chart(self, surface: Surface, layout: Layout, point: ScreenPoint | None = None) -> None:
         """Draw the chart, with its values at a point of the screen."""
         self.charts.draw(surface, layout.strip, layout.text_height, self.moment.time, point)
