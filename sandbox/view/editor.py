@@ -45,7 +45,7 @@ class Editor:
     The selected ball stays selected when others are added or deleted. A wall can be selected instead; those of the
     arena cannot be changed.
 
-    new_ball: what is set of balls to be added; in everything else they are copies of the model ball.
+    new_ball: what is set of balls to be added; in everything else they are copies of the selected ball, or the last.
     """
 
     def __init__(self, playback: Playback, notice: Notice, use_engines: Callable[[Sequence[str]], bool]) -> None:

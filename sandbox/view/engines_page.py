@@ -316,23 +316,23 @@ class EnginesPage:
         if self._count > panes:
             self._open, self._exchanging = panes, False
 
-    def _has_changed(self, change: Callable[..., None], *given: object) -> bool:
+    def _change_pane(self, change: Callable[..., None], *given: object) -> bool:
         """Change the unfolded pane. Return whether it could be done."""
         before = self._line_up.names
         change(self._open, *given)
         return self._line_up.names is not before
 
     def _exchange(self, spec: str) -> None:
-        if self._has_changed(self._line_up.exchange, spec):
+        if self._change_pane(self._line_up.exchange, spec):
             self._exchanging = False
 
     def _tune(self, key: str, value: float) -> None:
         self._line_up.tune(self._open, key, value)
 
     def _move(self, by: int) -> None:
-        if self._has_changed(self._line_up.move, by):
+        if self._change_pane(self._line_up.move, by):
             self._open += by
 
     def _remove(self) -> None:
-        if self._has_changed(self._line_up.remove):
+        if self._change_pane(self._line_up.remove):
             self._open, self._exchanging = NONE, False
