@@ -162,7 +162,7 @@ def memory_screen(working_folder: Path, monkeypatch: pytest.MonkeyPatch, _few_ob
     """
     from window_driver import IdleWorker
 
-    from sandbox.view.layers import Layer
+    from sandbox.view import Layer
     from sandbox.view.notice import Guard
 
     monkeypatch.setattr("sandbox.view.case_so_far.CaseWorker", IdleWorker)
@@ -170,7 +170,7 @@ def memory_screen(working_folder: Path, monkeypatch: pytest.MonkeyPatch, _few_ob
     monkeypatch.setenv("SANDBOX_THEME", "light")
     monkeypatch.setattr(Guard, "strict", True)
     monkeypatch.setattr("webbrowser.open", lambda _: True)
-    monkeypatch.setattr("sandbox.view.layers.MOST_BALLS", {Layer.CHARTS: math.inf})
+    monkeypatch.setattr("sandbox.view.MOST_BALLS", {Layer.CHARTS: math.inf})
 
 
 @pytest.fixture

@@ -62,7 +62,7 @@ from sandbox.cli.progress import (
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, check_outputs, write_text
 from sandbox.text import console, counted, json_text, printable
-from sandbox.view.layers import Layer
+from sandbox.view import Layer
 
 if TYPE_CHECKING:
     from sandbox.analysis.advice import Trial

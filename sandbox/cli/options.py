@@ -12,8 +12,7 @@ import typer
 
 from sandbox.errors import SandboxError, suggestion
 from sandbox.text import printable
-from sandbox.view import check_pygame
-from sandbox.view.layers import Layer
+from sandbox.view import Layer, check_pygame
 
 if TYPE_CHECKING:
     from sandbox.engines.specs import Value

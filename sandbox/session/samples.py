@@ -48,26 +48,18 @@ class Quantity(Enum):
     COST = 11
 
 
-def _momentum(state: State, scene: Scene) -> float:
-    return float(length(momentum(state.velocity, scene.bodies.mass)))
-
-
 def _angular_momentum(state: State, scene: Scene) -> float:
     about_centre = replace(state, position=state.position - np.divide(scene.arena.size, 2))
     return float(angular_momentum(about_centre, scene.bodies))
 
 
-def _height(state: State, scene: Scene) -> float:
-    return float(height(centre_of_mass(state.position, scene.bodies.mass), scene.arena.size))
-
-
 OF_STATES: Final[Mapping[Quantity, Callable[[State, Scene], float]]] = {
-    Quantity.MOMENTUM: _momentum,
+    Quantity.MOMENTUM: lambda state, scene: float(length(momentum(state.velocity, scene.bodies.mass))),
     Quantity.ANGULAR_MOMENTUM: _angular_momentum,
-    Quantity.HEIGHT: _height,
+    Quantity.HEIGHT: lambda state, scene: float(
+        height(centre_of_mass(state.position, scene.bodies.mass), scene.arena.size)
+    ),
 }
-
-
 OF_BALLS: Final[Mapping[Quantity, Callable[[State], Floats]]] = {
     Quantity.X: lambda state: state.position[:, 0],
     Quantity.Y: lambda state: state.position[:, 1],

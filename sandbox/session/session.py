@@ -7,6 +7,7 @@ inputs: to continue from a step, the engines run again from the start with the s
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import islice, takewhile
 from time import perf_counter
 from typing import Any, Final, NamedTuple, TypeVar
 
@@ -364,15 +365,11 @@ class Session:
     @property
     def _edit_is_due(self) -> bool:
         """Whether an edit is to come after the next step."""
-        inputs, k = self.inputs, len(self.lockstep.given)
-        while k < len(inputs) and inputs[k].step <= self.lockstep.steps + 1:
-            if isinstance(inputs[k], Edit):
-                return True
-            k += 1
-        return False
+        to_come = islice(self.inputs, len(self.lockstep.given), None)
+        due = takewhile(lambda given: given.step <= self.lockstep.steps + 1, to_come)
+        return any(isinstance(given, Edit) for given in due)
 
     def _step(self) -> None:
-        """Do a step in every engine."""
         if self.waits:
             self.collect(None)
         self.lockstep.step()

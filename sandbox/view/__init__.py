@@ -1,7 +1,9 @@
-"""The window, and pictures of what it shows. Only this package imports pygame."""
+"""The window, pictures of what it shows, and the layers of both. Only this package imports pygame."""
 
+import math
 import os
 from contextlib import suppress
+from enum import StrEnum
 from importlib.metadata import PackageNotFoundError, version
 from typing import Final
 
@@ -30,3 +32,29 @@ def check_pygame() -> str | None:
     if len(installed) < 2:
         return None
     return f"warning: {' and '.join(installed)} are both installed, in one folder, where {ver} is complete; {REPAIR}"
+
+
+class Layer(StrEnum):
+    """Something that can be shown of a run in addition to its balls and walls."""
+
+    VELOCITY = "velocity"
+    MOMENTUM = "momentum"
+    TRAILS = "trails"
+    CONTACTS = "contacts"
+    CENTRE = "centre"
+    NUMBERS = "numbers"
+    GHOSTS = "ghosts"
+    GRID = "grid"
+    CHARTS = "charts"
+
+
+MOST_BALLS: Final = {  # of a scene that opens with a layer; of more balls, outlines and numbers hide them
+    Layer.CHARTS: math.inf,
+    Layer.GHOSTS: 300,
+    Layer.NUMBERS: 30,
+}
+
+
+def opens_with(balls: int) -> set[Layer]:
+    """Return the layers that a scene of so many balls opens with."""
+    return {layer for layer, most in MOST_BALLS.items() if balls <= most}

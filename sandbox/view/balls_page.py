@@ -12,7 +12,7 @@ from sandbox.errors import SandboxError, shown
 from sandbox.quantity import kinetic_energies, length
 from sandbox.run.edits import AddBall
 from sandbox.scene.fields import PALETTE, Vector, rgb
-from sandbox.scene.model import Arena, Scene, Wall
+from sandbox.scene.model import Scene, Wall
 from sandbox.scene.units import Dimension, Units
 from sandbox.state import Floats, State
 from sandbox.view.editor import ARENA_WALL, Editor
@@ -23,16 +23,13 @@ from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import dot, text_width, write
 from sandbox.view.theme import chart_palette, theme
+from sandbox.view.widgets import Widget, Words
 from sandbox.view.widgets.buttons import Swatch, TextButton
 from sandbox.view.widgets.fields import Field
-from sandbox.view.widgets.widget import Widget
-from sandbox.view.widgets.words import Words
 
 LINE: Final = 1.5  # height of a row, in heights of the text
 NUMBER: Final = 3.2  # width of the column of numbers, likewise
 MAX_BALLS: Final = 2_000  # in the table
-
-
 Values = Callable[[State, Scene], Floats]
 HINT: Final = "Click a ball, or a row of the table, to change it; a wall, while the run is paused."
 DECIMALS: Final = 3  # of numbers in px
@@ -78,7 +75,6 @@ class BallTable(Widget):
     select: Callable[[int], None]
     sorted_by: str = ""  # a column, or nothing: by number
     falling: bool = False  # from the largest
-    width: float = 5.0
 
     takes_keys = False
     _line = _text_height = 1  # px
@@ -107,21 +103,21 @@ class BallTable(Widget):
         """Draw the rows that are in the clipped part of the surface."""
         state, scene, _ = self.shown()
         self._line, self._text_height = round(LINE * text_height), text_height
-        names = list(self.columns())
-        first = round(NUMBER * text_height)
-        width = (place.width - first) // len(names)
-        small = round(0.9 * text_height)
-        columns, units = list(self.columns().values()), scene.units
-        values = np.column_stack([column.values(state, scene) for column in columns])
-        for column, name in enumerate(names):
-            cell = Rect(place.x + first + column * width, place.y, width, self._line)
+        columns, units, first, small = (
+            self.columns(),
+            scene.units,
+            round(NUMBER * text_height),
+            round(0.9 * text_height),
+        )
+        width = (place.width - first) // len(columns)
+        cells = [Rect(place.x + first + k * width, place.y, width, self._line) for k in range(len(columns))]
+        values = np.column_stack([column.values(state, scene) for column in columns.values()])
+        for cell, (name, column) in zip(cells, columns.items(), strict=True):
             is_sorted = name == self.sorted_by
-            unit = units.name(columns[column].dimension)
-            heading = f"{name}, {unit}" if columns[column].has_unit else name
+            heading = f"{name}, {units.name(column.dimension)}" if column.has_unit else name
             heading = heading if text_width(heading, small, bold=is_sorted) < width - small // 2 else name
             _right(surface, heading, cell, small, bold=is_sorted)
-        clip, chosen = surface.get_clip(), self.selected()
-        order = self.order
+        clip, chosen, order = surface.get_clip(), self.selected(), self.order
         top = max(0, (clip.y - place.y) // self._line - 1)
         for row in range(top, min(len(order), MAX_BALLS)):
             line = Rect(place.x, place.y + (row + 1) * self._line, place.width, self._line)
@@ -133,27 +129,21 @@ class BallTable(Widget):
             disc = dot(max(2, small // 3), rgb(scene.colors[ball]), theme.dim)  # or white balls would not be seen
             surface.blit(disc, disc.get_rect(center=(line.x + small // 2, line.centery)))
             write(surface, str(ball), Rect(line.x + small, line.y, first, line.height), theme.ink, small)
-            for column in range(len(names)):
-                cell = Rect(line.x + first + column * width, line.y, width, line.height)
-                text = _cell_text(values[ball, column], columns[column].dimension, units)
-                _right(surface, text, cell, small, ink=True)
+            for cell, value, column in zip(cells, values[ball], columns.values(), strict=True):
+                text = _cell_text(value, column.dimension, units)
+                _right(surface, text, cell.move(0, line.y - place.y), small, ink=True)
 
     def press(self, place: Rect, point: tuple[int, int]) -> None:
         """Sort by the column whose name is pressed, or select the ball of the row."""
         row = (point[1] - place.y) // max(1, self._line) - 1
         if row >= 0:
-            order = self.order
-            if row < len(order):
-                self.select(order[row])
+            for ball in self.order[row : row + 1]:
+                self.select(ball)
             return
-        names = list(self.columns())
-        first = round(NUMBER * self._text_height)
+        names, first = list(self.columns()), round(NUMBER * self._text_height)
         column = (point[0] - place.x - first) // max(1, (place.width - first) // len(names))
-        self._sort(names[min(column, len(names) - 1)] if column >= 0 else "")
-
-    def _sort(self, name: str) -> None:
-        """Sort by a column, the largest first; if that is so already, the smallest first."""
-        self.falling = name != self.sorted_by or not self.falling
+        name = names[min(column, len(names) - 1)] if column >= 0 else ""
+        self.falling = name != self.sorted_by or not self.falling  # the largest first, then the smallest
         self.sorted_by = name
 
 
@@ -192,6 +182,7 @@ DIMENSIONS: Final = {
     **dict.fromkeys(("thickness", *(name for *_, name in ENDS)), Dimension.LENGTH),
 }
 BALL_KEYS: Final = ("x", "y", "vx", "vy", "spin", "radius", "mass", "elasticity", "friction")
+WALL_KEYS: Final = ("thickness", "elasticity", "friction")
 END_KEYS: Final = ("start", "to")
 
 
@@ -212,22 +203,25 @@ class Inspector:
         self._copy = TextButton("copy", self._mouse.copy_ball, "a ball like this one, where you click next", width=1.0,
                                 is_on=lambda: mouse.copying, refusal=self._refusal)  # fmt: skip
         self._delete = TextButton("delete", lambda: editor.delete(None), "delete it", width=1.0, refusal=self._refusal)
-        self._ball = {key: self._ball_field(key) for key in BALL_KEYS}
+        self._ball = {key: self._value_field(key, partial(self._value_of_ball, key)) for key in BALL_KEYS}
         self._colour = self._field("colour", self._colour_of_ball, lambda text: editor.change(color=text),
                                    "a CSS colour name or #rrggbb")  # fmt: skip
         self._swatches = [self._swatch(colour) for colour in PALETTE]
         self._ends = [self._end_field(*end) for end in ENDS]
-        self._wall = {key: self._wall_field(key) for key in ("thickness", "elasticity", "friction")}
-        self._new_ball = [self._new_field(key) for key in ("radius", "mass")]
-        self._new_ball_heading, self._new_wall_heading = Words("new balls"), Words("new walls")
-        self._thickness = self._number_field(
+        self._wall = {key: self._value_field(key, partial(self._value_of_wall, key)) for key in WALL_KEYS}
+        thickness = self._number_field(
             "thickness", lambda: mouse.move.thickness, self._set_thickness, "of walls that you draw"
         )
+        self._new: dict[Tool, list[Widget]] = {  # what is added next
+            Tool.BALL: [Words("new balls"), self._new_field("radius"), self._new_field("mass")],
+            Tool.WALL: [Words("new walls"), thickness],
+        }
 
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return what is selected, and what is added next."""
+        rows: list[Sequence[Widget]]
         for field, dimension in self._dimensions.items():
-            field.unit = self._scene.units.name(dimension)
+            field.unit = self._playback.scene.units.name(dimension)
         if self._editor.selected is not None:
             rows = self._ball_rows(self._editor.selected)
         elif self._editor.selected_wall is not None:
@@ -235,11 +229,7 @@ class Inspector:
         else:
             self._hint.text = HINT
             rows = [[self._hint]]
-        if self._mouse.tool is Tool.WALL:
-            return [*rows, [self._new_wall_heading, self._thickness]]
-        if self._mouse.tool is Tool.BALL:
-            return [*rows, [self._new_ball_heading, *self._new_ball]]
-        return rows
+        return [*rows, *([self._new[self._mouse.tool]] if self._mouse.tool in self._new else [])]
 
     def _ball_rows(self, ball: int) -> list[Sequence[Widget]]:
         self._heading.text = f"ball {ball} in {self._playback.view.panes[self._editor.pane].name}"
@@ -255,7 +245,7 @@ class Inspector:
         ]
 
     def _wall_rows(self, wall: int) -> list[Sequence[Widget]]:
-        self._heading.text = self._scene.wall_name(wall)
+        self._heading.text = self._playback.scene.wall_name(wall)
         field, ends = self._wall, [self._ends[:2], self._ends[2:]]
         if self._editor.own_wall is None:
             self._hint.text = f"{ARENA_WALL[0].upper()}{ARENA_WALL[1:]}."
@@ -269,14 +259,8 @@ class Inspector:
 
     # Widgets
 
-    @property
-    def _scene(self) -> Scene:
-        return self._playback.view.moment.scene
-
     def _refusal(self) -> str:
-        if self._editor.selected_wall is not None and self._editor.own_wall is None:
-            return ARENA_WALL
-        return ""
+        return ARENA_WALL if self._editor.selected_wall is not None and self._editor.own_wall is None else ""
 
     def _field(self, name: str, value: Callable[[], str], choose: Callable[[str], None], does: str) -> Field:
         def choose_or_say(text: str) -> None:
@@ -290,17 +274,17 @@ class Inspector:
         dimension = DIMENSIONS.get(key, Dimension.NUMBER)
 
         def factor() -> float:
-            return self._scene.units.factor(dimension)
+            return self._playback.scene.units.factor(dimension)
 
         def text() -> str:
-            return _text(value(), factor(), self._scene.units.decimals(dimension, DECIMALS))
+            return _text(value(), factor(), self._playback.scene.units.decimals(dimension, DECIMALS))
 
         def choose_in_units(typed: str) -> None:
             number = _number(key, typed) / factor()
             try:
                 choose(number)
             except SandboxError as error:
-                raise SandboxError(self._scene.units.in_message(dimension, str(error))) from None
+                raise SandboxError(self._playback.scene.units.in_message(dimension, str(error))) from None
 
         field = self._field(key, text, choose_in_units, does)
         self._dimensions[field] = dimension
@@ -309,29 +293,22 @@ class Inspector:
     def _pause(self) -> None:
         self._playback.paused = True
 
-    def _ball_field(self, key: str) -> Field:
-        def value() -> float:
-            view, ball = self._playback.view, self._editor.selected or 0
-            if key in COLUMNS:
-                return float(COLUMNS[key].values(view.panes[self._editor.pane].state, self._scene)[ball])
-            return float(getattr(self._scene.bodies, key)[ball])
-
+    def _value_field(self, key: str, value: Callable[[], float]) -> Field:
         return self._number_field(key, value, lambda number: self._editor.change(**{key: number}), DOES[key])
 
-    @property
-    def _surface(self) -> Wall | Arena:
-        """What has the selected wall's elasticity and friction."""
-        wall = self._editor.own_wall
-        return self._scene.arena if wall is None else self._scene.walls[wall]
+    def _value_of_ball(self, key: str) -> float:
+        view, ball = self._playback.view, self._editor.selected or 0
+        if key in COLUMNS:
+            return float(COLUMNS[key].values(view.panes[self._editor.pane].state, self._playback.scene)[ball])
+        return float(getattr(self._playback.scene.bodies, key)[ball])
 
-    def _wall_field(self, key: str) -> Field:
-        return self._number_field(
-            key, lambda: getattr(self._surface, key), lambda number: self._editor.change(**{key: number}), DOES[key]
-        )
+    def _value_of_wall(self, key: str) -> float:
+        wall = self._editor.own_wall
+        return float(getattr(self._playback.scene.arena if wall is None else self._playback.scene.walls[wall], key))
 
     def _end_field(self, number: int, axis: int, name: str) -> Field:
         def end() -> Vector:
-            return self._scene.wall_line(self._editor.selected_wall or 0)[:2][number]
+            return self._playback.scene.wall_line(self._editor.selected_wall or 0)[:2][number]
 
         def choose(coordinate: float) -> None:
             point = list(end())
@@ -342,7 +319,7 @@ class Inspector:
         return self._number_field(name, lambda: end()[axis], choose, does)
 
     def _colour_of_ball(self) -> str:
-        return self._playback.view.moment.scene.colors[self._editor.selected or 0]
+        return self._playback.scene.colors[self._editor.selected or 0]
 
     def _swatch(self, colour: str) -> Swatch:
         choose = partial(self._colour.choose, colour)
@@ -384,26 +361,22 @@ class BallsPage:
         self._playback = playback
         self._editor = editor
         self._inspector = Inspector(playback, editor, mouse, notice)
-        self._table = BallTable(self._shown, self._columns, lambda: editor.selected, self._select)
+        self._columns = MOTION
+        self._table = BallTable(
+            self._shown, lambda: self._columns, lambda: editor.selected, lambda ball: editor.select(ball, editor.pane)
+        )
         self._engine = cache(self._make_engine)
-        self._has_motion = True
         self._kinds = [
-            TextButton("motion", partial(self._show, motion=True), "position and velocity", lambda: self._has_motion),
-            TextButton("body", partial(self._show, motion=False), "", lambda: not self._has_motion),
+            TextButton("motion", partial(self._show, MOTION), "position and velocity", lambda: self._columns is MOTION),
+            TextButton("body", partial(self._show, BODY), "", lambda: self._columns is BODY),
         ]
 
-    def _show(self, *, motion: bool) -> None:
-        self._has_motion = motion
-
-    def _columns(self) -> Mapping[str, Column]:
-        return MOTION if self._has_motion else BODY
+    def _show(self, columns: Mapping[str, Column]) -> None:
+        self._columns = columns
 
     def _shown(self) -> tuple[State, Scene, int]:
         view = self._playback.view
         return view.panes[self._editor.pane].state, view.moment.scene, view.moment.step
-
-    def _select(self, ball: int) -> None:
-        self._editor.select(ball, self._editor.pane)
 
     def _make_engine(self, pane: int, name: str) -> TextButton:
         editor = self._editor
@@ -411,7 +384,7 @@ class BallsPage:
 
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets."""
-        units = self._playback.view.moment.scene.units
+        units = self._playback.scene.units
         momentum, energy = units.name(Dimension.MOMENTUM), units.name(Dimension.ENERGY)
         self._kinds[1].does = f"mass, radius, momentum ({momentum}), kinetic energy ({energy}) and spin (rad/s)"
         names = [pane.name for pane in self._playback.view.panes]

@@ -1,17 +1,21 @@
 """What lies over the panes: cards of a ball and of errors, the table of keys, and messages."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
 from typing import Final
 
 from pygame import Rect, Surface
 
 from sandbox.quantity import kinetic_energy, potential_energy, spin_energy
 from sandbox.scene.units import Dimension
+from sandbox.view.compilation import Compilation
+from sandbox.view.compiling import draw_status, status_width
 from sandbox.view.controls import HELP
 from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout, ScreenPoint
-from sandbox.view.messages import Messages
 from sandbox.view.mouse_tool import MouseTool
+from sandbox.view.notice import Kind, Notice, draw_notice
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import card, panel, text_width, wrapped, write
 from sandbox.view.scene_loader import SceneLoader
@@ -19,31 +23,78 @@ from sandbox.view.session_view import Pane
 from sandbox.view.theme import theme
 from sandbox.view.widgets.group import Placed, WidgetGroup
 
+MIN_MESSAGE: Final = 20  # width of a message beside what is compiled, in heights of the text
 
+
+@dataclass
+class Messages:
+    """The messages of a window. waits: something is to be done as soon as engines have run again."""
+
+    _playback: Playback
+    _notice: Notice
+    _compilation: Compilation | None
+    waits: bool = False
+
+    def follow_compilation(self) -> bool:
+        """Let the compilation go on. Return whether something is still compiled."""
+        if self._compilation is None or not self._compilation.is_running:
+            return False
+        self._compilation.poll()
+        return True
+
+    def status(self, recorded: float | None) -> str:
+        """Return all that the window says of time and of what was done last. recorded: s, or None."""
+        playback = self._playback
+        speed = "paused" if playback.paused else playback.speed_text
+        video = "" if recorded is None else f"    {recorded:.1f} s"
+        time, note = playback.view.moment.time, playback.view.charts.note
+        return f"{time:.2f} s    {speed}{video}    {note}    {self._progress or self._notice.text}"
+
+    @property
+    def clock(self) -> str:
+        """What the stopwatch says, or else the time."""
+        time, zero = self._playback.view.moment.time, self._playback.stopwatch
+        return f"{time:.2f} s" if zero is None else f"{time - zero:+.3f} s"
+
+    @property
+    def _progress(self) -> str:
+        """How far engines that run again still are from the current step, or nothing."""
+        playback, session = self._playback, self._playback.session
+        if session.steps_behind and not (playback.paused and playback.shows_current_step):
+            return f"catching up: {session.steps_behind:,} steps to go{', Esc stops' if self.waits else ''}"
+        if session.lag and self.waits:
+            return f"{session.reference} is catching up: {session.lag:.1f} s to go, Esc stops"
+        return ""
+
+    def draw(self, surface: Surface, layout: Layout) -> None:
+        """Draw a message, and what is compiled beside it; the message alone if there is no room for both."""
+        text, place, height = self._progress or self._notice.text, layout.status.copy(), layout.text_height
+        if self._compilation and self._compilation.is_running:
+            room = place.width - status_width(self._compilation, height) - height
+            if text and room < MIN_MESSAGE * height:
+                room = place.width
+            else:
+                draw_status(surface, place, self._compilation, height)
+            place.width = room
+        if text:
+            draw_notice(surface, place, height, text, Kind.HINT if self._progress else self._notice.kind)
+
+
+@dataclass
 class Cards:
     """What lies over the panes: cards, messages, the help, the picker of scenes, and what widgets say.
 
     marks_selection: whether a ball that a key selected has a card.
     """
 
-    marks_selection = True
-
-    def __init__(
-        self,
-        playback: Playback,
-        editor: Editor,
-        mouse: MouseTool,
-        scenes: SceneLoader,
-        widgets: WidgetGroup,
-        messages: Messages,
-    ) -> None:
-        self._playback = playback
-        self._editor = editor
-        self._mouse = mouse
-        self._scenes = scenes
-        self._widgets = widgets
-        self._messages = messages
-        self.help_open = False
+    _playback: Playback
+    _editor: Editor
+    _mouse: MouseTool
+    _scenes: SceneLoader
+    _widgets: WidgetGroup
+    _messages: Messages
+    help_open: bool = False
+    marks_selection: bool = True
 
     def toggle_help(self) -> None:
         """Show the help, or hide it."""
@@ -137,28 +188,20 @@ def draw_error_card(surface: Surface, layout: Layout, error: str) -> None:
 def draw_help(surface: Surface, layout: Layout) -> None:
     """Draw the table of keys in the largest text that fits into the window, in one column or two."""
     window = surface.get_rect()
-    for height in range(layout.text_height, 4, -1):
-        for columns in (1, 2):
-            place, widths = _size(height, columns)
-            if place.width <= window.width and place.height <= window.height:
-                place.center = window.center
-                _draw(surface, place, widths, height, columns)
-                return
-
-
-def _size(height: int, columns: int) -> tuple[Rect, tuple[int, int]]:
-    """Return the table's size, and the widths of the keys and of what they do, px."""
-    keys, does = (max(text_width(row[k], height) for row in HELP) + height for k in (0, 1))
-    rows = -(-len(HELP) // columns)
-    return Rect(0, 0, columns * (keys + does) + height, round((rows + 1) * 1.5 * height)), (keys, does)
-
-
-def _draw(surface: Surface, place: Rect, widths: tuple[int, int], height: int, columns: int) -> None:
+    for height, columns in product(range(layout.text_height, 4, -1), (1, 2)):
+        widths = [max(text_width(row[k], height) for row in HELP) + height for k in (0, 1)]  # of keys, and what they do
+        rows = -(-len(HELP) // columns)
+        place = Rect(0, 0, columns * sum(widths) + height, round((rows + 1) * 1.5 * height))
+        if place.width <= window.width and place.height <= window.height:
+            break
+    else:
+        return
+    place.center = window.center
     panel(surface, place)
-    rows = -(-len(HELP) // columns)
-    for number, (keys, does) in enumerate(HELP):
+    for number, texts in enumerate(HELP):
         column, row = divmod(number, rows)
-        x = place.x + height + column * sum(widths)
-        y = place.y + round((row + 0.5) * 1.5 * height)
-        write(surface, keys, Rect(x, y, widths[0], round(1.5 * height)), theme.ink, height)
-        write(surface, does, Rect(x + widths[0], y, widths[1], round(1.5 * height)), theme.dim, height)
+        cell = Rect(place.x + height + column * sum(widths), place.y + round((row + 0.5) * 1.5 * height), 0, 0)
+        for text, width, ink in zip(texts, widths, (theme.ink, theme.dim), strict=True):
+            cell.size = width, round(1.5 * height)
+            write(surface, text, cell, ink, height)
+            cell.x += width

@@ -7,7 +7,6 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, Final
 
-from sandbox.analysis.comparison import Comparison
 from sandbox.errors import SandboxError
 from sandbox.files import whole_file
 from sandbox.processes import ChildProcess, serve
@@ -53,10 +52,9 @@ class CaseWorker:
 
     def stop(self) -> None:
         """End the process, and what it does."""
-        self.is_busy = False
-        if self._process is not None:
-            self._process.stop()
-            self._process = None
+        process, self._process, self.is_busy = self._process, None, False
+        if process is not None:
+            process.stop()
 
 
 def _serve(connection: "Connection[Any, Any]") -> None:
@@ -69,17 +67,13 @@ def answer(so_far: ComparisonSoFar, task: tuple[RunSoFar, str | None]) -> Case |
     try:
         comparison = so_far.of(run)
         if file is not None:
-            _write_page(comparison, file)
+            from sandbox.report.comparison import page  # noqa: PLC0415  # Bokeh takes a second to import
+
+            with whole_file(file) as opened:
+                opened.write(page(comparison).encode())
         return case_of(run, comparison, so_far.marks)
     except SandboxError as error:
         return SandboxError(str(error))  # others, such as EngineError, cannot be pickled
-
-
-def _write_page(comparison: Comparison, file: str) -> None:
-    from sandbox.report.comparison import page  # noqa: PLC0415  # Bokeh takes a second to import
-
-    with whole_file(file) as opened:
-        opened.write(page(comparison).encode())
 
 
 class CaseSoFar:
@@ -146,13 +140,12 @@ class CaseSoFar:
             self.error = str(answer)
         else:
             self.case, self.error = answer, ""
-        if self._page:
-            if self.error:
-                self._notice.show(self.error, Kind.ERROR)
-            else:
-                self._notice.show_saved(self._page)
-                webbrowser.open(Path(self._page).absolute().as_uri())
-            self._page = ""
+        page, self._page = self._page, ""
+        if page and self.error:
+            self._notice.show(self.error, Kind.ERROR)
+        elif page:
+            self._notice.show_saved(page)
+            webbrowser.open(Path(page).absolute().as_uri())
 
     def _ask(self, run: RunSoFar) -> None:
         """Let the worker compare a run, unless it has just done so."""

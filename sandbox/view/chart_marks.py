@@ -79,26 +79,17 @@ class TimeAxis:
         self.time = time
 
 
-@dataclass(frozen=True)
-class ChartPlaces:
-    """Places in px of the chart. plot: without its axes; timeline: where a press of the mouse chooses a time."""
-
-    plot: Rect
-    timeline: Rect
-
-
 def small(text_height: int) -> int:
     """Return the height of the text in charts, px."""
     return max(10, round(0.93 * text_height))
 
 
-def chart_places(size: tuple[int, int], text_height: int, names: int) -> ChartPlaces:
-    """Place a chart. size: of all of it; names: width of the names at the ends of lines, px."""
+def plot_of(size: tuple[int, int], text_height: int, names: int) -> Rect:
+    """Return the place of a chart without its axes. size: of all of it; names: width of those at the ends of lines."""
     height = small(text_height)
     top, bottom = round(2.0 * height), size[1] - round(1.6 * height)
     left, right = round(AXIS * height), min(names + height, size[0] // 4)
-    plot = Rect(left, top, max(1, size[0] - left - right), max(1, bottom - top))
-    return ChartPlaces(plot, Rect(0, 0, *size))
+    return Rect(left, top, max(1, size[0] - left - right), max(1, bottom - top))
 
 
 def spread(wanted: Sequence[float], sizes: Sequence[float], low: float, high: float) -> list[float]:
@@ -157,13 +148,10 @@ def placed_marks(
     start, seconds = axis.shown
     shown = [one for one in marks if one.time is None or start <= one.time <= start + seconds]
     wanted = [left if one.time is None else axis.column(plot, one.time) + height // 2 for one in shown]
+    if sum(text_width(one.text, height) + height for one in shown) > right - left:
+        room = max(1, (right - left) // len(shown) - height)
+        shown = [replace(one, text=shortened(one.text, room, height)) for one in shown]
     widths = [text_width(one.text, height) + height for one in shown]
-    if sum(widths) > right - left:
-        shown = [
-            replace(one, text=shortened(one.text, max(1, (right - left) // len(shown) - height), height))
-            for one in shown
-        ]
-        widths = [text_width(one.text, height) + height for one in shown]
     lefts = spread(wanted, widths, left, right)
     return [(one, Rect(round(x), 1, width, height + 2)) for one, x, width in zip(shown, lefts, widths, strict=True)]
 
@@ -177,12 +165,7 @@ def mark_at(placed: list[tuple[Mark, Rect]], axis: TimeAxis, plot: Rect, x: int,
 
 
 def draw_marks(
-    surface: Surface,
-    placed: list[tuple[Mark, Rect]],
-    axis: TimeAxis,
-    plot: Rect,
-    colours: Palette,
-    text_height: int,
+    surface: Surface, placed: list[tuple[Mark, Rect]], axis: TimeAxis, plot: Rect, colours: Palette, text_height: int
 ) -> None:
     """Draw each mark as a triangle above the charts, with its label, and faintly through them."""
     half = max(4, text_height // 4)

@@ -15,18 +15,8 @@ from sandbox.scene.units import PIXELS, Units
 from sandbox.session.history import Moment
 from sandbox.session.samples import Samples
 from sandbox.state import Floats
-from sandbox.view.chart_marks import (
-    ChartPlaces,
-    Mark,
-    TimeAxis,
-    chart_places,
-    draw_marks,
-    mark_at,
-    marks_of,
-    placed_marks,
-    small,
-    spread,
-)
+from sandbox.view import chart_marks
+from sandbox.view.chart_marks import Mark, TimeAxis, small, spread
 from sandbox.view.instruments import LAW, LOGARITHMIC, Even, Instrument, TimeChart, time_chart
 from sandbox.view.layout import ScreenPoint
 from sandbox.view.primitives import card, draw_marker, lettering, shortened, text_width, write
@@ -52,7 +42,7 @@ class Charts:
         self.instrument = Instrument.ENERGY
         self.across: Instrument | None = None  # over what it is drawn, unless over time
         self._logarithmic: set[Instrument] = set()
-        self._remarked: Scene | None = None  # the scene of the remark
+        self._remarked: Scene | None  # the scene of the remark
         self.recolour()
 
     def recolour(self) -> None:
@@ -75,10 +65,8 @@ class Charts:
         self._chart = time_chart(instrument, self.samples, self._units, logarithmic=self.is_logarithmic)
         self._columns = self._chart.columns(self.samples) if self._chart else {}
         across = time_chart(self.across, self.samples, self._units, logarithmic=False) if self.across else None
-        plane = self._chart and across and PlaneChart(self._chart, across, self._colours, self.palette)
-        self._plane = plane or None
-        self._remark = ""
-        self._remarked = None
+        self._plane = PlaneChart(self._chart, across, self._colours, self.palette) if self._chart and across else None
+        self._remark, self._remarked = "", None
         self._samples = 0  # how many of the series are drawn
         self._seen = 0, 0.0, 0  # drops of the series, scale of energy, and how many samples the span includes
         self._has_scale = bool(self.samples.energy_scale)
@@ -94,8 +82,8 @@ class Charts:
 
     def show_next(self) -> None:
         """Show the next instrument."""
-        instruments = list(Instrument)
-        self.show(instruments[(instruments.index(self.instrument) + 1) % len(instruments)])
+        instruments = [*Instrument, *Instrument]
+        self.show(instruments[instruments.index(self.instrument) + 1])
 
     def show_across(self, instrument: Instrument | None) -> None:
         """Draw what is shown over another quantity, or over time."""
@@ -130,9 +118,9 @@ class Charts:
 
     # Where things are
 
-    def places(self, place: Rect, text_height: int) -> ChartPlaces:
-        """Return where everything is within its place."""
-        return chart_places(place.size, text_height, round(self._names * small(text_height)))
+    def plot(self, place: Rect, text_height: int) -> Rect:
+        """Return where the chart is within its place, without its axes."""
+        return chart_marks.plot_of(place.size, text_height, round(self._names * small(text_height)))
 
     def is_over_time(self, place: Rect, point: ScreenPoint) -> bool:
         """Return whether a point of the window is in a chart over time, or in its margins."""
@@ -140,18 +128,17 @@ class Charts:
 
     def time_at(self, place: Rect, text_height: int, x: int) -> float:
         """Return the time (s) of a column of the window, clamped to the axis of a chart at a place."""
-        return self.axis.time_at(self.places(place, text_height).plot, x - place.x)
+        return self.axis.time_at(self.plot(place, text_height), x - place.x)
 
     def mark_at(self, place: Rect, text_height: int, point: ScreenPoint) -> Mark | None:
         """Return the mark whose label or tick a point of the window is on, in a chart at a place."""
-        where = self.places(place, text_height)
-        x, y = point[0] - place.x, point[1] - place.y
-        return mark_at(self._placed_marks(where, text_height), self.axis, where.plot, x, y)
+        marks, x, y = self._placed_marks(place, text_height), point[0] - place.x, point[1] - place.y
+        return chart_marks.mark_at(marks, self.axis, self.plot(place, text_height), x, y)
 
-    def _placed_marks(self, where: ChartPlaces, text_height: int) -> list[tuple[Mark, Rect]]:
-        marks = marks_of(self.marks, self.note, self.samples.reference, self._colours, self.palette.ink)
+    def _placed_marks(self, place: Rect, text_height: int) -> list[tuple[Mark, Rect]]:
+        marks = chart_marks.marks_of(self.marks, self.note, self.samples.reference, self._colours, self.palette.ink)
         unit = text_width(self._chart.unit, small(text_height)) + small(text_height) if self._chart else 0
-        return placed_marks(marks, self.axis, where.plot, unit, where.timeline.right, text_height)
+        return chart_marks.placed_marks(marks, self.axis, self.plot(place, text_height), unit, place.width, text_height)
 
     # Following the run
 
@@ -177,12 +164,6 @@ class Charts:
     def _new_span(self) -> Span:
         return self._chart.scale.span(*self._extent) if self._chart else (0.0, 1.0)
 
-    def _update_remark(self) -> None:
-        scene = self.moment.scene if self.moment else None
-        if scene is not None and scene is not self._remarked and self._chart:
-            self._remarked = scene
-            self._remark = self._chart.remark(self.samples, scene)
-
     @property
     def _settled(self) -> int:
         return max(1, len(self.samples) - 1)
@@ -197,27 +178,35 @@ class Charts:
             return
         if self._has_scale != bool(self.samples.energy_scale):  # then energy is in another unit
             self.show(self.instrument)
-        self.axis.follow(time, float(self.samples.times[-1]))
+        axis = self.axis
+        axis.follow(time, float(self.samples.times[-1]))
         if self._chart is None or self._plane:
             self._draw_without_time(surface, place, text_height, time, point)
             return
         self._extend_span()
-        self._update_remark()
-        where, samples = self.places(place, text_height), self.samples
-        scale = samples.energy_scale
-        wanted = (self.axis.shown, self._span, where, text_height, samples.series.drops, scale, self._remark)
+        scene = self.moment.scene if self.moment else None
+        if scene is not None and scene is not self._remarked:
+            self._remarked, self._remark = scene, self._chart.remark(self.samples, scene)
+        plot, size, samples = self.plot(place, text_height), place.size, self.samples
+        drops, scale = samples.series.drops, samples.energy_scale
+        wanted = (self.axis.shown, self._span, tuple(plot), size, text_height, drops, scale, self._remark)
         if self._drawn is None or wanted != self._drawn_as:
-            self._drawn, self._samples = Surface(place.size), 0
-            self._drawn_as = wanted
-            self._draw_axes(self._drawn, self._chart, where, text_height)
-        self._draw_lines(self._drawn, self._chart, where.plot, text_height)
+            self._drawn, self._samples, self._drawn_as = Surface(size), 0, wanted
+            self._draw_axes(self._drawn, self._chart, plot, text_height)
+        self._draw_lines(self._drawn, self._chart, plot, text_height)
         surface.blit(self._drawn, place)
         ground = surface.subsurface(place)
-        self._draw_names(ground, self._chart, where, text_height)
-        self._draw_selection(ground, where.plot)
-        marks = self._placed_marks(where, text_height)
-        draw_marks(ground, marks, self.axis, where.plot, self.palette, text_height)
-        self._draw_cursor(ground, where.plot, text_height)
+        self._draw_names(ground, self._chart, plot, text_height)
+        if axis.selection:
+            first, last = sorted(axis.column(plot, time) for time in axis.selection)
+            veil = Surface((last - first + 1, plot.height))
+            veil.fill(self.palette.ink)
+            veil.set_alpha(40)
+            ground.blit(veil, (first, plot.y))
+        chart_marks.draw_marks(ground, self._placed_marks(place, text_height), axis, plot, self.palette, text_height)
+        x = axis.column(plot, axis.time)
+        if plot.x <= x <= plot.right:
+            pygame.draw.line(ground, theme.dim, (x, plot.y - text_height // 3), (x, plot.bottom))
         if point and place.collidepoint(point):
             self._draw_card(surface, place, text_height, point)
 
@@ -227,7 +216,7 @@ class Charts:
         """Draw the chart of the moment shown, or of one quantity over another, and its values at a point."""
         if self.moment is None:
             return
-        plot, height = self.places(place, text_height).plot.move(place.topleft), small(text_height)
+        plot, height = self.plot(place, text_height).move(place.topleft), small(text_height)
         at = point if point and place.collidepoint(point) else None
         rows: list[list[str]] = []
         if self._plane:
@@ -243,9 +232,9 @@ class Charts:
         if at:
             card(surface, rows, at, text_height, surface.get_rect())
 
-    def _draw_axes(self, surface: Surface, chart: TimeChart, where: ChartPlaces, text_height: int) -> None:
+    def _draw_axes(self, surface: Surface, chart: TimeChart, plot: Rect, text_height: int) -> None:
         surface.fill(self.palette.ground)
-        plot, height = where.plot, small(text_height)
+        height, right = small(text_height), surface.get_width()
         start, seconds = self.axis.shown
         interval = round_up(seconds * 6 * text_height / plot.width)
         first, last = int(np.ceil(start / interval - 1e-9)), int((start + seconds) / interval * (1 + 1e-9))
@@ -254,7 +243,7 @@ class Charts:
             pygame.draw.line(surface, self.palette.faint, (x, plot.bottom), (x, plot.bottom + height // 3))
             text = f"{k * interval:.6g} s" if k == last else f"{k * interval:.6g}"
             number = lettering(text, theme.dim, height)
-            at = min(x - number.get_width() // 2, where.timeline.right - number.get_width())
+            at = min(x - number.get_width() // 2, right - number.get_width())
             surface.blit(number, (at, plot.bottom + height // 3))
         self._write_axis(surface, chart, plot, height)
         write(surface, chart.unit, Rect(0, 0, plot.right, round(1.5 * height)), theme.dim, height)
@@ -303,9 +292,8 @@ class Charts:
         surface.set_clip(None)
         self._samples = settled
 
-    def _draw_names(self, surface: Surface, chart: TimeChart, where: ChartPlaces, text_height: int) -> None:
+    def _draw_names(self, surface: Surface, chart: TimeChart, plot: Rect, text_height: int) -> None:
         """Write each line's engine at its end, after a marker of its own shape."""
-        plot = where.plot
         height, times = small(text_height), self.samples.times[: self._settled]
         last = int(np.searchsorted(times, sum(self.axis.shown), side="right")) - 1
         if last < 0:
@@ -322,35 +310,21 @@ class Charts:
             if name != LAW:
                 shape = self.samples.engines.index(name)
                 draw_marker(surface, colour, (x, min(max(round(y), plot.y), plot.bottom)), height // 3, shape)
-            label = lettering(shortened(name, max(1, where.timeline.right - left), height), colour, height)
+            label = lettering(shortened(name, max(1, surface.get_width() - left), height), colour, height)
             at = label.get_rect(x=left, centery=round(top + line / 2))
             surface.fill(self.palette.ground, at.inflate(4, -height // 3))  # or lines of the axis would strike it out
             labels.append((label, at))
         surface.blits(labels)  # after the ground of all, which would hide parts of letters
 
-    def _draw_selection(self, surface: Surface, plot: Rect) -> None:
-        if self.axis.selection:
-            first, last = sorted(self.axis.column(plot, time) for time in self.axis.selection)
-            veil = Surface((last - first + 1, plot.height))
-            veil.fill(self.palette.ink)
-            veil.set_alpha(40)
-            surface.blit(veil, (first, plot.y))
-
-    def _draw_cursor(self, surface: Surface, plot: Rect, text_height: int) -> None:
-        x = self.axis.column(plot, self.axis.time)
-        if plot.x <= x <= plot.right:
-            pygame.draw.line(surface, theme.dim, (x, plot.y - text_height // 3), (x, plot.bottom))
-
     # Values
 
     def _draw_card(self, surface: Surface, place: Rect, text_height: int, point: ScreenPoint) -> None:
         """Draw the values at a point, or what the mark there means."""
-        where = self.places(place, text_height)
         mark = self.mark_at(place, text_height, point)
         if mark:
             rows = [[f"{mark.time:.2f} s", mark.text], ["", mark.sentence]]
         else:
-            rows = self._values_at(where.plot, point[0] - place.x)
+            rows = self._values_at(self.plot(place, text_height), point[0] - place.x)
             faint = self.palette.ground.lerp(self.palette.ink, 0.5)
             pygame.draw.line(surface, faint, (point[0], place.y), (point[0], place.bottom))
         card(surface, rows, point, text_height, surface.get_rect())

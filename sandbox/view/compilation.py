@@ -63,9 +63,8 @@ def _compile_exact() -> None:
 
 def _compile_scenes() -> None:
     """Place balls at random, and then on a lattice, as there is too little room."""
-    size = 100.0, 100.0
-    group = BallGroup(radius=5, count=80, inside=((0.0, 0.0), size))
-    scene = Scene(arena={"size": size}, balls=[group])
+    group = BallGroup(radius=5, count=80, inside=((0.0, 0.0), (100.0, 100.0)))
+    scene = Scene(arena={"size": (100.0, 100.0)}, balls=[group])
     list(warnings(scene, spawn(scene)))
 
 

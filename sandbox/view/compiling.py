@@ -12,8 +12,7 @@ from sandbox.errors import SandboxError
 from sandbox.processes import core_count
 from sandbox.scene.model import Scene
 from sandbox.view.compilation import COMPUTATION, DRAWING, Compilation
-from sandbox.view.display import caption, set_mode
-from sandbox.view.events import PRESSES
+from sandbox.view.display import PRESSES, caption, set_mode
 from sandbox.view.layout import GAP, natural_size
 from sandbox.view.offscreen import draw_start
 from sandbox.view.primitives import panel, shortened, text_width, write
@@ -46,7 +45,12 @@ class WindowCompiler:
         """Show a notice until the kernels of a module are compiled. Raises SystemExit if the window is closed."""
         for progress in self.compilation.until_compiled(module):
             surface = pygame.display.get_surface() or self._open()
-            self._draw_scene(surface)
+            if self._undrawn:  # as soon as its balls can be placed without waiting
+                arena = Rect(0, 0, *map(round, self._undrawn.arena.size))
+                place = arena.fit(surface.get_rect().inflate(-4 * GAP, -4 * GAP))
+                with suppress(NotCompiledYet, SandboxError), without_waiting():
+                    draw_start(surface.subsurface(place), self._undrawn)
+                    self._undrawn = None
             draw_notice(surface, progress)
             pygame.display.flip()
             if pygame.event.peek(pygame.QUIT):  # which also lets the system know that the window is alive
@@ -58,14 +62,6 @@ class WindowCompiler:
         screen.fill(theme.ground)
         self._undrawn = self._scene
         return screen
-
-    def _draw_scene(self, screen: Surface) -> None:
-        """Draw the scene's start, as soon as its balls can be placed without waiting."""
-        if self._undrawn:
-            place = Rect(0, 0, *map(round, self._undrawn.arena.size)).fit(screen.get_rect().inflate(-4 * GAP, -4 * GAP))
-            with suppress(NotCompiledYet, SandboxError), without_waiting():
-                draw_start(screen.subsurface(place), self._undrawn)
-                self._undrawn = None
 
 
 @contextmanager
@@ -103,8 +99,7 @@ def draw_status(surface: Surface, place: Rect, progress: Compilation, height: in
     panel(surface, line)
     text = shortened(str(progress), width - 2 * height, height)
     left = write(surface, text, line.move(height, 0), theme.dim, height) + height
-    right = line.right - height
-    _draw_bar(surface, Rect(left, line.centery - 2, max(0, right - left), 4), progress)
+    _draw_bar(surface, Rect(left, line.centery - 2, max(0, line.right - height - left), 4), progress)
 
 
 def status_width(progress: Compilation, height: int) -> int:

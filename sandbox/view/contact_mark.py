@@ -24,7 +24,7 @@ from sandbox.view.overlay import Canvas
 from sandbox.view.primitives import arrow, capsule, draw_walls, label, text_width
 from sandbox.view.session_view import Pane
 from sandbox.view.theme import palette
-from sandbox.view.widgets.widget import Widget
+from sandbox.view.widgets import Widget
 
 NORMAL: Final = 5.5  # half of a normal, in heights of the text: long enough to see angles between normals
 ARROW: Final = 4.0  # the longest arrow, in units: a height of the text or, where that is less, the larger ball's radius
@@ -42,14 +42,7 @@ def draw_contact(surface: Surface, layout: Layout, panes: Sequence[Pane], differ
     """Draw a difference between an engine and the reference in every pane, and its overlap in the engine's own."""
     for index, pane in enumerate(panes):
         inside = surface.subsurface(layout.arenas[index])
-        canvas = Canvas(
-            inside,
-            pane.scene,
-            pane.state,
-            scale=layout.scale,
-            text_height=layout.text_height,
-            origin=layout.origin,
-        )
+        canvas = Canvas(inside, pane.scene, pane.state, layout.scale, layout.text_height, layout.origin)
         mark = ContactMark(canvas, difference)
         colour = palette(pane.scene.arena.background).engines(one.name for one in panes)[engine]
         mark.draw(colour, overlap=pane.name == engine)
@@ -71,29 +64,22 @@ class ContactMark:
         """Draw everything. colour: of the engine; overlap: whether to draw how deep it is."""
         ink, found = self._palette.ink, self._difference
         self._outline_wall(self._palette.contact)
-        for ball in self._difference.balls:
-            self._outline(ball, ink)
+        for ball in found.balls:
+            centre = self._at(self._state.position[ball]).round().astype(int).tolist()
+            radius = round(self._scene.bodies.radius[ball] * self._scale)
+            pygame.draw.circle(self._surface, ink, centre, radius + 3 * self._width, self._width)
         if found.should_normal:
             self._normal(found.should_normal, ink)
         if found.normal and found.normal_at_touch:
             self._normal(found.normal_at_touch, colour, dashed=True)
         if found.normal:
             self._normal(found.normal, colour)
-        self._draw_arrows(
-            [
-                *self._arrows(found.should_before, found.should_after, ink),
-                *self._arrows(found.before, found.after, colour),
-            ]
-        )
-        if overlap:
-            self._overlap()
-
-    # The bodies
-
-    def _outline(self, ball: int, colour: Color) -> None:
-        centre = self._at(self._state.position[ball]).round().astype(int).tolist()
-        radius = round(self._scene.bodies.radius[ball] * self._scale)
-        pygame.draw.circle(self._surface, colour, centre, radius + 3 * self._width, self._width)
+        should = self._arrows(found.should_before, found.should_after, ink)
+        self._draw_arrows([*should, *self._arrows(found.before, found.after, colour)])
+        if overlap and self._has_depth:
+            rim, normal = self._contact_point, np.array(found.normal)
+            inner = rim - (found.depth or 0.0) * self._scale * normal
+            pygame.draw.line(self._surface, self._palette.contact, inner.tolist(), rim.tolist(), 3 * self._width)
 
     def _outline_wall(self, colour: Color) -> None:
         """Draw the wall that the ball touches, if it does, over its whole length."""
@@ -127,7 +113,6 @@ class ContactMark:
     # The velocities
 
     def _arrows(self, before: Velocities | None, after: Velocities | None, colour: Color) -> Iterator["Arrow"]:
-        """Yield the arrows of both balls, if they move."""
         for velocities, is_before in ((before, True), (after, False)):
             for ball, velocity in zip(self._difference.balls, velocities or (), strict=False):
                 radius, speed = float(self._scene.bodies.radius[ball]) * self._scale, math.hypot(*velocity)
@@ -144,7 +129,7 @@ class ContactMark:
         """The length of an arrow for a speed of 1 px/s, px of the surface."""
         found = self._difference
         each = (found.before, found.after, found.should_before, found.should_after)
-        fastest = max((float(np.hypot(*one)) for velocities in each for one in velocities or ()), default=0.0)
+        fastest = max((math.hypot(*one) for velocities in each for one in velocities or ()), default=0.0)
         return ARROW * self._unit / fastest if fastest else 0.0
 
     def _draw_arrows(self, arrows: Sequence["Arrow"]) -> None:
@@ -165,29 +150,18 @@ class ContactMark:
         found, radius = self._difference, float(self._scene.bodies.radius[self._difference.first])
         return found.normal is not None and found.depth is not None and abs(found.depth) > NEGLIGIBLE * radius
 
-    def _overlap(self) -> None:
-        """Draw how far the bodies reach into each other along the normal."""
-        if self._has_depth:
-            rim, normal = self._contact_point, np.array(self._difference.normal)
-            inner = rim - (self._difference.depth or 0.0) * self._scale * normal
-            pygame.draw.line(self._surface, self._palette.contact, inner.tolist(), rim.tolist(), 3 * self._width)
-
     def write_depth(self) -> None:
         """Write how deep the overlap is beside it, if it has one."""
         depth, radius = self._difference.depth, float(self._scene.bodies.radius[self._difference.balls].max())
         if self._has_depth and depth is not None:
             size = self._scene.units.text(Dimension.LENGTH, "{:.2g}", abs(depth))
             text = f"overlap {size}" if depth > 0 else f"apart by {size}"
-            self._write_beside(text, self._contact_point, np.array(self._difference.normal), radius * self._scale)
-
-    def _write_beside(self, text: str, point: Floats, normal: Floats, radius: float) -> None:
-        """Write beside the two bodies, on the side with more room. point, radius: px of the surface."""
-        width, room = text_width(text, self._text_height), self._surface.get_rect()
-        across = np.array([-normal[1], normal[0]])
-        aside = across * (radius + 1.5 * self._text_height + abs(across[0]) * width / 2)
-        middle = np.array(room.center)
-        near = min((point + aside, point - aside), key=lambda place: float(np.abs(place - middle).max()))
-        label(self._surface, text, near.tolist(), self._text_height, room, self._palette)
+            width, room, point = text_width(text, self._text_height), self._surface.get_rect(), self._contact_point
+            x, y = self._difference.normal or (0.0, 0.0)
+            aside = np.array([-y, x]) * (radius * self._scale + 1.5 * self._text_height + abs(y) * width / 2)
+            middle = np.array(room.center)  # on its side, there is more room
+            near = min((point + aside, point - aside), key=lambda place: float(np.abs(place - middle).max()))
+            label(self._surface, text, near.tolist(), self._text_height, room, self._palette)
 
 
 class Arrow(NamedTuple):
@@ -221,7 +195,6 @@ class ContactPicture(Widget):
     state: State
     difference: Difference
     colour: Color
-    width: float = 5.0
 
     takes_keys = False
 
@@ -256,7 +229,7 @@ class ContactPicture(Widget):
         for ball in balls:
             centre = scale * self.state.position[ball] + (x, y)
             pygame.draw.circle(picture, rgb(scene.colors[ball]), centre, scale * scene.bodies.radius[ball])
-        canvas = Canvas(picture, scene, self.state, scale=scale, text_height=text_height, origin=(float(x), float(y)))
+        canvas = Canvas(picture, scene, self.state, scale, text_height, (float(x), float(y)))
         mark = ContactMark(canvas, self.difference)
         mark.draw(self.colour, overlap=True)
         mark.write_depth()

@@ -7,7 +7,7 @@ from typing import Final
 import pygame
 from pygame.event import Event
 
-from sandbox.view.layers import Layer
+from sandbox.view import Layer
 
 # What the window does when a key or a button asks for it.
 Action = Enum(

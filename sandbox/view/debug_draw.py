@@ -13,13 +13,11 @@ from pymunk.pygame_util import DrawOptions
 from pymunk.space_debug_draw_options import SpaceDebugColor
 
 from sandbox.scene.fields import Vector, rgb
-from sandbox.scene.model import Scene
-from sandbox.state import State
-from sandbox.view.primitives import Discs, capsule, draw_wall, draw_walls, thin_lines
+from sandbox.view.primitives import Discs, capsule, draw_wall, thin_lines
 
 MAX_SHAPES: Final = 300  # that `Space.debug_draw` draws; it calls Python for each, which takes 8 ms for so many
 POINT_LENGTH: Final = 2.0  # px of the space, by which Pymunk lengthens the line between a contact's two points
-
+Point = tuple[float, float]
 _POINT_FIELDS: Final = (
     ArbiterFields.CONTACT_COUNT | ArbiterFields.NORMAL | ArbiterFields.POINT_A_1 | ArbiterFields.POINT_B_1
 )
@@ -59,21 +57,9 @@ class DebugDraw:
         """Whether there are too many shapes for Pymunk's debug-draw."""
         return not self.plain and len(self._space.shapes) > MAX_SHAPES
 
-    def draw(
-        self,
-        surface: Surface,
-        scale: float,
-        past: tuple[Scene, State] | None = None,
-        origin: Vector = (0.0, 0.0),
-    ) -> None:
-        """Draw the space on a surface. scale: px of the surface for one px of the space; origin: where its own is.
-
-        past: the scene and where its balls are, which are drawn without contacts; by default those that are there now.
-        """
-        if past is not None:
-            draw_walls(surface, past[0], past[1].time, scale, origin)
-            Discs(past[0].bodies.radius, past[0].colors).draw(surface, past[1].position, scale, past[1].angle, origin)
-        elif self.is_batch:
+    def draw(self, surface: Surface, scale: float, origin: Vector = (0.0, 0.0)) -> None:
+        """Draw the space on a surface. scale: px of the surface for one px of the space; origin: where its own is."""
+        if self.is_batch:
             self._draw_batch(surface, scale, origin)
         else:
             options = self._stock if self.plain else self._smooth
@@ -134,22 +120,13 @@ class SpaceOptions(DrawOptions):
         thin_lines(self.surface, outline_color.as_int(), np.rint(np.array([[*pos, *rim]])))
 
     def draw_fat_segment(
-        self,
-        a: tuple[float, float],
-        b: tuple[float, float],
-        radius: float,
-        outline_color: SpaceDebugColor,
-        fill_color: SpaceDebugColor,
+        self, a: Point, b: Point, radius: float, outline_color: SpaceDebugColor, fill_color: SpaceDebugColor
     ) -> None:
         """Draw a segment with its thickness at any slope; of the arena's walls, nothing is in the pane."""
         capsule(self.surface, fill_color.as_int(), a, b, radius)
 
     def draw_polygon(
-        self,
-        verts: Sequence[tuple[float, float]],
-        radius: float,
-        outline_color: SpaceDebugColor,
-        fill_color: SpaceDebugColor,
+        self, verts: Sequence[Point], radius: float, outline_color: SpaceDebugColor, fill_color: SpaceDebugColor
     ) -> None:
         """Draw a polygon with an outline, if any of it is on the surface."""
         corners = np.array(verts)

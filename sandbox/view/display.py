@@ -1,10 +1,13 @@
-"""The screen that a window is on: whether there is one, and windows that are opened there."""
+"""The screen of a window, events that wait while engines run again, what stops that run, and keys that are held."""
 
 import os
 import sys
+from collections.abc import Callable
+from typing import Final
 
 import pygame
 from pygame import Surface
+from pygame.event import Event
 
 from sandbox.scene.model import Scene
 from sandbox.signals import signals_deferred
@@ -38,3 +41,75 @@ def set_mode(size: tuple[int, int], flags: int = pygame.RESIZABLE) -> Surface:
 def caption(scene: Scene) -> str:
     """Return the title of a scene's window."""
     return f"{scene.title or scene.name} - sandbox"
+
+
+PRESSES: Final = (pygame.KEYDOWN, pygame.TEXTINPUT, pygame.MOUSEBUTTONDOWN, pygame.MOUSEWHEEL)
+
+
+class Stopped(Exception):
+    """The user stopped engines that ran again, so what was asked for is not done."""
+
+
+class PendingEvents:
+    """Events in the order of their arrival; of moves of the mouse in a row, the last. get: returns the new events."""
+
+    def __init__(self, get: Callable[[], list[Event]] = pygame.event.get) -> None:
+        self._get = get
+        self._waiting: list[Event] = []
+
+    def take(self) -> list[Event]:
+        """Return all events, to be handled now."""
+        self._collect()
+        events, self._waiting = self._waiting, []
+        return events
+
+    def check(self) -> None:
+        """Raise Stopped if the window is being closed, or at Esc, which also discards the presses before it."""
+        self._collect()
+        events, escape = self._waiting, (pygame.KEYDOWN, pygame.K_ESCAPE)
+        after = max((k + 1 for k, e in enumerate(events) if (e.type, getattr(e, "key", None)) == escape), default=0)
+        self._waiting = [event for k, event in enumerate(events) if k >= after or event.type not in PRESSES]
+        if after or any(event.type == pygame.QUIT for event in self._waiting):
+            raise Stopped
+
+    def _collect(self) -> None:
+        for event in self._get():
+            before = self._waiting[-1] if self._waiting else None
+            if before and event.type == before.type == pygame.MOUSEMOTION and event.buttons == before.buttons:
+                self._waiting[-1] = event
+            else:
+                self._waiting.append(event)
+
+
+DELAY: Final = 0.4  # s, until a key that is held is pressed again
+INTERVAL: Final = 1 / 30  # s, from then on; at most once a frame, so that a slow machine does not lag behind the key
+
+
+class KeyRepeat:
+    """The key that is held.
+
+    pygame's own repeats are not distinguishable from presses, and would pile up while a frame takes long.
+    """
+
+    def __init__(self) -> None:
+        self.held: Event | None = None  # how it was pressed
+        self._wait = 0.0  # s, until it is repeated
+
+    def press(self, event: Event, *, repeats: bool) -> None:
+        """Note that a key goes down."""
+        self.held, self._wait = (event, DELAY) if repeats else (None, 0.0)
+
+    def track(self, event: Event) -> None:
+        """Note that a key goes up, or may have."""
+        if event.type in (pygame.KEYUP, pygame.WINDOWFOCUSLOST):
+            self.held = None
+
+    def due(self, seconds: float) -> Event | None:
+        """Return the press to repeat after some seconds, if it is time."""
+        if self.held is None:
+            return None
+        self._wait -= seconds
+        if self._wait > 0:
+            return None
+        self._wait = INTERVAL
+        return self.held

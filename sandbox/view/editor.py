@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -36,16 +36,7 @@ ARENA_WALL: Final = (
     "the arena's walls cannot be changed here: they stand at its edges, with the elasticity and friction "
     "under [arena] in the scene's file"
 )
-
-
 SHARE: Final = 0.1  # of each ball's energy of motion, that a press of the heater gives or takes
-
-
-class Replacement(NamedTuple):
-    """Engines that were replaced. edits: of the run before; engines: that ran then."""
-
-    edits: int
-    engines: Sequence[str]
 
 
 class Editor:
@@ -54,14 +45,14 @@ class Editor:
     The selected ball stays selected when others are added or deleted. A wall can be selected instead; those of the
     arena cannot be changed.
 
-    new_ball: what is set of balls to be added; in everything else they are copies of the model ball.
+    new_ball: what is set of balls to be added; in everything else they are copies of the selected ball, or the last.
     """
 
     def __init__(self, playback: Playback, notice: Notice, use_engines: Callable[[Sequence[str]], bool]) -> None:
         self._playback = playback
         self._notice = notice
         self._use_engines = use_engines
-        self._replaced: list[Replacement] = []
+        self._replaced: list[tuple[int, Sequence[str]]] = []  # engines, and how many edits the run had with them
         self.new_ball: dict[str, float] = {}
         self.select(None)
 
@@ -92,6 +83,10 @@ class Editor:
         """The pane in which something was selected, if it is still there."""
         return min(self._pane, len(self._playback.view.panes) - 1)
 
+    def show_in(self, pane: int) -> None:
+        """Let what is selected be shown as it is in another pane."""
+        self._pane = pane
+
     @property
     def selected_wall(self) -> int | None:
         """The number of the selected wall, see `Scene.wall_numbers`, if it stands."""
@@ -102,10 +97,6 @@ class Editor:
         """The number of the selected wall among the scene's own, unless it is one of the arena's."""
         wall = self.selected_wall
         return wall - len(ARENA_WALLS) if wall is not None and wall >= len(ARENA_WALLS) else None
-
-    def show_in(self, pane: int) -> None:
-        """Let what is selected be shown as it is in another pane."""
-        self._pane = pane
 
     def select_wall(self, wall: int) -> None:
         """Select a wall by its number, see `Scene.wall_numbers`."""
@@ -146,18 +137,14 @@ class Editor:
         else:
             self.give(DeleteBall(step=self._step, ball=ball))
 
-    @property
-    def model_ball(self) -> int:
-        """The ball that a new one is a copy of: the selected one, or else the last."""
-        return len(self._moment.balls) - 1 if self.selected is None else self.selected
-
     def size_of_new(self, key: str) -> float:
         """Return the radius (px) or the mass (kg) of a ball to be added."""
         return self._constants_of_new[key]
 
     @property
     def _constants_of_new(self) -> dict[str, float]:
-        return self._constants(self.model_ball) | self.new_ball
+        model = len(self._moment.balls) - 1 if self.selected is None else self.selected
+        return self._constants(model) | self.new_ball
 
     def _constants(self, ball: int) -> dict[str, float]:
         bodies = self._moment.scene.bodies
@@ -216,8 +203,11 @@ class Editor:
             return
         self._playback.give(edit)
         if names != before and self._edits > edits:
-            self._replaced.append(Replacement(edits, before))
-            self._notice.show(f"{said}. Undo brings it back.")
+            self._note_replaced(edits, before, said)
+
+    def _note_replaced(self, edits: int, engines: Sequence[str], said: str) -> None:
+        self._replaced.append((edits, engines))
+        self._notice.show(f"{said}. Undo brings it back.")
 
     @staticmethod
     def _names_for(scene: Scene, names: Sequence[str]) -> tuple[list[str], str]:
@@ -236,27 +226,24 @@ class Editor:
 
     @property
     def _edits(self) -> int:
-        """How many edits the run has so far."""
         return sum(isinstance(each, Edit) for each in self._playback.session.inputs)
 
     def undo(self) -> None:
         """Undo the last throw or edit. If it had replaced engines, they run again."""
         self._playback.undo()
-        if self._replaced and self._edits <= self._replaced[-1].edits:
-            self._use_engines(self._replaced.pop().engines)
+        if self._replaced and self._edits <= self._replaced[-1][0]:
+            self._use_engines(self._replaced.pop()[1])
 
     def redo(self) -> None:
         """Redo what was undone last, in engines that can run it."""
         before = self._playback.session.names
-        edit = self._playback.session.next_redo
-        names, said = before, ""
+        edit, names, said = self._playback.session.next_redo, before, ""
         if isinstance(edit, Edit):
             with self._notice.reporting():
                 names, said = self._names_for(edit.change_scene(self._moment.scene), before)
         edits = self._edits
         if names != before and self._use_engines(names):
-            self._replaced.append(Replacement(edits, before))
-            self._notice.show(f"{said}. Undo brings it back.")
+            self._note_replaced(edits, before, said)
         self._playback.redo()
 
     def forget_engines(self) -> None:
@@ -288,13 +275,9 @@ class Editor:
         self._playback.settle()  # the moment shown may be another step's, with another gravity sideways
         self.give(SetGravity(step=self._step, gravity=(self._moment.scene.gravity[0], gravity)))
 
-    def heat(self) -> None:
-        """Give every ball more energy of motion."""
-        self.give(Heat(step=self._step, factor=1 + SHARE))
-
-    def cool(self) -> None:
-        """Take from every ball some energy of motion."""
-        self.give(Heat(step=self._step, factor=1 - SHARE))
+    def heat(self, share: float) -> None:
+        """Give every ball a share of its energy of motion, or take it if negative."""
+        self.give(Heat(step=self._step, factor=1 + share))
 
     def rate(self) -> float:
         """Return the steps per second."""
@@ -320,10 +303,10 @@ def _near_the_middle(moment: Moment, radius: float) -> Vector:
         np.arange(radius, side - radius * (1 - 1e-9), max(radius, side / 100)).tolist() for side in (width, height)
     )
     positions = sorted(((x, y) for x in columns for y in rows), key=lambda at: math.dist(at, (width / 2, height / 2)))
-    found = next((position for position in positions if _is_free(moment, position, radius)), None)
-    if found is None:
-        raise SandboxError("there is no room for another ball")
-    return found
+    for position in positions:
+        if _is_free(moment, position, radius):
+            return position
+    raise SandboxError("there is no room for another ball")
 
 
 def _is_free(moment: Moment, position: Vector, radius: float) -> bool:

@@ -15,11 +15,10 @@ from sandbox.scene.model import PymunkSettings, Scene
 from sandbox.view.notice import Kind, Notice
 from sandbox.view.playback import Playback
 from sandbox.view.theme import chart_palette, theme
+from sandbox.view.widgets import Widget, Words
 from sandbox.view.widgets.buttons import Heading, TextButton
 from sandbox.view.widgets.fields import Field, Slider
 from sandbox.view.widgets.group import rows_of
-from sandbox.view.widgets.widget import Widget
-from sandbox.view.widgets.words import Words
 
 SCALES: Final[dict[str, tuple[float, ...]]] = {  # the values to choose from, round Pymunk's own
     "iterations": (1, 2, 3, 5, 10, 15, 20, 30, 50, 100, 200, 500),
@@ -31,6 +30,7 @@ SCALES: Final[dict[str, tuple[float, ...]]] = {  # the values to choose from, ro
 }
 UNITS: Final = {"collision_slop": " px"}
 SAME: Final = 1e-4  # relative difference below which a value in force stands in place of one of a scale
+NONE: Final = -1  # of the panes is unfolded
 MAX_PANES: Final = 6  # that are large enough to compare, each in a colour of its own
 ONLY_ONE: Final = "the last engine stays: add another one first"
 FULL: Final = f"{MAX_PANES} panes are the most: remove one first"
@@ -94,6 +94,7 @@ class Choice:
     refusal: str
 
 
+@dataclass
 class LineUp:
     """The engines that run, in the order of their panes.
 
@@ -101,13 +102,12 @@ class LineUp:
     notice, and changes nothing.
     """
 
-    def __init__(self, playback: Playback, notice: Notice, use: Callable[[Sequence[str]], None]) -> None:
-        self._playback = playback
-        self._notice = notice
-        self._use = use
-        self._ever: list[str] = []  # engines that have run in this window, in files of their own too
-        self._choices: list[Choice] = []
-        self._choices_for: object = None  # the scene, edits and engines of these
+    _playback: Playback
+    _notice: Notice
+    _use: Callable[[Sequence[str]], None]
+    _ever: Sequence[str] = ()  # engines that have run in this window, in files of their own too
+    _choices: Sequence[Choice] = ()
+    _choices_for: object = None  # the scene, edits and engines of these
 
     @property
     def names(self) -> list[str]:
@@ -173,7 +173,7 @@ class LineUp:
     # Choices
 
     @property
-    def choices(self) -> list[Choice]:
+    def choices(self) -> Sequence[Choice]:
         """Every engine by its name, and those in files that have run in this window.
 
         While Pymunk runs, another one has other settings.
@@ -215,14 +215,16 @@ class EnginesPage:
 
     def __init__(self, line_up: LineUp) -> None:
         self._line_up = line_up
-        self._open: int | None = next((k for k, name in enumerate(line_up.names) if has_settings(name)), None)
+        self._open = next((k for k, name in enumerate(line_up.names) if has_settings(name)), NONE)
         self._exchanging = False  # the engines to exchange it for are shown
         self._buttons = [
-            TextButton("up", partial(self._move, -1), "move the pane before the previous one", refusal=self._is_first),
-            TextButton("down", partial(self._move, 1), "move the pane behind the next one", refusal=self._is_last),
+            TextButton("up", partial(self._move, -1), "move the pane before the previous one",
+                       refusal=lambda: "it is the first pane" * (self._open == 0)),
+            TextButton("down", partial(self._move, 1), "move the pane behind the next one",
+                       refusal=lambda: "it is the last pane" * (self._open == self._count - 1)),
             TextButton("exchange", self._show_exchange, "run another engine in this pane", lambda: self._exchanging),
-            TextButton("remove", self._remove, "remove the pane", refusal=self._is_alone),
-        ]
+            TextButton("remove", self._remove, "remove the pane", refusal=lambda: ONLY_ONE * (self._count == 1)),
+        ]  # fmt: skip
         for button in self._buttons:
             button.width = len(button.text) + 3  # letters, and room round them
         self._spec = Field("engine", lambda: self._name, self._exchange, TYPED)
@@ -246,35 +248,30 @@ class EnginesPage:
 
     @property
     def _name(self) -> str:
-        """The engine of the unfolded pane."""
-        return "" if self._open is None else self._line_up.names[self._open]
+        return "" if self._open == NONE else self._line_up.names[self._open]
+
+    @property
+    def _count(self) -> int:
+        return len(self._line_up.names)
 
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets, from the top, as they are now."""
-        names = self._line_up.names
-        if self._open is not None and self._open >= len(names):
-            self._open = None
-        rows: list[Sequence[Widget]] = []
-        for pane, heading in enumerate(self._shown_headings()):
-            rows.append([heading])
-            rows += self._unfolded() if pane == self._open else []
-        full = FULL if len(names) >= MAX_PANES else ""
-        return [*rows, [self._to_add], *self._choice_rows(self._add, full), [self._typed]]
-
-    def _shown_headings(self) -> Sequence[Heading]:
-        colours, names = chart_palette(), self._line_up.names
+        names, colours = self._line_up.names, chart_palette()
         lines = colours.engines(names)
-        headings = [self._heading(pane) for pane in range(len(names))]
-        for pane, (heading, name) in enumerate(zip(headings, names, strict=True)):
+        self._open = self._open if self._open < len(names) else NONE
+        rows: list[Sequence[Widget]] = []
+        for pane, name in enumerate(names):
+            heading = self._heading(pane)
             heading.text, heading.colour, heading.ground = name, lines[name], colours.ground
             heading.is_open = pane == self._open
-        return headings
+            rows += [[heading], *(self._unfolded() if heading.is_open else [])]
+        full = FULL if len(names) >= MAX_PANES else ""
+        return [*rows, [self._to_add], *self._choice_rows(self._add, full), [self._typed]]
 
     def _make_heading(self, pane: int) -> Heading:
         return Heading("", theme.ink, theme.ground, partial(self._fold, pane), "show or hide its settings")
 
     def _unfolded(self) -> Sequence[Sequence[Widget]]:
-        """Return the rows below the heading of the unfolded pane."""
         rows: list[Sequence[Widget]] = [self._buttons]
         if self._exchanging:
             rows += [*self._choice_rows(self._exchange), [self._spec]]
@@ -294,11 +291,9 @@ class EnginesPage:
 
     def _choice_rows(self, choose: Callable[[str], None], refusal: str = "") -> Sequence[Sequence[Widget]]:
         """Return buttons that choose an engine. refusal: why none can be chosen, or nothing."""
-        buttons = []
-        for choice in self._line_up.choices:
-            button = self._choice(choose, choice.spec)
+        buttons = [self._choice(choose, choice.spec) for choice in self._line_up.choices]
+        for button, choice in zip(buttons, self._line_up.choices, strict=True):
             button.refusal = partial(str, refusal or choice.refusal)
-            buttons.append(button)
         return [buttons[:1], *rows_of(buttons[1:])]  # Pymunk's has a long text
 
     @staticmethod
@@ -308,7 +303,7 @@ class EnginesPage:
     # What its widgets do
 
     def _fold(self, pane: int) -> None:
-        self._open = None if self._open == pane else pane
+        self._open = NONE if self._open == pane else pane
         self._exchanging = False
 
     def _show_exchange(self) -> None:
@@ -316,42 +311,28 @@ class EnginesPage:
 
     def _add(self, spec: str) -> None:
         """Add a pane, and unfold it."""
-        panes = len(self._line_up.names)
+        panes = self._count
         self._line_up.add(spec)
-        if len(self._line_up.names) > panes:
+        if self._count > panes:
             self._open, self._exchanging = panes, False
 
+    def _change_pane(self, change: Callable[..., None], *given: object) -> bool:
+        """Change the unfolded pane. Return whether it could be done."""
+        before = self._line_up.names
+        change(self._open, *given)
+        return self._line_up.names is not before
+
     def _exchange(self, spec: str) -> None:
-        if self._open is not None:
-            before = self._line_up.names
-            self._line_up.exchange(self._open, spec)
-            self._exchanging = self._exchanging and self._line_up.names is before
+        if self._change_pane(self._line_up.exchange, spec):
+            self._exchanging = False
 
     def _tune(self, key: str, value: float) -> None:
-        if self._open is not None:
-            self._line_up.tune(self._open, key, value)
+        self._line_up.tune(self._open, key, value)
 
     def _move(self, by: int) -> None:
-        if self._open is not None:
-            before = self._line_up.names
-            self._line_up.move(self._open, by)
-            if self._line_up.names is not before:
-                self._open += by
+        if self._change_pane(self._line_up.move, by):
+            self._open += by
 
     def _remove(self) -> None:
-        if self._open is not None:
-            before = self._line_up.names
-            self._line_up.remove(self._open)
-            if self._line_up.names is not before:
-                self._open, self._exchanging = None, False
-
-    # Why a button does nothing
-
-    def _is_first(self) -> str:
-        return "it is the first pane" if self._open == 0 else ""
-
-    def _is_last(self) -> str:
-        return "it is the last pane" if self._open == len(self._line_up.names) - 1 else ""
-
-    def _is_alone(self) -> str:
-        return ONLY_ONE if len(self._line_up.names) == 1 else ""
+        if self._change_pane(self._line_up.remove):
+            self._open, self._exchanging = NONE, False

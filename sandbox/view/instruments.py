@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from functools import partial
 from typing import Final
 
 import numpy as np
@@ -68,16 +67,22 @@ MEANINGS: Final[Mapping[Instrument, str]] = {
 class TimeChart:
     """An instrument's chart over time.
 
-    unit: what its numbers are; digits: how a value is written; values: of each engine in the samples from one on, with
-    a law in a further column, if there is one. is_relative: whether they are differences from the reference.
+    unit: what its numbers are; digits: how a value is written; in_pixels: values of each engine in the samples from one
+    on, with a law in a further column, if there is one, to be multiplied by a factor. is_relative: whether they are
+    differences from the reference.
     """
 
     instrument: Instrument
     unit: str
     scale: Scale
     digits: str
-    values: Values
+    in_pixels: Values
+    factor: float = 1.0
     is_relative: bool = False
+
+    def values(self, samples: Samples, since: int) -> Floats:
+        """Return the values in the unit."""
+        return self.factor * self.in_pixels(samples, since)
 
     def columns(self, samples: Samples) -> dict[str, int]:
         """Return the column of each line by the name at its end. The reference has no line for its gap from itself."""
@@ -147,39 +152,28 @@ def time_chart(instrument: Instrument, samples: Samples, units: Units, *, logari
     if instrument is Instrument.GAP:
         unit = units.name(Dimension.LENGTH)
         scale = gap_scale(units) if logarithmic else Even(f" {unit}")
-        values = partial(_shown, units.factor(Dimension.LENGTH), partial(_quantity, Quantity.GAP))
-        return TimeChart(instrument, f"{unit} from {samples.reference}", scale, f"{{:.4g}} {unit}", values)
+        line, factor = f"{unit} from {samples.reference}", units.factor(Dimension.LENGTH)
+        return TimeChart(instrument, line, scale, f"{{:.4g}} {unit}", _of(Quantity.GAP), factor)
     dimension, digits, in_pixels = OVER_TIME[instrument]
     if isinstance(dimension, Dimension):
         factor, unit = units.factor(dimension), units.name(dimension)
     else:
         factor, unit = 1.0, dimension
     of_ball = f", ball {samples.ball}" if instrument in OF_BALL else ""
-    return TimeChart(instrument, f"{unit}{of_ball}", Even(), f"{digits} {unit}", partial(_shown, factor, in_pixels))
+    return TimeChart(instrument, f"{unit}{of_ball}", Even(), f"{digits} {unit}", in_pixels, factor)
 
 
 def _energy_chart(samples: Samples, units: Units, *, percent: bool, logarithmic: bool) -> TimeChart:
-    unit = "%" if percent else units.name(Dimension.ENERGY)
-    shown = partial(partial, _shown, 1.0 if percent else units.factor(Dimension.ENERGY))
-    against = "the start" if samples.is_alone else samples.reference
+    unit, factor = ("%", 1.0) if percent else (units.name(Dimension.ENERGY), units.factor(Dimension.ENERGY))
     if logarithmic:
-        values = shown(partial(_quantity, Quantity.ENERGY))
-        line = f"{unit} from {against}"
-        return TimeChart(Instrument.ENERGY, line, BothSigns(), f"{{:+.4g}} {unit}", values, is_relative=True)
-    line = "% of the energy" if percent else unit
-    return TimeChart(Instrument.ENERGY, line, Even(" %" if percent else ""), f"{{:.4g}} {unit}", shown(_energies))
+        line, errors = f"{unit} from {'the start' if samples.is_alone else samples.reference}", _of(Quantity.ENERGY)
+        return TimeChart(Instrument.ENERGY, line, BothSigns(), f"{{:+.4g}} {unit}", errors, factor, is_relative=True)
+    line, axis = ("% of the energy", Even(" %")) if percent else (unit, Even())
+    return TimeChart(Instrument.ENERGY, line, axis, f"{{:.4g}} {unit}", Samples.energies, factor)
 
 
-def _shown(factor: float, in_pixels: Values, samples: Samples, since: int) -> Floats:
-    return factor * in_pixels(samples, since)
-
-
-def _energies(samples: Samples, since: int) -> Floats:
-    return samples.energies(since)
-
-
-def _quantity(quantity: Quantity, samples: Samples, since: int) -> Floats:
-    return samples.of(quantity, since)
+def _of(quantity: Quantity) -> Values:
+    return lambda samples, since: samples.of(quantity, since)
 
 
 def _contacts(samples: Samples, since: int) -> Floats:
@@ -192,15 +186,15 @@ def _pressures(samples: Samples, since: int) -> Floats:
 
 
 OVER_TIME: Final[Mapping[Instrument, tuple[Dimension | str, str, Values]]] = {  # a dimension, or a unit
-    Instrument.MOMENTUM: (Dimension.MOMENTUM, "{:,.6g}", partial(_quantity, Quantity.MOMENTUM)),
-    Instrument.ANGULAR_MOMENTUM: (Dimension.ANGULAR_MOMENTUM, "{:,.6g}", partial(_quantity, Quantity.ANGULAR_MOMENTUM)),
-    Instrument.HEIGHT: (Dimension.LENGTH, "{:.4f}", partial(_quantity, Quantity.HEIGHT)),
+    Instrument.MOMENTUM: (Dimension.MOMENTUM, "{:,.6g}", _of(Quantity.MOMENTUM)),
+    Instrument.ANGULAR_MOMENTUM: (Dimension.ANGULAR_MOMENTUM, "{:,.6g}", _of(Quantity.ANGULAR_MOMENTUM)),
+    Instrument.HEIGHT: (Dimension.LENGTH, "{:.4f}", _of(Quantity.HEIGHT)),
     Instrument.CONTACTS: ("in the last second", "{:,.6g}", _contacts),
     Instrument.PRESSURE: ("kg/s²", "{:,.5g}", _pressures),
-    Instrument.COST: ("ms", "{:.3g}", partial(_quantity, Quantity.COST)),
-    Instrument.BALL_X: (Dimension.LENGTH, "{:.4f}", partial(_quantity, Quantity.X)),
-    Instrument.BALL_Y: (Dimension.LENGTH, "{:.4f}", partial(_quantity, Quantity.Y)),
-    Instrument.BALL_VX: (Dimension.VELOCITY, "{:.4f}", partial(_quantity, Quantity.VX)),
-    Instrument.BALL_VY: (Dimension.VELOCITY, "{:.4f}", partial(_quantity, Quantity.VY)),
+    Instrument.COST: ("ms", "{:.3g}", _of(Quantity.COST)),
+    Instrument.BALL_X: (Dimension.LENGTH, "{:.4f}", _of(Quantity.X)),
+    Instrument.BALL_Y: (Dimension.LENGTH, "{:.4f}", _of(Quantity.Y)),
+    Instrument.BALL_VX: (Dimension.VELOCITY, "{:.4f}", _of(Quantity.VX)),
+    Instrument.BALL_VY: (Dimension.VELOCITY, "{:.4f}", _of(Quantity.VY)),
 }
 OF_BALL: Final = (Instrument.BALL_X, Instrument.BALL_Y, Instrument.BALL_VX, Instrument.BALL_VY)

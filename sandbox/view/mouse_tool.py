@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from functools import partial
 from typing import Final
 
 import pygame
@@ -15,19 +14,13 @@ from sandbox.scene.fields import Vector
 from sandbox.scene.model import ARENA_WALLS
 from sandbox.scene.units import Dimension
 from sandbox.state import Floats, State
-from sandbox.view.controls import Action
 from sandbox.view.editor import Editor
-from sandbox.view.header import action_button
 from sandbox.view.layout import Layout, Lens, ScreenPoint
-from sandbox.view.move_tool import DOES, PAUSING, Grip, MoveTool, Tool
+from sandbox.view.move_tool import PAUSING, Grip, MoveTool, Tool
 from sandbox.view.overlay import ARROW_SECONDS
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import arrow, label
 from sandbox.view.theme import palette
-from sandbox.view.timeline import step_of_point, track_end
-from sandbox.view.widgets.buttons import TextButton
-from sandbox.view.widgets.group import WidgetRow
-from sandbox.view.widgets.words import Label
 
 GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it grabs
 ZOOM_FACTOR: Final = 1.25  # by which a notch of the wheel enlarges what the panes show, or the charts' time
@@ -58,9 +51,8 @@ class MouseTool:
         self.copying = False  # the next click places a copy of the selected ball
         self.move.let_go()
         self.aim: Vector | None = None  # px, where the selected ball's velocity is dragged to, in the mouse's pane
-        self._pressed: ScreenPoint | None = None  # where the mouse went down on that ball
+        self._pressed: ScreenPoint | None = None  # where the mouse went down on that ball, or on what it moves
         self._pane = 0  # in which the mouse went down
-        self._pressed_at: ScreenPoint = (0, 0)  # where it did on what it moves
 
     @property
     def tool(self) -> Tool:
@@ -77,8 +69,8 @@ class MouseTool:
 
     def choose_next(self) -> None:
         """Let the mouse do what the next tool does."""
-        tools = list(Tool)
-        self.choose(tools[(tools.index(self.tool) + 1) % len(tools)])
+        tools = [*Tool, *Tool]
+        self.choose(tools[tools.index(self.tool) + 1])
 
     @property
     def adding(self) -> bool:
@@ -115,11 +107,6 @@ class MouseTool:
         return ball if distance <= 0 else None
 
     @property
-    def over_grip(self) -> bool:
-        """Whether a press of the mouse here would grab something."""
-        return self._nearest[1] <= self._reach
-
-    @property
     def _over_wall(self) -> bool:
         """Whether the mouse is over a wall of the scene, which the hand can move."""
         position = self.position if self.tool is Tool.HAND else None
@@ -133,9 +120,8 @@ class MouseTool:
             return pygame.SYSTEM_CURSOR_SIZEALL
         if self.pane is not None and (self.adding or self.tool in (Tool.WALL, Tool.ERASE)):
             return pygame.SYSTEM_CURSOR_CROSSHAIR
-        if self.hovered:
-            return pygame.SYSTEM_CURSOR_HAND
-        return pygame.SYSTEM_CURSOR_HAND if self.over_grip or self._over_wall else pygame.SYSTEM_CURSOR_ARROW
+        grips = self.hovered or self._nearest[1] <= self._reach or self._over_wall
+        return pygame.SYSTEM_CURSOR_HAND if grips else pygame.SYSTEM_CURSOR_ARROW
 
     @property
     def holds(self) -> bool:
@@ -193,12 +179,12 @@ class MouseTool:
             self._on_track = layout.bar.collidepoint(event.pos)
             self.scrubbing = over_time or self._on_track
             self._scrub(event.pos) if self.scrubbing else self._press(event.pos)
-        elif event.type == pygame.MOUSEBUTTONDOWN and event.button == 2:
-            self._moved_from = event.pos if self._layout().pane_at(event.pos) is not None else None
-        elif event.type == pygame.MOUSEBUTTONUP and event.button == 2:
-            self._moved_from = None
-        elif event.type == pygame.MOUSEWHEEL:
-            self._zoom(event.y)
+        elif event.type in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP) and event.button == 2:
+            is_down = event.type == pygame.MOUSEBUTTONDOWN and self._layout().pane_at(event.pos) is not None
+            self._moved_from = event.pos if is_down else None
+        elif event.type == pygame.MOUSEWHEEL and (position := self.position):
+            width, height = self._layout().arena
+            self.lens = self.lens.zoomed(ZOOM_FACTOR**event.y, (position[0] / width, position[1] / height))
         elif event.type == pygame.MOUSEMOTION and self._moved_from:
             self._move_lens(event.pos if event.buttons[1] else None)
         elif event.type == pygame.MOUSEMOTION and (self.scrubbing or self.holds):
@@ -232,20 +218,11 @@ class MouseTool:
             return False
         return True
 
-    def _zoom(self, notches: int) -> None:
-        """Zoom all panes about the position under the mouse."""
-        position = self.position
-        if position:
-            width, height = self._layout().arena
-            self.lens = self.lens.zoomed(ZOOM_FACTOR**notches, (position[0] / width, position[1] / height))
-
     def _move_lens(self, point: ScreenPoint | None) -> None:
         """Move what all panes show with the mouse to a point of the screen; without a point, stop moving it."""
         layout, before = self._layout(), self._moved_from
         if point and before:
-            x, y = (
-                (old - new) / layout.scale / side for old, new, side in zip(before, point, layout.arena, strict=True)
-            )
+            x, y = ((before[k] - point[k]) / layout.scale / layout.arena[k] for k in (0, 1))
             self.lens = self.lens.moved((x, y))
         self._moved_from = point
 
@@ -269,15 +246,19 @@ class MouseTool:
             self._editor.copy(position) if self.copying else self._editor.add(position)
             self.copying = False
             return
+        ball, distance = self._nearest_to(pane, position)
         if self.tool is Tool.ERASE:
-            self._erase(pane, position)
+            wall = None if distance <= 0 else self.move.wall_at(position, self._reach)
+            if wall is not None:
+                self._editor.select_wall(wall)
+            if distance <= 0 or wall is not None:
+                self._editor.delete(ball if distance <= 0 else None)
             return
         if self._moves:
             self._playback.paused = True
         if self._moves and self.move.press(pane, position, self._reach):
-            self._pressed_at = point
+            self._pressed = point
             return
-        ball, distance = self._nearest_to(pane, position)
         near = distance <= self._reach
         if near and not self._playback.paused:
             self._playback.give(Grab(step=self._playback.session.step, ball=ball, at=position))
@@ -290,29 +271,19 @@ class MouseTool:
                 self._editor.select_wall(wall)
             if wall is not None and wall >= len(ARENA_WALLS):
                 self.move.hold_wall(wall, pane, position)
-                self._pressed_at = point
-
-    def _erase(self, pane: int, position: Vector) -> None:
-        """Delete the ball at a position in a pane, px of the scene, or else the wall there."""
-        nearest, distance = self._nearest_to(pane, position)
-        ball = nearest if distance <= 0 else None
-        wall = self.move.wall_at(position, self._reach)
-        if ball is None and wall is not None:
-            self._editor.select_wall(wall)
-        if ball is not None or wall is not None:
-            self._editor.delete(ball)
+                self._pressed = point
 
     def _drag(self, point: ScreenPoint) -> None:
-        """Pull what is held to a point of the screen."""
         position = self._layout().to_scene(self._pane, point)
-        session, arena = self._playback.session, self._playback.view.moment.scene.arena
+        session, arena = self._playback.session, self._playback.scene.arena
         if session.held is not None:
             self._playback.give(Move(step=session.step, at=arena.nearest_inside(position)))
-        elif self.move.grip is not None:
-            if self.move.edit or math.dist(point, self._pressed_at) > CLICK_DISTANCE:
+        elif self._pressed is not None:
+            is_drag = math.dist(point, self._pressed) > CLICK_DISTANCE
+            if self.move.grip is not None and (self.move.edit or is_drag):
                 self.move.drag(position)
-        elif self._pressed is not None and (self.aim or math.dist(point, self._pressed) > CLICK_DISTANCE):
-            self.aim = position
+            elif self.move.grip is None and (self.aim or is_drag):
+                self.aim = position
 
     def release(self) -> None:
         """Let go of what the mouse holds."""
@@ -329,15 +300,15 @@ class MouseTool:
 
     def _scrub(self, point: ScreenPoint) -> None:
         """Pause, and go to the time at a point of the charts or of the time bar."""
-        layout, view = self._layout(), self._playback.view
+        layout, playback = self._layout(), self._playback
         if self._on_track:
-            self._playback.paused = True
-            self._playback.seek(step_of_point(layout.bar, point[0], track_end(view.session)))
+            share = (point[0] - layout.bar.x) / max(1, layout.bar.width - 1)
+            playback.paused = True
+            playback.seek(round(min(max(share, 0.0), 1.0) * playback.track_end))
         else:
-            self._go_to(view.charts.time_at(layout.strip, layout.text_height, point[0]))
+            self._go_to(playback.view.charts.time_at(layout.strip, layout.text_height, point[0]))
 
     def _go_to(self, time: float) -> None:
-        """Pause, and go to a time (s)."""
         self._playback.paused = True
         self._playback.seek(self._playback.session.step_at(time))
 
@@ -374,8 +345,7 @@ class MouseTool:
         if self.adding and self.point and self.pane is not None:
             copied = self._editor.selected if self.copying else None
             size = self._editor.size_of_new("radius") if copied is None else scene.bodies.radius[copied]
-            radius = size * scale
-            pygame.draw.circle(surface, ink, self.point, radius, width)
+            pygame.draw.circle(surface, ink, self.point, size * scale, width)
 
     def _draw_velocity(self, surface: Surface, ball: int, velocity: Vector) -> None:
         """Draw the velocity that a ball is given from each of its copies, over the edges of the panes."""
@@ -402,21 +372,3 @@ def ball_at(state: State, radius: Floats, position: Vector) -> tuple[int, float]
     distance = length(state.position - position) - radius
     ball = int(distance.argmin())
     return ball, float(distance[ball])
-
-
-class ToolPalette(WidgetRow):
-    """A row of tools. do: does an action."""
-
-    def __init__(self, mouse: MouseTool, do: Callable[[Action], None]) -> None:
-        def tool(which: Tool) -> TextButton:
-            does = f"{DOES[which][0].upper()}{DOES[which][1:]}  (F: next tool)"
-            return TextButton(which.value, partial(mouse.choose, which), does, lambda: mouse.tool is which)
-
-        tools = [*map(tool, Tool), action_button("Undo", Action.UNDO, do), action_button("Redo", Action.REDO, do)]
-        zooms = [
-            Label(lambda: f"{100 * mouse.lens.zoom:.0f} %", dim=True, widest="5000 %"),
-            action_button("\N{MINUS SIGN}", Action.ZOOM_OUT, do),
-            action_button("Fit", Action.SHOW_ALL, do),
-            action_button("+", Action.ZOOM_IN, do),
-        ]
-        super().__init__(tools, zooms)

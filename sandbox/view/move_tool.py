@@ -13,7 +13,7 @@ from sandbox.errors import SandboxError
 from sandbox.quantity import length
 from sandbox.run.edits import AddWall, ChangeBall, ChangeWall, Edit, edited
 from sandbox.scene.fields import Vector
-from sandbox.scene.model import ARENA_WALLS, Scene, Wall
+from sandbox.scene.model import ARENA_WALLS, Wall
 from sandbox.scene.walls import segment_distance
 from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout
@@ -79,15 +79,11 @@ class MoveTool:
         self._at: Vector | None = None  # px of the scene, where the mouse has dragged it
         self._latest: Edit | None = None  # of the drag of a wall while time passes
 
-    @property
-    def _scene(self) -> Scene:
-        return self._playback.view.moment.scene
-
     def grip_at(self, pane: int, position: Vector, reach: float) -> Grip | None:
         """Return what the mouse would hold at a position in a pane, px of the scene. reach: how near it must be, px."""
         if self.tool is Tool.WALL:
-            return Grip(self._scene.arena.nearest_inside(position))
-        state, scene = self._playback.view.panes[pane].state, self._scene
+            return Grip(self._playback.scene.arena.nearest_inside(position))
+        state, scene = self._playback.view.panes[pane].state, self._playback.scene
         to_ball = length(state.position - position) - scene.bodies.radius
         to_wall = [_distance((wall.start, wall.to, wall.thickness), position) for wall in scene.walls]
         ball, wall = int(to_ball.argmin()), int(np.argmin(to_wall)) if to_wall else None
@@ -97,7 +93,10 @@ class MoveTool:
 
     def wall_at(self, position: Vector, reach: float) -> int | None:
         """Return the number of the wall within reach (px) of a position, if there is one; the arena's are walls too."""
-        away = {wall: _distance(self._scene.wall_line(wall), position) for wall in self._scene.wall_numbers}
+        away = {
+            wall: _distance(self._playback.scene.wall_line(wall), position)
+            for wall in self._playback.scene.wall_numbers
+        }
         return min((wall for wall in away if away[wall] <= reach), key=away.__getitem__, default=None)
 
     def press(self, pane: int, position: Vector, reach: float) -> bool:
@@ -118,7 +117,7 @@ class MoveTool:
 
     def drag(self, position: Vector) -> None:
         """Move what is held, or the new wall's end, to a position, px of the scene."""
-        self._at = self._scene.arena.nearest_inside(position)
+        self._at = self._playback.scene.arena.nearest_inside(position)
 
     def release(self) -> None:
         """Do what the drag shows, in every engine; let go."""
@@ -126,9 +125,9 @@ class MoveTool:
         edit = None if self._follows else self.edit
         self.let_go()
         if edit is not None:
-            walls = len(self._scene.walls)
+            walls = len(self._playback.scene.walls)
             self._editor.give(edit)
-            if len(self._scene.walls) > walls:
+            if len(self._playback.scene.walls) > walls:
                 self._editor.select_wall(len(ARENA_WALLS) + walls)
 
     @property
@@ -147,14 +146,14 @@ class MoveTool:
         if (
             grip is None
             or at is None
-            or is_done
             or not self._follows
-            or session.steps_behind
             or not self._is_there(grip)
+            or is_done
+            or session.steps_behind
         ):
             return
         distance = math.dist(grip.pressed, at)
-        longest = min(1.0, float(self._scene.bodies.radius.min()) / distance) if distance else 0.0
+        longest = min(1.0, float(self._playback.scene.bodies.radius.min()) / distance) if distance else 0.0
         for share in SHARES if distance else ():
             dx, dy = (share * longest * (end - start) for start, end in zip(grip.pressed, at, strict=True))
             if self._shift_wall(grip.wall or 0, (dx, dy)):
@@ -163,12 +162,12 @@ class MoveTool:
 
     def _shift_wall(self, number: int, by: Vector) -> bool:
         """Move a wall by some px, as a part of the drag. Return whether there was room for it in every engine."""
-        session, wall = self._playback.session, self._scene.walls[number]
+        session, wall = self._playback.session, self._playback.scene.walls[number]
         start, to = (_shifted(end, (0.0, 0.0), by) for end in (wall.start, wall.to))
         continued = True if self._latest is not None and session.given()[-1:] == [self._latest] else None
         edit = ChangeWall(step=session.step, wall=number, start=start, to=to, continued=continued)
         try:
-            edited(self._scene, edit, self._playback.view.moment.states)
+            edited(self._playback.scene, edit, self._playback.view.moment.states)
         except SandboxError:
             return False
         self._playback.give(edit)
@@ -182,36 +181,28 @@ class MoveTool:
         if grip is None or at is None or not self._is_there(grip):
             return None
         if grip.ball is not None:
-            x, y = self._place_of_ball(grip.ball, _shifted(self._position_of(grip.ball), grip.pressed, at))
+            state, arena = self._playback.view.panes[self._pane].state, self._playback.scene.arena
+            x, y = _shifted(state.position[grip.ball].tolist(), grip.pressed, at)
+            if arena.walls:
+                x, y = arena.nearest_inside((x, y), float(self._playback.scene.bodies.radius[grip.ball]))
             return ChangeBall(step=step, ball=grip.ball, x=x, y=y)
         if grip.wall is None:
             return AddWall(step=step, start=grip.pressed, to=at, thickness=self.thickness)
-        wall = self._scene.walls[grip.wall]
+        wall = self._playback.scene.walls[grip.wall]
         start, to = (_shifted(end, grip.pressed, at) for end in (wall.start, wall.to))
         ends = ({"start": start}, {"to": to}, {"start": start, "to": to})[2 if grip.end is None else grip.end]
         return ChangeWall(step=step, wall=grip.wall, **ends)
 
     def _is_there(self, grip: Grip) -> bool:
         """Return whether what the mouse holds is still there: a key can undo what added it."""
-        scene = self._scene
+        scene = self._playback.scene
         return (grip.ball or 0) < len(scene.bodies) and (grip.wall is None or grip.wall < len(scene.walls))
-
-    def _position_of(self, ball: int) -> Vector:
-        x, y = self._playback.view.panes[self._pane].state.position[ball].tolist()
-        return x, y
-
-    def _place_of_ball(self, ball: int, position: Vector) -> Vector:
-        """Return the position nearest to another where a ball is inside the arena, if its walls stand."""
-        scene = self._scene
-        if not scene.arena.walls:
-            return position
-        return scene.arena.nearest_inside(position, float(scene.bodies.radius[ball]))
 
     # Drawing
 
     def draw(self, surface: Surface, layout: Layout, hovered: Grip | None) -> None:
         """Mark the selected wall and what is hovered, and show in every pane what the drag would do."""
-        scene = self._scene
+        scene = self._playback.scene
         over = len(ARENA_WALLS) + hovered.wall if hovered and hovered.wall is not None else None
         marked = [wall for wall in dict.fromkeys((self._editor.selected_wall, over)) if wall is not None]
         for pane, arena in enumerate(layout.arenas):
@@ -227,7 +218,7 @@ class MoveTool:
 
     def _draw_edit(self, surface: Surface, layout: Layout, edit: Edit) -> None:
         """Draw what an edit leads to in every pane; in the colour of contacts, with the reason, if it is refused."""
-        scene, why = self._scene, ""
+        scene, why = self._playback.scene, ""
         try:
             edited(scene, edit, self._playback.view.moment.states)
         except SandboxError as error:

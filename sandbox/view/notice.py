@@ -12,13 +12,11 @@ import pygame
 from pygame import Color, Rect, Surface
 
 from sandbox.errors import SandboxError
-from sandbox.view.events import Stopped
-from sandbox.view.primitives import first_lines, text_width, write
+from sandbox.view.display import Stopped
+from sandbox.view.primitives import first_lines, panel, text_width, write
 from sandbox.view.theme import GREEN, VERMILLION, readable, theme
 
 SECONDS_SHOWN: Final = 6.0
-
-
 MAX_LINES: Final = 4
 SIGN_INK: Final = Color("white")
 
@@ -81,8 +79,7 @@ def draw_notice(surface: Surface, place: Rect, height: int, message: str, kind: 
     width = max(text_width(text, height) for text in lines) + chip_width + 3 * height
     card = Rect(0, 0, min(width, place.width), len(lines) * line + height)
     card.midbottom = place.midbottom
-    pygame.draw.rect(surface, theme.raised, card, border_radius=6)
-    pygame.draw.rect(surface, theme.dim, card, 1, border_radius=6)
+    panel(surface, card)
     left = card.x + height
     if sign:
         chip = Rect(left, card.y + height // 2, chip_width, line)
@@ -101,23 +98,18 @@ Result = TypeVar("Result")
 class Guard:
     """Runs parts of the drawing; one that raises an exception is left out from then on, until `try_again`.
 
-    strict: whether exceptions are raised, as tests want it.
+    strict: whether exceptions are raised, as tests want it. failed: the parts that are left out.
     """
 
     strict = False
 
     def __init__(self, notice: Notice) -> None:
         self._notice = notice
-        self._failed: list[str] = []
-
-    @property
-    def failed(self) -> tuple[str, ...]:
-        """The parts that are switched off."""
-        return tuple(self._failed)
+        self.failed: tuple[str, ...] = ()
 
     def run(self, name: str, draw: Callable[..., Result], *given: object) -> Result | None:
         """Call what draws a part, or says where it is; nothing of it if that failed before."""
-        if name in self._failed:
+        if name in self.failed:
             return None
         with self.reporting(lambda: name):
             return draw(*given)
@@ -133,18 +125,13 @@ class Guard:
         except Exception as error:
             if self.strict:
                 raise
-            if name := part():
-                self._switch_off(name, error)
-            else:
-                LOG.exception("an event failed")
-                self._notice.show(f"That failed, and the run goes on: {error}", Kind.ERROR)
-
-    def _switch_off(self, name: str, error: Exception) -> None:
-        LOG.exception("%s failed", name)
-        self._failed.append(name)
-        text = f"{name} failed and is switched off, the run goes on; restart (R) shows it again: {error}"
-        self._notice.show(f"{text[0].upper()}{text[1:]}", Kind.ERROR)
+            name, text = part(), f"That failed, and the run goes on: {error}"
+            LOG.exception("%s failed", name or "an event")
+            if name:
+                self.failed += (name,)
+                text = f"{name} failed and is switched off, the run goes on; restart (R) shows it again: {error}"
+            self._notice.show(f"{text[0].upper()}{text[1:]}", Kind.ERROR)
 
     def try_again(self) -> None:
         """Show the parts again that failed."""
-        self._failed.clear()
+        self.failed = ()

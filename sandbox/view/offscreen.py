@@ -12,11 +12,9 @@ import pygame
 from pygame import Rect, Surface
 
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.gas import wall_impulse
 from sandbox.engines import create
 from sandbox.errors import EngineError, SandboxError
 from sandbox.files import whole_file
-from sandbox.judge.causes import Cause
 from sandbox.report.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.run.inputs import Input
 from sandbox.scene.files import load
@@ -24,7 +22,7 @@ from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.session.history import Moment
 from sandbox.state import no_contacts
-from sandbox.view.layers import Layer
+from sandbox.view import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.primitives import Discs, draw_walls, first_lines, write
 from sandbox.view.session_view import Pane, SessionView, draw_panes
@@ -112,13 +110,12 @@ def draw_start(surface: Surface, scene: Scene) -> None:
     """Draw a scene's start as large as a surface allows, at its left."""
     state = spawn(scene)
     scale = min(have / need for have, need in zip(surface.get_size(), scene.arena.size, strict=True))
-    arena = Rect(0, 0, max(1, round(scene.arena.size[0] * scale)), max(1, round(scene.arena.size[1] * scale)))
+    arena = Rect(0, 0, *(max(1, round(side * scale)) for side in scene.arena.size))
     arena.midleft = surface.get_rect().midleft
     inside = surface.subsurface(arena.clip(surface.get_rect()))
     inside.fill(palette(scene.arena.background).ground)
     draw_walls(inside, scene, state.time, scale)
-    discs = Discs(scene.bodies.radius, scene.colors)
-    discs.draw(inside, state.position, scale, state.angle)
+    Discs(scene.bodies.radius, scene.colors).draw(inside, state.position, scale, state.angle)
     pygame.draw.rect(surface, theme.wall, arena, 1)
 
 
@@ -152,7 +149,8 @@ class Camera:
             self._mark()
         layout, moment = self.layout, self.view.moment
         self.surface.fill(theme.ground)
-        self.view.draw(self.surface, layout, self.showing)
+        self.view.draw_panes(self.surface, layout, self.showing)
+        self.view.draw_chart(self.surface, layout)
         caption = f"{self.scene.title or self.scene.name}    seed {self.scene.seed}    {moment.time:.2f} s"
         write(self.surface, caption, layout.status, theme.dim, layout.text_height)
         return self.surface
@@ -219,29 +217,22 @@ def draw_picture(comparison: Comparison) -> Surface:
     surface = Surface(PICTURE_SIZE)
     surface.fill(theme.ground)
     layout = Layout(PICTURE_SIZE, scene.arena.size, len(comparison.runs))
-    panes = []
     end = Moment(
         step=len(comparison.time) - 1,
         time=float(comparison.time[-1]),
         scene=scene,
         states={name: run.final for name, run in comparison.runs.items()},
         contacts=dict.fromkeys(comparison.runs, no_contacts()),
-        counts={name: len(run.contacts) for name, run in comparison.runs.items()},
-        energy={name: float(run.energy[-1]) for name, run in comparison.runs.items()},
-        work={
-            name: sum(entry.energy for entry in run.figures.ledger if entry.cause == Cause.APPLIED)
-            for name, run in comparison.runs.items()
-        },
+        counts={},
+        energy={},
+        work={},
         balls=tuple(range(len(scene.bodies))),
         held=None,
         target=(0.0, 0.0),
-        wall_impulse={name: wall_impulse(run.contacts, scene.arena.size) for name, run in comparison.runs.items()},
+        wall_impulse={},
         energy_scale=comparison.energy_scale,
     )
-    for name, run in comparison.runs.items():
-        pane = Pane(end, name, create(name, scene, run.final))
-        pane.energy_at_start = float(run.energy[0])
-        panes.append(pane)
+    panes = [Pane(end, name, create(name, scene, run.final)) for name, run in comparison.runs.items()]
     draw_panes(surface, layout, panes, (), comparison.against, end.states.get(comparison.against))
     caption = f"{scene.title or scene.name}    seed {scene.seed}    {comparison.time[-1]:.2f} s"
     write(surface, caption, layout.status, theme.dim, layout.text_height)

@@ -3,6 +3,7 @@
 import math
 from collections import deque
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 from typing import Final
@@ -15,9 +16,9 @@ from sandbox.report.scales import round_up
 from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, State
-from sandbox.view.layers import Layer
+from sandbox.view import Layer
 from sandbox.view.primitives import MIN_DASHED, SMALLEST_TEXT, arrow, lettering, ring
-from sandbox.view.theme import contrast, palette, readable
+from sandbox.view.theme import Palette, contrast, palette, readable
 
 ARROW_SECONDS: Final = 0.2  # a velocity's arrow ends where the ball would be after so long
 MAX_WRITTEN: Final = 12  # contacts whose impulse is written next to them
@@ -34,29 +35,24 @@ MAX_CONTACTS: Final = 200  # kept at once, the latest
 LOCATED: Final = np.dtype([("time", "f8"), ("point", "f8", (2,)), ("normal", "f8", (2,)), ("impulse", "f8")])
 
 
+@dataclass(frozen=True)
 class Canvas:
     """A surface that shows a scene in some state.
 
-    scale: px of the surface for one px of the scene; origin: where the scene's is on it; text_height: px.
+    scale: px of the surface for one px of the scene; text_height: px; origin: where the scene's is on it.
     """
 
-    def __init__(
-        self,
-        surface: Surface,
-        scene: Scene,
-        state: State,
-        *,
-        scale: float,
-        text_height: int,
-        origin: Vector = (0.0, 0.0),
-    ) -> None:
-        self.surface = surface
-        self.scene = scene
-        self.state = state
-        self.scale = scale
-        self.origin = origin
-        self.text_height = text_height
-        self.palette = palette(scene.arena.background)
+    surface: Surface
+    scene: Scene
+    state: State
+    scale: float
+    text_height: int
+    origin: Vector = (0.0, 0.0)
+
+    @property
+    def palette(self) -> Palette:
+        """The colours on the scene's background."""
+        return palette(self.scene.arena.background)
 
     def at(self, position: Floats) -> Floats:
         """Turn positions in the scene, (..., 2) px, into places on the surface."""
@@ -128,10 +124,7 @@ class Overlay:
     """Draws layers on one pane's arena. ghosts: the reference's balls."""
 
     def __init__(self, canvas: Canvas, trail: Trail, contacts: RecentContacts, ghosts: State | None) -> None:
-        self._canvas = canvas
-        self._trail = trail
-        self._contacts = contacts
-        self._ghosts = ghosts
+        self._canvas, self._trail, self._contacts, self._ghosts = canvas, trail, contacts, ghosts
         self.surface, self.scene, self.palette = canvas.surface, canvas.scene, canvas.palette
         self._state, self._scale, self._at = canvas.state, canvas.scale, canvas.at
         self.width = max(1, round(canvas.text_height / 10))  # of lines, px
@@ -157,10 +150,12 @@ class Overlay:
         """Draw where the balls were, in their colours, fainter the longer ago."""
         positions = self._trail.positions()
         lines = np.rint(self._at(positions)).astype(int).swapaxes(0, 1)
-        for start, end, share in _quarters(len(positions)):
-            for line, colour in zip(lines[:, start:end].tolist(), self.scene.colors, strict=True):
-                faded = self.palette.ground.lerp(self._visible(colour), share)
-                pygame.draw.lines(self.surface, faded, False, line, self.width)
+        cuts = [round(k * (len(positions) - 1) / 4) for k in range(5)]  # into four lines that meet
+        for k, (start, end) in enumerate(pairwise(cuts)):
+            for line, colour in zip(lines[:, start : end + 1].tolist(), self.scene.colors, strict=True):
+                if end > start:
+                    faded = self.palette.ground.lerp(self._visible(colour), (k + 1) / 4)
+                    pygame.draw.lines(self.surface, faded, False, line, self.width)
 
     def velocity(self) -> None:
         """Draw velocities."""
@@ -225,7 +220,7 @@ class Overlay:
             px = radius * self._scale
             height = max(SMALLEST_TEXT, min(round(px), self._canvas.text_height))
             has_room = 2 * px >= MIN_NUMBERED * height
-            text = lettering(str(number), contrast(colour) if has_room else self.palette.ink, height)
+            text = lettering(str(number), contrast(Color(*rgb(colour))) if has_room else self.palette.ink, height)
             centre = round(x), round(y if has_room else y - px - height / 2)
             if has_room:  # over the line that shows the ball's angle
                 pygame.draw.circle(self.surface, rgb(colour), centre, min(0.85 * height, px - 1))
@@ -279,9 +274,3 @@ def _line_colour(colour: tuple[int, int, int], ground: tuple[int, int, int]) -> 
     """Return a ball's colour, or the nearest that is visible as a thin line on a ground."""
     visible = readable(Color(*colour), Color(*ground), MIN_CONTRAST)
     return visible.r, visible.g, visible.b
-
-
-def _quarters(count: int) -> list[tuple[int, int, float]]:
-    """Cut a trail of some positions into four lines that meet: first position, end, and strength of colour."""
-    cuts = [round(k * (count - 1) / 4) for k in range(5)]
-    return [(a, b + 1, (k + 1) / 4) for k, (a, b) in enumerate(pairwise(cuts)) if b > a]

@@ -4,14 +4,16 @@ import gc
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
 from typing import Final
 
 from sandbox.errors import SandboxError
 from sandbox.run.edits import Edit
 from sandbox.run.inputs import Input, Release
+from sandbox.scene.model import Scene
 from sandbox.session.session import Session
-from sandbox.view.events import Stopped
+from sandbox.view.display import Stopped
 from sandbox.view.notice import Kind, Notice
 from sandbox.view.session_view import NOTED_LAG, SessionView
 
@@ -123,6 +125,16 @@ class Playback:
         return self.view.session
 
     @property
+    def scene(self) -> Scene:
+        """The scene at the step shown."""
+        return self.view.moment.scene
+
+    @property
+    def track_end(self) -> int:
+        """The step at the end of the track: that of the scene's seconds, or a later one that has been reached."""
+        return max(self.session.end, self.session.start.steps, 1)
+
+    @property
     def shows_current_step(self) -> bool:
         """Whether the current step is shown, and not just the nearest one in the history."""
         return self.view.moment.step == self.session.step
@@ -139,7 +151,7 @@ class Playback:
             self.pace.restart()
             return
         if seconds:  # infinite speed times 0 s would be nan
-            self._due += seconds * self.speed * self.view.moment.scene.rate
+            self._due += seconds * self.speed * self.scene.rate
         deadline, dropped, patience = perf_counter() + FRAME_BUDGET, self.session.dropped, None if patient else PATIENCE
         while self._due >= 1 and not self._must_wait(patience):
             with self._notice.reporting():  # an edit in a recording can be refused
@@ -152,7 +164,7 @@ class Playback:
         if self.session.dropped != dropped:
             self._notice.show(f"{self.session.dropped}; the others run on without it")
         self.view.update()
-        self.pace.observe(self.view.moment.time + self._due / self.view.moment.scene.rate)
+        self.pace.observe(self.view.moment.time + self._due / self.scene.rate)
 
     def _must_wait(self, patience: float | None = PATIENCE) -> bool:
         """Return whether time must stand still in this frame, until the reference is nearer. patience: s, or None."""
@@ -235,7 +247,7 @@ class Playback:
 
     def skip(self, seconds: int) -> None:
         """Go some seconds forward, or back if negative."""
-        self.seek(self.session.step + seconds * self.view.moment.scene.rate)
+        self.seek(self.session.step + seconds * self.scene.rate)
 
     def step_back(self) -> None:
         """Pause, and go one step back."""
@@ -253,6 +265,11 @@ class Playback:
         self.pace.restart()
 
     # Speed
+
+    @property
+    def speed_text(self) -> str:
+        """The speed asked for, and the measured one if the machine does not keep up."""
+        return speed_text(self.speed) if self.paused else self.pace.text(self.speed)
 
     def pause(self) -> None:
         """Pause or resume."""
@@ -290,23 +307,19 @@ class Playback:
         if [given for given in session.inputs if given.step <= step] == list(inputs) and step <= session.end:
             self.seek(step)
             return
-        before, here = [*session.inputs], session.step
-        try:
-            session.return_to(step, list(inputs))
-            self._run_to_here()
-            self._show_change(True, "")
-        except SandboxError as error:
-            session.return_to(here, before)
-            self.settle()
-            self._notice.show(str(error), Kind.ERROR)
+        self._try(partial(session.return_to, step, list(inputs)), "")
 
     def redo(self) -> None:
         """Redo what was undone last; if an engine refuses it, one that runs only since then, show a notice."""
+        self._try(self.session.redo, "there is nothing to redo")
+
+    def _try(self, change: Callable[[], bool | None], otherwise: str) -> None:
+        """Change the inputs as far as no engine refuses one."""
         inputs, step = [*self.session.inputs], self.session.step
         try:
-            is_there = self.session.redo()
+            is_there = change() is not False
             self._run_to_here()
-            self._show_change(is_there, "there is nothing to redo")
+            self._show_change(is_there, otherwise)
         except SandboxError as error:
             self.session.return_to(step, inputs)
             self.settle()
@@ -330,13 +343,13 @@ class Snapshot:
     inputs: tuple[Input, ...]
 
 
+@dataclass
 class Snapshots:
     """The snapshots of a scene's runs, the earliest taken first."""
 
-    def __init__(self, playback: Playback, notice: Notice) -> None:
-        self._playback = playback
-        self._notice = notice
-        self.taken: list[Snapshot] = []
+    _playback: Playback
+    _notice: Notice
+    taken: Sequence[Snapshot] = ()
 
     def take(self) -> None:
         """Take a snapshot of the step shown."""
@@ -359,4 +372,4 @@ class Snapshots:
 
     def forget(self) -> None:
         """Forget all, as another scene runs."""
-        self.taken = []
+        self.taken = ()

@@ -140,14 +140,6 @@ def shortened(text: str, width: int, height: int) -> str:
     return next((cut for cut in fitting if text_width(cut, height) <= width), "\N{HORIZONTAL ELLIPSIS}")
 
 
-def line_sample(surface: Surface, place: Rect, colour: Color, ground: Color, height: int) -> None:
-    """Draw a sample of a line in the charts on their ground, in the middle of a place. height: of the text, px."""
-    sample = Rect(place.x, place.centery - height // 2, place.width, height)
-    surface.fill(ground, sample)
-    width = max(3, height // 4)
-    surface.fill(colour, (sample.x, sample.centery - width // 2, sample.width, width))
-
-
 @lru_cache(maxsize=256)
 def wrapped(text: str, width: int, height: int, indent: str = "", *, bold: bool = False) -> tuple[str, ...]:
     """Break a text into lines that fit into a width, px; all but the first are indented. A number keeps its unit."""

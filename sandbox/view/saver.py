@@ -3,7 +3,9 @@
 import os
 import shlex
 import warnings
+from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from itertools import count
 from typing import Final
 
@@ -22,13 +24,13 @@ from sandbox.view.playback import Playback
 TEXT_TYPES: Final = (pygame.SCRAP_TEXT, "text/plain;charset=utf-8")  # SDL's clipboard accepts only the second
 
 
+@dataclass
 class Saver:
     """Writes files into the folder that the window was opened from."""
 
-    def __init__(self, playback: Playback, notice: Notice) -> None:
-        self._playback = playback
-        self._notice = notice
-        self.saved: list[Input] = []  # the inputs of the run when it was last saved
+    _playback: Playback
+    _notice: Notice
+    saved: Sequence[Input] = ()  # the inputs of the run when it was last saved
 
     def file_name(self, ending: str) -> str:
         """Return a file's name made of the scene, its seed and the step shown."""

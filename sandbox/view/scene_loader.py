@@ -1,6 +1,7 @@
 """Opens other scenes: the bundled ones in turn, those chosen in the picker, and files, which are watched for edits."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from time import monotonic
 from typing import Final
@@ -17,35 +18,25 @@ CHECK_INTERVAL: Final = 0.2  # s between two checks of the file
 
 
 class FileWatcher:
-    """Reports when a file's content changes. While the file is missing, it counts as unchanged."""
+    """Reports when a file's content changes. While the file cannot be read, it counts as unchanged."""
+
+    _stamp: tuple[int, int, int] | None = None
+    _content = b""
 
     def __init__(self, file: Path) -> None:
         self.file = file
-        self._stamp = self._read_stamp()
-        self._content = self._read()
+        self.changed()
 
     def changed(self) -> bool:
         """Return whether the content has changed since the last call."""
-        stamp = self._read_stamp()
-        if stamp is None or stamp == self._stamp:
-            return False
-        content, before = self._read(), self._content
-        self._stamp, self._content = stamp, content
-        return content != before
-
-    def _read_stamp(self) -> tuple[int, int, int] | None:
-        try:
+        before = self._content
+        with suppress(OSError):
             status = self.file.stat()
-        except OSError:
-            return None
-        return status.st_mtime_ns, status.st_size, status.st_ino
-
-    def _read(self) -> bytes:
-        try:
-            with self.file.open("rb") as file:
-                return file.read(MAX_TEXT_FILE_BYTES + 1)
-        except OSError:
-            return b""
+            stamp = status.st_mtime_ns, status.st_size, status.st_ino
+            if stamp != self._stamp:
+                with self.file.open("rb") as file:
+                    self._stamp, self._content = stamp, file.read(MAX_TEXT_FILE_BYTES + 1)
+        return self._content != before
 
 
 class SceneLoader:
@@ -111,8 +102,7 @@ class SceneLoader:
         if monotonic() < self._next_check:
             return False
         self._next_check = monotonic() + CHECK_INTERVAL
-        changed = self._watcher.changed()
-        if changed:
+        if changed := self._watcher.changed():
             self.open_file(self._watcher.file)
         return changed
 
@@ -129,10 +119,8 @@ class SceneLoader:
 
     def open_picker(self) -> None:
         """Open the scene picker, with the truths if one of them runs."""
-        runs_truth = self._scene.file in bundled(TRUTHS).values()
-        self.picker = ScenePicker(
-            self._folders, self.open_file, self.close_picker, self._previews, with_truths=runs_truth
-        )
+        truths = self._scene.file in bundled(TRUTHS).values()
+        self.picker = ScenePicker(self._folders, self.open_file, self.close_picker, self._previews, with_truths=truths)
 
     def close_picker(self) -> None:
         """Close the scene picker."""

@@ -25,6 +25,7 @@ HEADING: Final = 2.0  # height of a topic's name, in heights of the text
 ABOUT_LINES: Final = 2  # for which there is room below the previews, about the chosen scene
 MAX_FILES: Final = 200  # of a folder that are listed
 TRUTHS_TOPIC: Final = "Truths: each tests a law of physics"
+TICK: Final = "truths: {}  (Tab)"
 HINT: Final = "type to search; choose with arrows and Enter, or a click; Esc closes"
 
 
@@ -109,8 +110,7 @@ class ScenePicker:
         self.chosen = 0
         self._first_row = 0
         self._drags_bar = False
-        self._window = Rect(0, 0, 1, 1)
-        self._text_height = 1
+        self.fit(Rect(0, 0, 1, 1), 1)
         self._search()
 
     def _search(self) -> None:
@@ -128,8 +128,19 @@ class ScenePicker:
         return self._previews.is_complete
 
     def fit(self, window: Rect, text_height: int) -> None:
-        """Set the window that the picker fills, and the height of its text, px."""
-        self._window, self._text_height = window, text_height
+        """Set the window that the picker fills, and the height of its text, px.
+
+        columns: how many previews are side by side; view: the part of the window that has them.
+        """
+        self._window, self._text_height, self._pad = window, text_height, text_height
+        self.columns = max(1, (window.width - text_height) // (TILE_WIDTH * text_height + text_height))
+        head, foot = round(3.5 * text_height), round((ABOUT_LINES * 1.4 + 0.5) * text_height)
+        foot = foot if window.height > 20 * text_height else 0
+        self.view = Rect(window.x, window.y + head, window.width, window.height - head - foot)
+        self._tile_width = (window.width - text_height) // self.columns - text_height
+        preview = round(TILE_WIDTH * text_height * PREVIEW_HEIGHT)
+        self._tile_height = preview + round(2 * 1.4 * text_height)
+        self._picture_size = self._tile_width, self._tile_height - 2 * round(1.4 * text_height)
 
     # Events
 
@@ -140,17 +151,14 @@ class ScenePicker:
         elif event.type == pygame.MOUSEWHEEL:
             self._scroll_to(self._first_row - event.y)
         elif event.type == pygame.MOUSEMOTION:
-            self._on_motion(event)
+            self._drags_bar = self._drags_bar and bool(event.buttons[0])
+            over = self._tile_at(event.pos)
+            if self._drags_bar:
+                self._scroll_by_bar(event.pos[1])
+            elif over is not None:
+                self.chosen = over
         elif event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
             self._on_click(event.pos)
-
-    def _on_motion(self, event: Event) -> None:
-        self._drags_bar = self._drags_bar and bool(event.buttons[0])
-        over = self._tile_at(event.pos)
-        if self._drags_bar:
-            self._scroll_by_bar(event.pos[1])
-        elif over is not None:
-            self.chosen = over
 
     def _on_click(self, point: tuple[int, int]) -> None:
         over = self._tile_at(point)
@@ -171,8 +179,9 @@ class ScenePicker:
         return next((index for index, place in self.places() if place.collidepoint(point)), None)
 
     def _on_key(self, event: Event) -> None:
+        page = max(1, self.view.height // (self._tile_height + self._pad))  # rows that fit into the window
         moves = {pygame.K_LEFT: -1, pygame.K_RIGHT: 1}
-        rows = {pygame.K_UP: -1, pygame.K_DOWN: 1, pygame.K_PAGEUP: -self._page, pygame.K_PAGEDOWN: self._page}
+        rows = {pygame.K_UP: -1, pygame.K_DOWN: 1, pygame.K_PAGEUP: -page, pygame.K_PAGEDOWN: page}
         if event.key == pygame.K_ESCAPE:
             self._close()
         elif event.key in (pygame.K_RETURN, pygame.K_KP_ENTER):
@@ -181,8 +190,11 @@ class ScenePicker:
             self._toggle_truths()
         elif event.key in moves:
             self._select(self.chosen + moves[event.key])
-        elif event.key in rows:
-            self._move_rows(rows[event.key])
+        elif event.key in rows and self.rows:
+            row = self._row_of(self.chosen)
+            across = self.chosen - self.rows[row].indices.start
+            to = self.rows[max(0, min(row + rows[event.key], len(self.rows) - 1))].indices
+            self._select(min(to.start + across, to.stop - 1))
         elif event.key == pygame.K_BACKSPACE:
             self._type(self.typed[:-1])
         elif event.unicode and event.unicode.isprintable():
@@ -205,13 +217,6 @@ class ScenePicker:
         while self._first_row < row and self._top(row + 1) - self._top(self._first_row) > self.view.height:
             self._first_row += 1
         self._first_row = min(self._first_row, row)
-
-    def _move_rows(self, by: int) -> None:
-        rows, row = self.rows, self._row_of(self.chosen)
-        if rows:
-            across = self.chosen - rows[row].indices.start
-            to = rows[max(0, min(row + by, len(rows) - 1))].indices
-            self._select(min(to.start + across, to.stop - 1))
 
     def _choose_current(self) -> None:
         if self.found:
@@ -262,55 +267,16 @@ class ScenePicker:
     # Layout
 
     @property
-    def columns(self) -> int:
-        """How many previews are side by side."""
-        return max(1, (self._window.width - self._pad) // (TILE_WIDTH * self._text_height + self._pad))
-
-    @property
-    def _page(self) -> int:
-        """How many rows fit into the window."""
-        return max(1, self.view.height // (self._tile_height + self._pad))
-
-    @property
-    def _pad(self) -> int:
-        return self._text_height
-
-    @property
-    def view(self) -> Rect:
-        """The part of the window that has the previews."""
-        head = round(3.5 * self._text_height)
-        foot = round((ABOUT_LINES * 1.4 + 0.5) * self._text_height)
-        foot = foot if self._window.height > 20 * self._text_height else 0
-        return Rect(self._window.x, self._window.y + head, self._window.width, self._window.height - head - foot)
-
-    @property
-    def _tile_width(self) -> int:
-        return (self._window.width - self._pad) // self.columns - self._pad
-
-    @property
-    def _tile_height(self) -> int:
-        return round(TILE_WIDTH * self._text_height * PREVIEW_HEIGHT) + round(2 * 1.4 * self._text_height)
-
-    @property
-    def _picture_size(self) -> tuple[int, int]:
-        return self._tile_width, self._tile_height - 2 * round(1.4 * self._text_height)
-
-    @property
     def _field(self) -> Rect:
-        """The place of what is typed."""
         left = self._window.x + self._pad
         return Rect(left, self.tick.y, self.tick.x - self._pad - left, 2 * self._text_height)
 
     @property
     def tick(self) -> Rect:
         """The place of the tick that lists the truths, and of its words."""
-        width = text_width(self._tick_text, self._text_height) + 2 * self._text_height
+        width = text_width(TICK.format(self.truths), self._text_height) + 2 * self._text_height
         right = self._window.right - self._pad
         return Rect(right - width, self._window.y + self._text_height, width, 2 * self._text_height)
-
-    @property
-    def _tick_text(self) -> str:
-        return f"truths: {self.truths}  (Tab)"
 
     @property
     def bar(self) -> Rect | None:
@@ -325,12 +291,8 @@ class ScenePicker:
 
     def places(self) -> list[tuple[int, Rect]]:
         """Return the scenes in sight, by their number in `found`, and their places; the last may be seen in part."""
-        return [
-            (index, place)
-            for _, _, tiles in self._placed_rows()
-            for index, place in tiles
-            if place.colliderect(self.view)
-        ]
+        tiles = (tile for *_, row in self._placed_rows() for tile in row)
+        return [(index, place) for index, place in tiles if place.colliderect(self.view)]
 
     def _placed_rows(self) -> list[tuple[str, Rect, list[tuple[int, Rect]]]]:
         """Return the rows in sight: heading, its place, and the tiles with their places."""
@@ -341,10 +303,8 @@ class ScenePicker:
                 break
             heading = Rect(self._window.x + self._pad, y, self._window.width - 2 * self._pad, self._height(row))
             heading.height -= self._tile_height + self._pad
-            tiles = []
-            for across, index in enumerate(row.indices):
-                x = heading.x + across * (self._tile_width + self._pad)
-                tiles.append((index, Rect(x, heading.bottom, self._tile_width, self._tile_height)))
+            tile = Rect(heading.bottomleft, (self._tile_width, self._tile_height))
+            tiles = [(index, tile.move(k * (tile.width + self._pad), 0)) for k, index in enumerate(row.indices)]
             placed.append((row.heading, heading, tiles))
             y += self._height(row)
         return placed
@@ -386,14 +346,13 @@ class ScenePicker:
         text = self.typed or HINT
         end = write(surface, text, line, theme.ink if self.typed else theme.dim, height)
         if self.typed:
-            surface.fill(
-                theme.ink, (end + 2, field.y + height // 3, max(1, height // 10), field.height - 2 * (height // 3))
-            )
+            top = height // 3
+            surface.fill(theme.ink, (end + 2, field.y + top, max(1, height // 10), field.height - 2 * top))
         listed = sum(self.with_truths or not entry.is_truth for entry in self._entries)
         count = f"{len(self.found)} of {listed}"
-        count_place = Rect(line.right - text_width(count, height), line.y, text_width(count, height), line.height)
-        if count_place.x > end + height:
-            write(surface, count, count_place, theme.dim, height)
+        left = line.right - text_width(count, height)
+        if left > end + height:
+            write(surface, count, Rect(left, line.y, line.right - left, line.height), theme.dim, height)
 
     def _draw_tick(self, surface: Surface) -> None:
         height, place = self._text_height, self.tick
@@ -406,7 +365,9 @@ class ScenePicker:
             points = [(box.x + x * height, box.y + y * height) for x, y in corners]
             pygame.draw.lines(surface, theme.on_accent, False, points, max(2, height // 7))
         left = box.right + height // 2
-        write(surface, self._tick_text, Rect(left, place.y, place.right - left, place.height), theme.ink, height)
+        write(
+            surface, TICK.format(self.truths), Rect(left, place.y, place.right - left, place.height), theme.ink, height
+        )
 
     def _draw_tile(self, surface: Surface, entry: SceneEntry, place: Rect, *, chosen: bool) -> None:
         height, low = self._text_height, round(0.85 * self._text_height)

@@ -11,7 +11,7 @@ from pygame import Color, Rect, Surface
 from sandbox.engines import REFERENCE, Engine, default_engines
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.engines.stopping import StoppedEngine, StoppingEngine
-from sandbox.errors import EngineError, LimitReached
+from sandbox.errors import EngineError
 from sandbox.report.run_so_far import Marks
 from sandbox.run.edits import edited_scenes
 from sandbox.run.inputs import Input
@@ -21,9 +21,9 @@ from sandbox.session.history import Moment
 from sandbox.session.samples import change_of_energy, share_of_energy
 from sandbox.session.session import Session
 from sandbox.state import State
+from sandbox.view import Layer
 from sandbox.view.charts import Charts
 from sandbox.view.debug_draw import DebugDraw
-from sandbox.view.layers import Layer
 from sandbox.view.layout import EDGE, Layout, ScreenPoint
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Canvas, Overlay, RecentContacts, Trail
 from sandbox.view.pixels import fill
@@ -44,8 +44,7 @@ MAX_BALLS_BESIDE: Final = 5_000  # of a scene in which the reference runs along,
 class Pane:
     """One engine on the screen. Pymunk's debug-draw draws its own engine; other engines are drawn from the scene."""
 
-    scene: Scene
-    _balls: tuple[int, ...] = ()
+    moment: Moment
     _drawn: PymunkEngine | None = None
     debug_draw: DebugDraw | None = None
     error: float | None = None  # of the energy: by how much it is off, in % if there is a scale
@@ -56,7 +55,6 @@ class Pane:
     def __init__(self, moment: Moment, name: str, engine: Engine) -> None:
         self.name = name
         self.show([moment], engine, live=True)
-        self.energy_at_start = self.energy - self.work
 
     def show(self, moments: Sequence[Moment], engine: Engine, *, live: bool, afresh: bool = True) -> None:
         """Show the last of some moments, with trails and contacts of those before it.
@@ -64,7 +62,7 @@ class Pane:
         live: the engine is at the last moment. afresh: the moments do not continue what was shown.
         """
         moment = moments[-1]
-        if afresh or moment.balls != self._balls:
+        if afresh or moment.balls != self.moment.balls:
             moments = [one for one in moments if one.balls == moment.balls]
             self.trail, self.recent_contacts = Trail(len(moment.balls)), RecentContacts()
         for one in moments:
@@ -74,22 +72,16 @@ class Pane:
         self._live = live
         self.failure = engine.error if isinstance(engine, StoppingEngine | StoppedEngine) else None
         if isinstance(engine, PymunkEngine) and engine is not self._drawn:
-            self._drawn, self.debug_draw = (
-                engine,
-                DebugDraw(engine.space, moment.scene.colors, palette(moment.scene.arena.background).wall),
-            )
-        if afresh or moment.scene is not self.scene:
+            ink = palette(moment.scene.arena.background).wall
+            self._drawn, self.debug_draw = engine, DebugDraw(engine.space, moment.scene.colors, ink)
+        if afresh or moment.scene is not self.moment.scene:
             self._discs = Discs(moment.scene.bodies.radius, moment.scene.colors)
-        self.step, self.scene, self._balls = moment.step, moment.scene, moment.balls
-        self.state = moment.states[self.name]
-        self._held, self._target = moment.held, moment.target
-        self.contacts = moment.counts[self.name]
-        self.energy, self.work = moment.energy[self.name], moment.work[self.name]
-        self.energy_scale = moment.energy_scale
+        self.moment, self.step, self.scene = moment, moment.step, moment.scene
+        self.state, self.energy_scale = moment.states[self.name], moment.energy_scale
 
     def shows(self, moment: Moment) -> bool:
         """Return whether all that the pane shows of a moment is drawn."""
-        now = self._held, self._target
+        now = self.moment.held, self.moment.target
         return moment.states[self.name] is self.state and (moment.held, moment.target) == now
 
     @property
@@ -99,26 +91,10 @@ class Pane:
             return ""
         return energy_in_words(self.error, self.energy_scale, self.scene.units, self.beside)
 
-    @property
-    def signed_energy(self) -> str:
-        """The same as briefly as possible."""
-        error = self.error or 0.0
-        return f"{'-' if error < 0 else '+'}{_amount(error, self.energy_scale, self.scene.units)}"
-
-    @property
-    def hand_text(self) -> str:
-        """What mouse and edits have added to the energy; empty if nothing."""
-        if not self.work:
-            return ""
-        work = share_of_energy(self.work, self.energy_scale)
-        return _signed(work, self.energy_scale, self.scene.units)
-
-    @property
-    def loss_text(self) -> str:
-        """What the engine has lost or made since the start, rightly or not."""
-        change = share_of_energy(change_of_energy(self.energy, self.energy_at_start, self.work), self.energy_scale)
-        change = 0.0 if abs(change) < MIN_CHANGE else change
-        return _signed(change, self.energy_scale, self.scene.units)
+    def signed(self, energy: float) -> str:
+        """Return a change of energy, in % if there is a scale, with its sign and its unit."""
+        units = self.scene.units
+        return f"{energy:+,.3g} %" if self.energy_scale else units.text(Dimension.ENERGY, "{:+,.3g}", energy)
 
     def recolour(self) -> None:
         """Draw in the colours of the theme."""
@@ -141,27 +117,32 @@ class Pane:
         engine they are.
         """
         inside, scale, origin = surface.subsurface(layout.arenas[index]), layout.scale, layout.origin
-        canvas = Canvas(inside, self.scene, self.state, scale=scale, text_height=layout.text_height, origin=origin)
+        canvas = Canvas(inside, self.scene, self.state, scale, layout.text_height, origin)
         overlay = Overlay(canvas, self.trail, self.recent_contacts, ghosts)
         fill(inside, overlay.palette.ground)
-        self._draw_frame(surface, layout.arenas[index])
+        edge = EDGE if self.scene.arena.walls else 1
+        frame = layout.arenas[index].inflate(2 * edge, 2 * edge)
+        pygame.draw.rect(surface, theme.wall, frame, edge, border_radius=edge)
         for layer, draw in BELOW_BALLS.items():
             if layer in showing:
                 draw(overlay)
-        if self.debug_draw:
+        if self.debug_draw and self._live:
             self.debug_draw.plain = self.plain
-            past = None if self._live else (self.scene, self.state)
-            self.debug_draw.draw(inside, scale, past, origin)
+            self.debug_draw.draw(inside, scale, origin)
         else:
             draw_walls(inside, self.scene, self.state.time, scale, origin)
             self._discs.draw(inside, self.state.position, scale, self.state.angle, origin)
         for layer, draw in ABOVE_BALLS.items():
             if layer in showing:
                 draw(overlay)
-        if self._held is not None:
-            overlay.pull(self._held, self._target)
+        if self.moment.held is not None:
+            overlay.pull(self.moment.held, self.moment.target)
         if self.failure:
-            draw_failure_card(surface, layout, layout.arenas[index], self.failure)
+            place, height = layout.arenas[index], layout.text_height
+            failed = f"failed at {self.failure.time:.3f} s, and " if isinstance(self.failure, EngineError) else ""
+            text = f"{failed}stands still: {self.failure}"
+            lines = first_lines(text, place.width - 4 * height, height, MAX_FAILURE_LINES, "    ")
+            card(surface, [[line] for line in lines], place.topleft, height, place)
         self._draw_title(surface, layout, index, colour, outlined)
 
     def _draw_title(self, surface: Surface, layout: Layout, index: int, colour: Color, outlined: str) -> None:
@@ -175,7 +156,9 @@ class Pane:
         energy = "the reference" if self.is_reference else self.energy_text
         beside = place.right - left - text_width(self.name, height, bold=True) - height
         if is_off:
-            sizes = (energy, energy.partition(" than")[0], self.signed_energy)
+            error = self.error or 0.0
+            briefly = f"{'-' if error < 0 else '+'}{_amount(error, self.energy_scale, self.scene.units)}"
+            sizes = (energy, energy.partition(" than")[0], briefly)
             energy = next((text for text in sizes if text_width(text, height, bold=True) <= beside), sizes[-1])
         room = place.right - left - (text_width(energy, height, bold=is_off) + height if is_off else 0)
         name = shortened(self.name, max(room, 3 * height), height)
@@ -184,23 +167,14 @@ class Pane:
         line = Rect(left, place.y, place.right - left, place.height)
         if text_width(energy, height, bold=is_off) <= line.width:
             left = write(surface, energy, line, colour if is_off else theme.dim, height, bold=is_off)
-        remarks = [f"outlines: {outlined}"] * bool(outlined) + [BATCH] * self.draws_batch + [PLAIN] * self.plain
+        is_batch = self.debug_draw is not None and self._live and self.debug_draw.is_batch
+        remarks = [f"outlines: {outlined}"] * bool(outlined) + [BATCH] * is_batch + [PLAIN] * self.plain
         for remark in remarks:
             width = text_width(remark, height)
             if left + height + width <= place.right:
                 place.width -= width
                 write(surface, remark, Rect(place.right, place.y, width + 1, place.height), theme.dim, height)
                 place.width -= height
-
-    @property
-    def draws_batch(self) -> bool:
-        """Whether Pymunk's debug-draw has too many shapes, so that a batch draws them."""
-        return self.debug_draw is not None and self._live and self.debug_draw.is_batch
-
-    def _draw_frame(self, surface: Surface, arena: Rect) -> None:
-        """Draw the arena's walls as a frame, or its edge as a thin line."""
-        edge = EDGE if self.scene.arena.walls else 1
-        pygame.draw.rect(surface, theme.wall, arena.inflate(2 * edge, 2 * edge), edge, border_radius=edge)
 
 
 def energy_in_words(error: float, scale: float, units: Units, beside: str) -> str:
@@ -220,19 +194,6 @@ def _amount(error: float, scale: float, units: Units) -> str:
     """Return the size of an error of energy, with its unit."""
     size = abs(error) if scale else units.factor(Dimension.ENERGY) * abs(error)
     return f"{f'{size:,.0f}' if size >= 9.95 else f'{size:.2g}'} {'%' if scale else units.name(Dimension.ENERGY)}"
-
-
-def _signed(energy: float, scale: float, units: Units) -> str:
-    return f"{energy:+,.3g} %" if scale else units.text(Dimension.ENERGY, "{:+,.3g}", energy)
-
-
-def draw_failure_card(surface: Surface, layout: Layout, place: Rect, error: EngineError | LimitReached) -> None:
-    """Draw in the place of an arena why its engine failed or reached a limit, and when."""
-    height = layout.text_height
-    how = f"failed at {error.time:.3f} s, and stands still" if isinstance(error, EngineError) else "stands still"
-    text = f"{how}: {error}"
-    lines = first_lines(text, place.width - 4 * height, height, MAX_FAILURE_LINES, "    ")
-    card(surface, [[line] for line in lines], place.topleft, height, place)
 
 
 def draw_panes(
@@ -270,7 +231,8 @@ class SessionView:
         runners = self.session.runners
         self.panes = [Pane(self.moment, name, runners[name].engine) for name in self.session.names]
         self.charts = Charts(self.session.samples, scene.seconds, scene.units)
-        self._energy_at_start = self.panes[0].energy_at_start  # of all engines
+        name = self.session.names[0]
+        self._energy_at_start = self.moment.energy[name] - self.moment.work[name]  # of all engines
         self.charts.moment = self.moment
         self._live = True
         self.plain = False
@@ -310,7 +272,6 @@ class SessionView:
 
     @property
     def _note(self) -> str:
-        """What is to be said of the reference."""
         session = self.session
         if session.lacks_reference:
             return f"{session.reference} is being compiled"
@@ -319,11 +280,6 @@ class SessionView:
         if session.reference != REFERENCE and len(session.names) > 1:
             return f"against {session.reference}: {REFERENCE} does not run along with so many balls"
         return ""
-
-    def draw(self, surface: Surface, layout: Layout, showing: Collection[Layer]) -> None:
-        """Draw the panes and the chart."""
-        self.draw_panes(surface, layout, showing)
-        self.draw_chart(surface, layout)
 
     def draw_chart(self, surface: Surface, layout: Layout, point: ScreenPoint | None = None) -> None:
         """Draw the chart, with its values at a point of the screen."""
@@ -387,7 +343,11 @@ class SessionView:
             pane = next((pane for pane in self.panes if pane.name == name), None)
             pane = pane or Pane(self._completed(self.moment), name, runner.engine)
             cost = "" if runner.step_seconds is None else f"{1000 * runner.step_seconds:.2g}"
-            pane.energy_at_start = self._energy_at_start
             self._judge(pane)
-            rows.append([name + hidden, pane.energy_text, pane.loss_text, pane.hand_text, f"{pane.contacts:,}", cost])
+            moment, scale = pane.moment, pane.energy_scale
+            change = change_of_energy(moment.energy[name], self._energy_at_start, moment.work[name])
+            change, work = share_of_energy(change, scale), share_of_energy(moment.work[name], scale)
+            since_start = pane.signed(0.0 if abs(change) < MIN_CHANGE else change)
+            by_hand, contacts = pane.signed(work) if work else "", f"{moment.counts[name]:,}"
+            rows.append([name + hidden, pane.energy_text, since_start, by_hand, contacts, cost])
         return rows

@@ -89,7 +89,7 @@ class SpaceWindow:
             Action.RESTART: self._restart,
             Action.ZOOM_IN: partial(self._zoom, ZOOM_FACTOR, (0.5, 0.5)),
             Action.ZOOM_OUT: partial(self._zoom, 1 / ZOOM_FACTOR, (0.5, 0.5)),
-            Action.SHOW_ALL: self._show_all,
+            Action.SHOW_ALL: partial(self._zoom, 0.0, (0.5, 0.5)),
             Action.THEME: lambda: theme.use(dark=not theme.is_dark),
             Action.ESCAPE: self._close,
         }
@@ -158,9 +158,6 @@ class SpaceWindow:
 
     def _zoom(self, factor: float, about: Vector) -> None:
         self.view.lens = self.view.lens.zoomed(factor, about)
-
-    def _show_all(self) -> None:
-        self.view.lens = Lens()
 
     def _close(self) -> None:
         self.running = False

@@ -27,9 +27,8 @@ MAC: Final = ("defaults", "read", "-g", "AppleInterfaceStyle")
 REGISTRY_KEY: Final = r"Software\Microsoft\Windows\CurrentVersion\Themes\Personalize"
 
 
-@dataclass(frozen=True)
-class Colours:
-    """The colours of one theme.
+class Theme:
+    """The colours in use: the light ones until another theme is chosen.
 
     ground: of the window; raised: of panels and buttons; hover: of a button under the mouse; ink, dim: of text; line:
     round buttons; accent, on_accent: of what is on or chosen, and of text on it; wall: the frame of a pane; pane: of a
@@ -46,48 +45,30 @@ class Colours:
     on_accent: Color
     wall: Color
     pane: Color
-
-
-LIGHT: Final = Colours(
-    ground=Color("#f4f5f7"),
-    raised=Color("#ffffff"),
-    hover=Color("#e8edf3"),
-    ink=Color("#1d2430"),
-    dim=Color("#5a6475"),
-    line=Color("#d5dae1"),
-    accent=Color("#0b66c3"),
-    on_accent=Color("#ffffff"),
-    wall=Color("#9aa5b4"),
-    pane=Color("#ffffff"),
-)
-DARK: Final = Colours(
-    ground=Color("#171a1f"),
-    raised=Color("#20242b"),
-    hover=Color("#2b313a"),
-    ink=Color("#e8ebf0"),
-    dim=Color("#9aa4b2"),
-    line=Color("#3d4450"),
-    accent=Color("#5aa9f0"),
-    on_accent=Color("#0b1016"),
-    wall=Color("#6b7686"),
-    pane=Color("#14171b"),
-)
-
-
-class Theme(Colours):
-    """The colours in use: those of `LIGHT` until another theme is chosen."""
-
     is_dark: bool
 
-    def __init__(self) -> None:
-        self.use(dark=False)
+    def __init__(self, *, dark: bool) -> None:
+        self.use(dark=dark)
 
     def use(self, *, dark: bool) -> None:
         """Use the light theme, or the dark one."""
-        vars(self).update(vars(DARK if dark else LIGHT), is_dark=dark)
+        vars(self).update({name: Color(colours[dark]) for name, colours in COLOURS.items()}, is_dark=dark)
 
 
-theme: Final = Theme()
+COLOURS: Final = {  # of each theme: light, dark
+    "ground": ("#f4f5f7", "#171a1f"),
+    "raised": ("#ffffff", "#20242b"),
+    "hover": ("#e8edf3", "#2b313a"),
+    "ink": ("#1d2430", "#e8ebf0"),
+    "dim": ("#5a6475", "#9aa4b2"),
+    "line": ("#d5dae1", "#3d4450"),
+    "accent": ("#0b66c3", "#5aa9f0"),
+    "on_accent": ("#ffffff", "#0b1016"),
+    "wall": ("#9aa5b4", "#6b7686"),
+    "pane": ("#ffffff", "#14171b"),
+}
+LIGHT, DARK = Theme(dark=False), Theme(dark=True)
+theme: Final = Theme(dark=False)
 
 
 def prefers_dark() -> bool:
@@ -213,7 +194,7 @@ def chart_palette() -> Palette:
 
 @lru_cache(maxsize=64)
 def _palette(ground: tuple[int, int, int]) -> Palette:
-    ink = contrast_with(Color(*ground))
+    ink = contrast(Color(*ground))
     dark = ink == Color("white")
     return Palette(
         ground=Color(*ground),
@@ -227,11 +208,6 @@ def _palette(ground: tuple[int, int, int]) -> Palette:
     )
 
 
-def contrast(background: str) -> Color:
-    """Choose black or white, whichever stands out from a colour."""
-    return contrast_with(Color(*rgb(background)))
-
-
-def contrast_with(ground: Color) -> Color:
+def contrast(ground: Color) -> Color:
     """Choose black or white, whichever stands out from a ground."""
     return Color("black") if 0.299 * ground.r + 0.587 * ground.g + 0.114 * ground.b > 128 else Color("white")

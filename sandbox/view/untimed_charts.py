@@ -31,16 +31,17 @@ MAX_PEAK: Final = 1.8  # of the axis of counts, in units of the law's peak
 CURVE_POINTS: Final = 120
 
 
+@dataclass(frozen=True)
 class PlaneChart:
     """Draws the values of one chart over those of another at the same times.
 
     up, across: the charts of the two quantities. Engines that one of them does not show have no curve.
     """
 
-    def __init__(self, up: TimeChart, across: TimeChart, colours: Mapping[str, Color], palette: Palette) -> None:
-        self._up, self._across = up, across
-        self._colours = colours
-        self._palette = palette
+    _up: TimeChart
+    _across: TimeChart
+    _colours: Mapping[str, Color]
+    _palette: Palette
 
     def rows_at(self, samples: Samples, time: float) -> list[list[str]]:
         """Return both values of each engine at a time (s), as rows of a table."""
@@ -88,11 +89,11 @@ class PlaneChart:
     def _points(self, plot: Rect, spans: list[Span], x: Floats, y: Floats) -> Floats:
         """Return where values are in the chart, px, without those that are not known: (values, 2)."""
         known = np.isfinite(x + y)
-        places = [
+        across, up = (
             (chart.scale.position(values[known]) - low) / (high - low)
             for chart, values, (low, high) in zip(self._charts, (x, y), spans, strict=True)
-        ]
-        return np.column_stack([plot.x + places[0] * (plot.width - 1), plot.bottom - 1 - places[1] * (plot.height - 1)])
+        )
+        return np.column_stack([plot.x + across * (plot.width - 1), plot.bottom - 1 - up * (plot.height - 1)])
 
     def _draw_axes(self, surface: Surface, plot: Rect, spans: list[Span], height: int) -> None:
         """Draw a grid with as many numbers as there is room for, and the names of both axes."""
@@ -133,12 +134,13 @@ def _span(chart: TimeChart, curves: list[Floats]) -> Span:
 class BallChart:
     """Draws a section for each engine. Its scales only grow, so that arrows and bars of all steps can be compared."""
 
+    _low, _high = np.zeros(2), np.zeros(2)  # what the arrows have reached so far, kg px/s
+    _most = 0.0  # energy of all balls so far, kg px²/s²
+    _refusal = ""
+
     def __init__(self, colours: Mapping[str, Color], palette: Palette) -> None:
         self._colours = colours
         self._palette = palette
-        self._low, self._high = np.zeros(2), np.zeros(2)  # what the arrows have reached so far, kg px/s
-        self._most = 0.0  # energy of all balls so far, kg px²/s²
-        self._refusal = ""
 
     def rows_at(self, place: Rect, point: tuple[int, int], moment: Moment) -> list[list[str]]:
         """Return each ball's momentum and energy in the engine at a point of the chart, as rows of a table."""
@@ -147,14 +149,15 @@ class BallChart:
         names = list(moment.states)
         name = names[min(max((point[0] - place.x) * len(names) // place.width, 0), len(names) - 1)]
         state, bodies = moment.states[name], moment.scene.bodies
-        momenta, energies = state.velocity * bodies.mass[:, None], _energies(state, bodies)
         units = moment.scene.units
-        momenta, energies = units.factor(Dimension.MOMENTUM) * momenta, units.factor(Dimension.ENERGY) * energies
+        momenta = units.factor(Dimension.MOMENTUM) * state.velocity * bodies.mass[:, None]
+        energies = units.factor(Dimension.ENERGY) * _energies(state, bodies)
         rows = [[name, units.name(Dimension.MOMENTUM), units.name(Dimension.ENERGY)]]
-        for ball, ((x, y), energy) in enumerate(zip(momenta.tolist(), energies.tolist(), strict=True)):
-            rows.append([f"ball {ball}", f"{x:,.5g}, {y:,.5g}", f"{energy:,.6g}"])
-        x, y = momenta.sum(axis=0).tolist()
-        return [*rows, ["all", f"{x:,.5g}, {y:,.5g}", f"{energies.sum():,.6g}"]]
+        names = [*(f"ball {ball}" for ball in range(len(bodies))), "all"]
+        momenta, energies = np.vstack([momenta, momenta.sum(axis=0)]), np.append(energies, energies.sum())
+        for name, (x, y), energy in zip(names, momenta.tolist(), energies.tolist(), strict=True):
+            rows.append([name, f"{x:,.5g}, {y:,.5g}", f"{energy:,.6g}"])
+        return rows
 
     def draw(self, surface: Surface, place: Rect, moment: Moment, height: int) -> None:
         """Draw every engine's section side by side. height: of the text, px."""
@@ -164,19 +167,15 @@ class BallChart:
         if self._refusal:
             write(surface, self._refusal, place, self._palette.ink, height)
             return
-        self._grow(moment)
+        for state in moment.states.values():  # the scales include every engine
+            path = _path(state, moment.scene.bodies)
+            self._low, self._high = np.minimum(self._low, path.min(axis=0)), np.maximum(self._high, path.max(axis=0))
+            self._most = max(self._most, float(_energies(state, moment.scene.bodies).sum()))
         gap, count = round(GAP * height), len(moment.states)
         width = (place.width + gap) // count
         for k, (name, state) in enumerate(moment.states.items()):
             section = Rect(place.x + k * width, place.y, width - gap, place.height)
             self._draw_section(surface, section, name, state, moment, height)
-
-    def _grow(self, moment: Moment) -> None:
-        """Make the scales include every engine at a moment."""
-        for state in moment.states.values():
-            path = _path(state, moment.scene.bodies)
-            self._low, self._high = np.minimum(self._low, path.min(axis=0)), np.maximum(self._high, path.max(axis=0))
-            self._most = max(self._most, float(_energies(state, moment.scene.bodies).sum()))
 
     def _draw_section(
         self, surface: Surface, place: Rect, name: str, state: State, moment: Moment, height: int
@@ -185,13 +184,13 @@ class BallChart:
         write(surface, name, Rect(place.x, place.y, place.width, line), self._colours[name], height, bold=True)
         left = Rect(place.x, place.y + line, place.width // 2 - height // 2, place.height - 2 * line)
         right = Rect(left.right + height, left.y, place.right - left.right - height, left.height)
-        bodies, colours = moment.scene.bodies, self._ball_colours(moment)
+        bodies, units = moment.scene.bodies, moment.scene.units
+        colours = [readable(Color(*rgb(colour)), self._palette.ground) for colour in moment.scene.colors]
         path, energies = _path(state, bodies), _energies(state, bodies)
         self._draw_momenta(surface, left, path, colours, height)
         self._draw_energies(surface, right, energies, colours)
         momentum = float(length(path[-1]))
         total = momentum if momentum > ROUNDING else 0.0
-        units = moment.scene.units
         self._caption(surface, left, "momentum", units.text(Dimension.MOMENTUM, "{:,.5g}", total), height)
         energy = units.text(Dimension.ENERGY, "{:,.6g}", float(energies.sum()))
         self._caption(surface, right, "energy", energy, height)
@@ -201,9 +200,6 @@ class BallChart:
         text = f"{name} {value}" if text_width(f"{name} {value}", height) <= above.width else value
         place = Rect(above.x, above.bottom, above.width, round(1.5 * height))
         write(surface, shortened(text, above.width, height), place, self._palette.ink, height)
-
-    def _ball_colours(self, moment: Moment) -> list[Color]:
-        return [readable(Color(*rgb(colour)), self._palette.ground) for colour in moment.scene.colors]
 
     def _draw_momenta(self, surface: Surface, place: Rect, path: Floats, colours: list[Color], height: int) -> None:
         """Draw the momenta head to tail, from a dot, and below them their sum."""
@@ -225,12 +221,9 @@ class BallChart:
         heights = (energies / top * (place.height - 4)).tolist()
         pile = float(floor)
         for k, (tall, colour) in enumerate(zip(heights, colours, strict=True)):
-            bar = Rect(round(place.x + k * step), round(floor - tall), thick, 0)
-            bar.height = floor - bar.y
-            surface.fill(colour, bar)
-            above = pile - tall
-            last = Rect(place.right - thick - 1, round(above), thick, round(pile) - round(above))
-            surface.fill(colour, last)
+            top_of_bar, above = round(floor - tall), pile - tall
+            surface.fill(colour, (round(place.x + k * step), top_of_bar, thick, floor - top_of_bar))
+            surface.fill(colour, (place.right - thick - 1, round(above), thick, round(pile) - round(above)))
             pile = above
         pygame.draw.line(surface, self._palette.law, (place.x, floor), (place.right - 1, floor))
 
@@ -289,15 +282,15 @@ def histogram_of(moment: Moment, reference: str) -> Histogram:
     return Histogram(n, edges, counts, law, whole, f"no law: {lawless}" if lawless else "", moment.scene.units)
 
 
+@dataclass
 class SpeedChart:
     """Draws the histogram of a moment."""
 
-    def __init__(self, reference: str, colours: Mapping[str, Color], palette: Palette) -> None:
-        self._reference = reference
-        self._colours = colours
-        self._palette = palette
-        self._moment: Moment | None = None  # of the histogram
-        self._histogram = Histogram(0, np.empty(0), {}, None, 0.0, "")
+    _reference: str
+    _colours: Mapping[str, Color]
+    _palette: Palette
+    _moment: Moment | None = None  # of the histogram
+    _histogram = Histogram(0, np.empty(0), {}, None, 0.0, "")
 
     def histogram(self, moment: Moment) -> Histogram:
         """Return the histogram of a moment."""
@@ -338,8 +331,11 @@ class SpeedChart:
             y = plot.bottom - 1 - np.minimum(count / top, 1.0) * (plot.height - 1)
             return list(zip(x.tolist(), y.tolist(), strict=True))
 
-        if found.law is not None:
-            pygame.draw.lines(surface, self._colours[LAW], False, points(*_curve(found)), max(3, height // 4))
+        if found.law is not None:  # in the middle of a bin, what it expects there
+            half, n = found.edges[1] / 2, found.balls
+            speed = np.linspace(half, fastest - half, CURVE_POINTS)
+            count = n * (speed_law(speed + half, found.whole, n) - speed_law(speed - half, found.whole, n))
+            pygame.draw.lines(surface, self._colours[LAW], False, points(speed, count), max(3, height // 4))
         for name, counts in found.counts.items():
             outline = points(np.repeat(found.edges, 2)[1:-1], np.repeat(counts, 2))
             pygame.draw.lines(surface, self._colours[name], False, outline, max(1, height // 8))
@@ -365,16 +361,8 @@ class SpeedChart:
     def _write_names(self, surface: Surface, plot: Rect, found: Histogram, height: int) -> None:
         """Write the name of each line at the upper right, where the law leaves room."""
         names = {name: float(counts.max()) for name, counts in found.counts.items()}
-        if found.law is not None:
-            names[LAW] = 0.0
+        names |= {} if found.law is None else {LAW: 0.0}
         for line, (name, most) in enumerate(names.items()):
             text = name if most <= found.top else f"{name}, up to {most:,.0f}"
             label = lettering(text, self._colours[name], height)
             surface.blit(label, label.get_rect(right=plot.right - 2, top=plot.y + 2 + round(1.3 * line * height)))
-
-
-def _curve(found: Histogram) -> tuple[Floats, Floats]:
-    """Return speeds, and how many balls the law expects in a bin about each: in the middle of a bin, that bin's."""
-    half, n = found.edges[1] / 2, found.balls
-    speed = np.linspace(half, found.edges[-1] - half, CURVE_POINTS)
-    return speed, n * (speed_law(speed + half, found.whole, n) - speed_law(speed - half, found.whole, n))

@@ -11,6 +11,7 @@ import shutil
 import struct
 from abc import ABC, abstractmethod
 from contextlib import suppress
+from dataclasses import dataclass
 from fractions import Fraction
 from importlib import import_module
 from pathlib import Path
@@ -115,17 +116,10 @@ class Gif(Video):
         place = self._changed(frame)
         picture = self._with_palette(frame.crop(place))
         if self._last is not None:  # long runs of one index compress well
-            picture.paste(TRANSPARENT, mask=_equal(frame.crop(place), self._last.crop(place)))
-        file.writelines(
-            getdata(
-                picture,
-                place[:2],
-                duration=1000 // self.fps,
-                include_color_table=True,
-                transparency=TRANSPARENT,
-                disposal=1,  # keep the pixels that the next frame leaves out
-            )
-        )
+            same = (np.asarray(frame.crop(place)) == np.asarray(self._last.crop(place))).all(axis=2)
+            picture.paste(TRANSPARENT, mask=Image.fromarray(same))
+        more = {"transparency": TRANSPARENT, "disposal": 1}  # 1: keep the pixels that the next frame leaves out
+        file.writelines(getdata(picture, place[:2], duration=1000 // self.fps, include_color_table=True, **more))
 
     def _close(self, file: IO[bytes]) -> None:
         file.write(b";")
@@ -151,11 +145,6 @@ def _packed(colours: NDArray[np.uint8]) -> NDArray[np.int32]:
     """Pack red, green and blue into one integer: (..., 3) -> (...)."""
     wide = colours.astype(np.int32)
     return (wide[..., 0] << 16) | (wide[..., 1] << 8) | wide[..., 2]
-
-
-def _equal(a: Image.Image, b: Image.Image) -> Image.Image:
-    """Return a mask of the pixels that are equal in two pictures."""
-    return Image.fromarray((np.asarray(a) == np.asarray(b)).all(axis=2))
 
 
 class WebP(Video):
@@ -207,9 +196,8 @@ class Mp4(Video):
         except ImportError:
             raise MissingLibrary(str(self.path), "av") from None
         if self.size[0] % 2 or self.size[1] % 2:
-            raise SandboxError(
-                f"{self.path}: MP4 must have an even width and height, got {self.size[0]}x{self.size[1]}"
-            )
+            size = f"{self.size[0]}x{self.size[1]}"
+            raise SandboxError(f"{self.path}: MP4 must have an even width and height, got {size}")
         self._container = self._av.open(file, "w", format="mp4")
         self._stream = self._container.add_stream("libx264", rate=self.fps)
         self._stream.width, self._stream.height = self.size
@@ -229,12 +217,12 @@ class Mp4(Video):
 VIDEO_FORMATS: Final[dict[str, type[Video]]] = {".gif": Gif, ".webp": WebP, ".mp4": Mp4}
 
 
+@dataclass
 class Recorder:
     """Records the window as a GIF. While the window is paused, nothing is recorded."""
 
-    def __init__(self, notice: Notice) -> None:
-        self._notice = notice
-        self.video: Video | None = None  # that is being recorded
+    _notice: Notice
+    video: Video | None = None  # that is being recorded
 
     @property
     def seconds(self) -> float | None:

@@ -15,16 +15,15 @@ from sandbox.scene.fields import rgb
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.contact_mark import ContactPicture, draw_contact
 from sandbox.view.controls import Action
-from sandbox.view.header import action_button
 from sandbox.view.layout import Layout
 from sandbox.view.playback import Playback
 from sandbox.view.saver import Saver
 from sandbox.view.session_view import IT_SHOULD_HAVE, MIN_CHANGE, amount_text
 from sandbox.view.theme import chart_palette, palette, theme
+from sandbox.view.toolbars import LEFT, RIGHT, action_button
+from sandbox.view.widgets import Bar, Widget, Words
 from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.group import rows_of
-from sandbox.view.widgets.widget import Widget
-from sandbox.view.widgets.words import Bar, Words
 
 LISTED: Final = 12  # contacts at once: the newest, or those around the one that is shown
 BUTTONS_IN_ROW: Final = 3
@@ -62,13 +61,12 @@ class WhyPage:
         self._made_of: object = None  # what the rows were made of
         self._words: dict[str, Words] = {}  # in the rows, by their text: those that stay keep the keyboard
         self._button = cache(self._make_button)
-        self._page_button = TextButton(
-            "", self.make_page, "write this comparison as a page, and open it", refusal=self._why_no_page
-        )
+        does = "write this comparison as a page, and open it"
+        self._page_button = TextButton("", self.make_page, does, refusal=self._why_no_page)
         self._headline = Words("", bold=True, scale=1.3)
         self._row_of_buttons = [
-            action_button("\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK} Previous", Action.PREVIOUS_CONTACT, do),
-            action_button("Next \N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}", Action.NEXT_CONTACT, do),
+            action_button(f"{LEFT} Previous", Action.PREVIOUS_CONTACT, do),
+            action_button(f"Next {RIGHT}", Action.NEXT_CONTACT, do),
             self._page_button,
         ]
 
@@ -131,11 +129,8 @@ class WhyPage:
         contacts, here = self._contacts, self._playback.session.step
         if self.contact:
             at = contacts.index(self.contact) + by
-        elif by > 0:
-            at = sum(contact.step <= here for contact in contacts)
         else:
-            at = sum(contact.step < here for contact in contacts) - 1
-        if contacts and self.contact is None:  # beyond the last contact, that is the nearest
+            at = sum(contact.step <= here if by > 0 else contact.step < here for contact in contacts) - (by < 0)
             at = min(max(at, 0), len(contacts) - 1)
         is_there = 0 <= at < len(contacts)
         if is_there:
@@ -183,17 +178,22 @@ class WhyPage:
             rows.append(words(self._verdict(case.verdict), do=self._toggle_verdict))
         if of_engine and of_engine.agrees:
             rows.append(words(of_engine.agrees))
-        if self._contacts:
-            rows.append(words(self._list_title, theme.dim))
+        if count := len(self._contacts):
+            others = f"{count} contacts differ" if count > 1 else "1 contact differs"
+            most = ", and more" if count == MAX_DIFFERENCES else ""
+            title = f"{others} from {self._playback.session.reference}{most}; the newest first:"
+            rows.append(words(title, theme.dim))
         for contact in self._listed:
             is_shown = contact == self.contact
             one = words(contact.sentence, do=None if is_shown else partial(self.show, contact))
-            one[0].marked, one[0].dots = is_shown, self._dots(contact)
+            colours = self._playback.scene.colors
+            balls = (ball for ball in contact.difference.balls if ball < len(colours))  # that are still there
+            one[0].marked, one[0].dots = is_shown, tuple(Color(*rgb(colours[ball])) for ball in balls)
             rows.append(one)
             if is_shown:
                 rows.append([self._picture(contact.difference)])
                 rows += [words(line, theme.dim) for line in self._details(contact)]
-        if left := len(self._contacts) - len(self._listed):
+        if left := count - len(self._listed):
             rows.append(words(f"and {left} more, which < and > go to", theme.dim))
         return rows
 
@@ -215,28 +215,14 @@ class WhyPage:
     ) -> Iterator[Row]:
         """Yield the engine's own errors as bars, and then what the scene takes and gives."""
         largest = max(abs(line.share) for line in lines)
-        own = [line for line in lines if not _is_of_scene(line)]
-        scene = [line for line in lines if _is_of_scene(line)]
-        for title, some in ((f"What {self.engine} lost or made, in % of the energy:", own), (OF_SCENE, scene)):
+        titles = {False: f"What {self.engine} lost or made, in % of the energy:", True: OF_SCENE}
+        for is_of_scene, title in titles.items():
+            some = [line for line in lines if (line.cause.removesuffix(MARK) in SCENES_OWN) == is_of_scene]
             if some:
                 yield words(title, theme.dim)
-                yield from ([self._bar(line, largest)] for line in some)
-
-    def _bar(self, line: LedgerLine, largest: float) -> Bar:
-        text = f"{100 * line.share:+.2f} %" if abs(line.share) >= MIN_SHARE else line.text
-        return Bar(line.cause, text, line.share / (largest or 1.0), self._colours[self.engine])
-
-    def _dots(self, contact: OtherContact) -> tuple[Color, ...]:
-        """Return the colours of a contact's balls, as far as they are still there."""
-        colours = self._playback.view.moment.scene.colors
-        return tuple(Color(*rgb(colours[ball])) for ball in contact.difference.balls if ball < len(colours))
-
-    @property
-    def _list_title(self) -> str:
-        count = len(self._contacts)
-        others = f"{count} contacts differ" if count > 1 else "1 contact differs"
-        most = ", and more" if count == MAX_DIFFERENCES else ""
-        return f"{others} from {self._playback.session.reference}{most}; the newest first:"
+            for line in some:
+                text = f"{100 * line.share:+.2f} %" if abs(line.share) >= MIN_SHARE else line.text
+                yield [Bar(line.cause, text, line.share / (largest or 1.0), self._colours[self.engine])]
 
     def _verdict(self, parts: Sequence[str]) -> str:
         """Return the verdict: what is said of the engine that the page speaks of first, that of others last."""
@@ -267,7 +253,6 @@ class WhyPage:
         return f"Compared with {compared.against} up to {compared.clock.time(compared.steps):.2f} s{so_far}.{edited}"
 
     def _choices(self, engines: Sequence[str]) -> list[Row]:
-        """Return the engines as buttons, in their colours."""
         buttons = [self._button(name) for name in engines]
         for button in buttons:
             button.colour = self._colours[button.text]
@@ -279,7 +264,6 @@ class WhyPage:
 
     @property
     def _colours(self) -> dict[str, Color]:
-        """The engines' colours on the panel."""
         session = self._playback.session
         return chart_palette().engines([*session.names, session.reference])
 
@@ -300,13 +284,14 @@ class WhyPage:
         """Yield the figures of the contact that is drawn, and how to read the drawing."""
         yield from contact.speeds.splitlines()
         found, against = contact.difference, self._playback.session.reference
-        ink = "white" if palette(self._playback.view.moment.scene.arena.background).is_dark else "black"
-        if found.normal and found.should_normal:
-            yield LEGEND.format(colours=f"{self.engine} in its colour, {against} in {ink}")
-        elif found.normal:
-            yield LEGEND.format(colours=f"{self.engine} in its colour; {against} has no such contact")
-        elif found.should_normal:
-            yield LEGEND.format(colours=f"{against} in {ink}; {self.engine} has no such contact")
+        ink = "white" if palette(self._playback.scene.arena.background).is_dark else "black"
+        drawn = [f"{self.engine} in its colour"] * bool(found.normal) + [f"{against} in {ink}"] * bool(
+            found.should_normal
+        )
+        if len(drawn) == 2:
+            yield LEGEND.format(colours=", ".join(drawn))
+        elif drawn:
+            yield LEGEND.format(colours=f"{drawn[0]}; {against if found.normal else self.engine} has no such contact")
 
     # In the panes
 
@@ -314,7 +299,3 @@ class WhyPage:
         """Draw the contact that was gone to in every pane, while its step is shown."""
         if self.contact:
             draw_contact(surface, layout, self._playback.view.panes, self.contact.difference, self.engine)
-
-
-def _is_of_scene(line: LedgerLine) -> bool:
-    return line.cause.removesuffix(MARK) in SCENES_OWN

@@ -13,35 +13,31 @@ from pygame.event import Event
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
+from sandbox.view import Layer, opens_with
 from sandbox.view.balls_page import BallsPage
-from sandbox.view.cards import Cards
+from sandbox.view.cards import Cards, Messages
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.compilation import Compilation
 from sandbox.view.controls import EDITS, Action, Panel, control_of
-from sandbox.view.display import caption, open_window, set_mode
-from sandbox.view.editor import Editor
+from sandbox.view.display import KeyRepeat, PendingEvents, Stopped, caption, open_window, set_mode
+from sandbox.view.editor import SHARE, Editor
 from sandbox.view.engines_page import EnginesPage, LineUp
-from sandbox.view.events import KeyRepeat, PendingEvents, Stopped
-from sandbox.view.header import Header
-from sandbox.view.layers import Layer, opens_with
 from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, layout_of
-from sandbox.view.messages import Messages
-from sandbox.view.mouse_tool import ZOOM_FACTOR, MouseTool, ToolPalette
+from sandbox.view.mouse_tool import ZOOM_FACTOR, MouseTool
 from sandbox.view.move_tool import Tool
 from sandbox.view.notice import Guard, Notice
 from sandbox.view.pixels import fill
 from sandbox.view.playback import Playback, Snapshots
 from sandbox.view.saver import Saver
 from sandbox.view.scene_loader import SceneLoader
-from sandbox.view.scene_page import ScenePage, ShowPage
 from sandbox.view.session_view import SessionView
-from sandbox.view.side_panel import Page, SidePanel
+from sandbox.view.side_panel import Page, ScenePage, ShowPage, SidePanel
 from sandbox.view.theme import SystemTheme, theme
-from sandbox.view.timeline import Timeline
+from sandbox.view.toolbars import Header, Timeline, tool_palette
 from sandbox.view.video import Recorder
 from sandbox.view.why_page import WhyPage
+from sandbox.view.widgets import ARROWS, ENTER
 from sandbox.view.widgets.group import Placed, WidgetGroup
-from sandbox.view.widgets.widget import ARROWS, ENTER
 
 FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
@@ -97,9 +93,16 @@ class Window:
         self.cards = Cards(self.playback, self.editor, self.mouse, self.scenes, self.widgets, self.messages)
         self._is_on = self._states()
         self.header = Header(lambda: self.scene, self.do, self.is_on, lambda: self.recorder.seconds)
-        self.palette = ToolPalette(self.mouse, self.do)
+        self.palette = tool_palette(self.mouse, self.do)
         self.timeline = Timeline(self.playback, self.do, lambda: self.messages.clock)
-        self.panel = SidePanel(self._pages(), self.widgets)
+        pages: dict[Panel, Page] = {
+            Panel.SCENE: ScenePage(self.playback, self.editor, self.snapshots, self.do),
+            Panel.BALLS: BallsPage(self.playback, self.editor, self.mouse, self.notice),
+            Panel.ENGINES: EnginesPage(self.line_up),
+            Panel.WHY: self.why,
+            Panel.SHOW: ShowPage(self.do, self.is_on),
+        }
+        self.panel = SidePanel(pages, self.widgets)
         self.actions = self._actions()
         self.screen = open_window(caption(scene))
         self._fit_column()
@@ -152,20 +155,7 @@ class Window:
     def _fit_column(self) -> None:
         self.panel.fit(is_wide=self.screen.get_width() >= WIDE * self.text_height)
 
-    def _pages(self) -> dict[Panel, Page]:
-        return {
-            Panel.SCENE: ScenePage(self.playback, self.editor, self.snapshots, self.do),
-            Panel.BALLS: BallsPage(self.playback, self.editor, self.mouse, self.notice),
-            Panel.ENGINES: EnginesPage(self.line_up),
-            Panel.WHY: self.why,
-            Panel.SHOW: ShowPage(self.do, self.is_on),
-        }
-
-    def _inspects(self) -> bool:
-        return self.panel.open is Panel.BALLS
-
     def _states(self) -> dict[Action, Callable[[], bool]]:
-        """Return whether what an action turns on and off is on."""
         return {
             Action.PAUSE: lambda: self.playback.paused,
             Action.STOPWATCH: lambda: self.playback.stopwatch is not None,
@@ -206,8 +196,8 @@ class Window:
             Action.ADD_BALL: self.mouse.add_ball,
             Action.DELETE_BALL: self.mouse.delete_ball,
             Action.NEXT_TOOL: self.mouse.choose_next,
-            Action.COOL: self.editor.cool,
-            Action.HEAT: self.editor.heat,
+            Action.COOL: partial(self.editor.heat, -SHARE),
+            Action.HEAT: partial(self.editor.heat, SHARE),
             Action.USE_IMPULSE: self.line_up.use_impulse,
             Action.SHOW_ALL: self.mouse.show_all,
             Action.ZOOM_IN: partial(self.mouse.zoom_by, ZOOM_FACTOR),
@@ -219,8 +209,8 @@ class Window:
         return self._actions_of_run() | {
             Action.PREVIOUS_CONTACT: partial(self._show_contact, -1),
             Action.NEXT_CONTACT: partial(self._show_contact, 1),
-            Action.SELECT_PREVIOUS: lambda: self.editor.select_next(-1, with_walls=self._inspects()),
-            Action.SELECT_NEXT: lambda: self.editor.select_next(1, with_walls=self._inspects()),
+            Action.SELECT_PREVIOUS: lambda: self.editor.select_next(-1, with_walls=self.panel.open is Panel.BALLS),
+            Action.SELECT_NEXT: lambda: self.editor.select_next(1, with_walls=self.panel.open is Panel.BALLS),
             Action.NEXT_CHART: lambda: charts(self.view.charts.show_next),
             Action.SCALE: lambda: charts(self.view.charts.toggle_scale),
             Action.LARGER_TEXT: partial(self._change_text, 1),
@@ -263,8 +253,7 @@ class Window:
         if self._system.follow():
             self.view.recolour()
             self._outdated = True
-        again = self.key_repeat.due(seconds)
-        if again:
+        if again := self.key_repeat.due(seconds):
             with self._stoppable():
                 self._on_press(again)
         compiling = self.messages.follow_compilation()
@@ -310,8 +299,7 @@ class Window:
     def _part_at_work(self) -> str:
         """Return the page whose widget handles an event, or nothing if something else does."""
         widget = self.widgets.at_work
-        is_in_column = widget is not None and all(widget is not other for other, _ in self._in_rows)
-        return self._page_name if is_in_column else ""
+        return self._page_name if widget and widget not in dict(self._in_rows) else ""
 
     def _handle(self, event: Event) -> None:
         self.mouse.track(event)
@@ -332,22 +320,19 @@ class Window:
         else:
             if event.type == pygame.MOUSEBUTTONDOWN:
                 self.notice.go_stale()
-            if event.type == pygame.MOUSEWHEEL and self._is_over_panel:
+            point = self.mouse.point
+            if event.type == pygame.MOUSEWHEEL and point and self.layout.panel.collidepoint(point):
                 self.panel.scroll(event.y)
             elif not self.widgets.on_event(event, self._placed):
                 self.mouse.on_event(event)
 
     def _repeats(self, event: Event) -> bool:
-        """Return whether a key is repeated while it is held."""
-        if self.scenes.picker:
-            return event.key not in (*ENTER, pygame.K_ESCAPE)
-        if self.widgets.is_typed_into or (self.widgets.focus and event.key in ARROWS):
+        if self.scenes.picker or self.widgets.is_typed_into or (self.widgets.focus and event.key in ARROWS):
             return event.key not in (*ENTER, pygame.K_ESCAPE)
         control = control_of(event)
         return control is not None and control.repeats
 
     def _on_press(self, event: Event) -> None:
-        """Handle a key."""
         self._outdated = True
         control = control_of(event)
         action = control and control.action
@@ -391,8 +376,7 @@ class Window:
         """Show the next contact that differs, or the previous one; first of all, open the page that finds them."""
         self.panel.show(Panel.WHY)
         if not self.why.show_next(by):
-            order = "later" if by > 0 else "earlier"
-            self.notice.show(f"no {order} contact differs, as far as it is compared")
+            self.notice.show(f"no {'later' if by > 0 else 'earlier'} contact differs, as far as it is compared")
 
     def _save_picture(self) -> None:
         self.draw()  # a window that has just got another size is black
@@ -425,12 +409,8 @@ class Window:
         elif self.notice.text in (QUIT_HINT, UNSAVED_HINT):
             self.running = False
         else:
-            self.notice.show(UNSAVED_HINT if self._has_unsaved_edits else QUIT_HINT)
-
-    @property
-    def _has_unsaved_edits(self) -> bool:
-        inputs = self.view.session.inputs
-        return bool(inputs) and self.saver.saved != inputs
+            inputs = self.view.session.inputs
+            self.notice.show(UNSAVED_HINT if inputs and [*self.saver.saved] != inputs else QUIT_HINT)
 
     # Drawing
 
@@ -480,34 +460,25 @@ class Window:
     def _page_name(self) -> str:
         return f"the page {self.panel.open.value}" if self.panel.open else "the column"
 
-    @property
-    def _is_over_panel(self) -> bool:
-        return self.mouse.point is not None and self.layout.panel.collidepoint(self.mouse.point)
-
     def draw(self) -> None:
         """Draw everything."""
-        self._show_cursor()
-        self.cards.marks_selection = not self._inspects()
-        if (ball := self.editor.selected) is not None:
-            self.view.charts.follow(self.view.moment.balls[ball])
-        layout, placed = self.layout, self._placed
-        if self.screen.get_size() == layout.window:
-            self._draw_on(self.screen, layout, placed)
-        else:
-            whole = Surface(layout.window)
-            self._draw_on(whole, layout, placed)
-            self.screen.blit(whole, (0, 0))
-        pygame.display.set_caption(caption(self.scene))
-        self._drawn = self.view.moment, self.view.charts.moment, self.status
-        self._outdated = self.scenes.picker is not None and not self.scenes.picker.is_complete
-
-    def _show_cursor(self) -> None:
         over_panes = not self.scenes.picker and self.widgets.over is None
         cursor = self.mouse.cursor if over_panes else pygame.SYSTEM_CURSOR_ARROW
         if cursor != self._cursor:
             self._cursor = cursor
             with suppress(pygame.error):  # a screen in memory has no pointers
                 pygame.mouse.set_cursor(cursor)
+        self.cards.marks_selection = self.panel.open is not Panel.BALLS
+        if (ball := self.editor.selected) is not None:
+            self.view.charts.follow(self.view.moment.balls[ball])
+        layout, placed = self.layout, self._placed
+        whole = self.screen if self.screen.get_size() == layout.window else Surface(layout.window)
+        self._draw_on(whole, layout, placed)
+        if whole is not self.screen:
+            self.screen.blit(whole, (0, 0))
+        pygame.display.set_caption(caption(self.scene))
+        self._drawn = self.view.moment, self.view.charts.moment, self.status
+        self._outdated = self.scenes.picker is not None and not self.scenes.picker.is_complete
 
     def _draw_on(self, surface: Surface, layout: Layout, placed: Sequence[Placed]) -> None:
         """Draw everything on a surface of the layout's size. placed: the widgets with their places."""

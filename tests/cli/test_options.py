@@ -23,7 +23,7 @@ from sandbox.cli.options import (
 from sandbox.engines import registry
 from sandbox.errors import SandboxError
 from sandbox.scene.files import bundled
-from sandbox.view.layers import Layer
+from sandbox.view import Layer
 
 
 def test_options_are_parsed() -> None:

@@ -22,7 +22,7 @@ from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import Floats, States
-from sandbox.view.layers import Layer
+from sandbox.view import Layer
 from sandbox.view.window import Window
 
 SCENES = (*bundled(), *bundled("truths"))

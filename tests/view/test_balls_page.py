@@ -33,10 +33,9 @@ from sandbox.view.controls import Panel
 from sandbox.view.editor import ARENA_WALL
 from sandbox.view.move_tool import Tool
 from sandbox.view.theme import theme
+from sandbox.view.widgets import Widget, Words
 from sandbox.view.widgets.buttons import Swatch
 from sandbox.view.widgets.fields import Field
-from sandbox.view.widgets.widget import Widget
-from sandbox.view.widgets.words import Words
 from sandbox.view.window import Window
 
 ENDS = ("from x", "from y", "to x", "to y")

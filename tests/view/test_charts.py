@@ -86,7 +86,7 @@ def columns_of(surface: Surface, plot: Rect, colour: Color) -> list[int]:
 
 
 def column(charts: Charts, time: float, start: float = 0.0, seconds: float = 10.0) -> int:
-    plot = charts.places(PLACE, TEXT).plot
+    plot = charts.plot(PLACE, TEXT)
     return round(plot.x + (time - start) / seconds * (plot.width - 1))
 
 
@@ -142,10 +142,10 @@ def test_energy_gets_another_unit_and_scale_as_soon_as_there_is_one(
     charts.toggle_scale()
     for number, (scale, unit) in enumerate([(0.0, "kg px²/s²"), (1800.0, "%"), (3600.0, "%"), (3600.0, "%")], 1):
         samples.add(moment(scene, number, scale, article=60.0, exact=0.0))
-        plot = charts.places(PLACE, TEXT).plot
+        plot = charts.plot(PLACE, TEXT)
         draw(charts, time=1.0, point=(plot.x + 1, plot.centery))
         assert cards[-1][0][1] == f"energy, {unit} from exact"
-    values = dict(charts._values_at(charts.places(PLACE, TEXT).plot, plot.right)[1:])
+    values = dict(charts._values_at(charts.plot(PLACE, TEXT), plot.right)[1:])
     assert values["article"] == "+50 %"
     at_once = Charts(samples, 10.0)  # draws all samples to the scale of the latest
     at_once.toggle_scale()
@@ -160,7 +160,7 @@ def test_lines_are_drawn_at_the_height_of_their_values(scene: Scene) -> None:
         charts = charts_of(scene, 8, course, instrument)
         if logarithmic:
             charts.toggle_scale()
-        return draw(charts, time=9.9), charts.places(PLACE, TEXT).plot, column(charts, 7)
+        return draw(charts, time=9.9), charts.plot(PLACE, TEXT), column(charts, 7)
 
     surface, plot, x = drawn(Instrument.ENERGY)  # half of the speed is a quarter of the energy
     assert np.mean(rows_of(surface, plot, x, ARTICLE)) == pytest.approx(row(plot, (0, 100), 25), abs=1)
@@ -180,7 +180,7 @@ def test_lines_are_drawn_at_the_height_of_their_values(scene: Scene) -> None:
 def test_one_tiny_gap_does_not_stretch_the_axis(scene: Scene) -> None:
     charts = charts_of(scene, 4, lambda time: steady(time) | {"pymunk": 60.03, "article": 60.0 + 1e-13}, Instrument.GAP)
     charts.toggle_scale()
-    gap = charts.places(PLACE, TEXT).plot
+    gap = charts.plot(PLACE, TEXT)
     surface = draw(charts)
     x = column(charts, 2)
     assert np.mean(rows_of(surface, gap, x, PYMUNK)) == pytest.approx(row(gap, (-3, 0), math.log10(0.03)), abs=1)
@@ -210,7 +210,7 @@ def test_a_linear_axis_has_ticks_at_round_numbers(low: float, high: float, span:
 
 def test_rounding_is_written_as_0(scene: Scene) -> None:
     charts = charts_of(scene, 1, lambda time: steady(time) | {"article": 60.0 + 3e-14}, Instrument.GAP)
-    values = dict(charts._values_at(charts.places(PLACE, TEXT).plot, 300)[1:])
+    values = dict(charts._values_at(charts.plot(PLACE, TEXT), 300)[1:])
     assert values == {"pymunk": "0 px", "article": "0 px"}
 
 
@@ -228,7 +228,7 @@ def test_the_scale_of_one_chart_does_not_change_another_and_some_have_only_one(s
 
 def test_lines_are_solid(scene: Scene) -> None:
     charts = charts_of(scene, 8, lambda time: steady(time) | {"article": 50.0})
-    momentum = charts.places(PLACE, TEXT).plot
+    momentum = charts.plot(PLACE, TEXT)
     columns = columns_of(draw(charts), momentum, ARTICLE)
     inside = [x for x in columns if column(charts, 0.5) <= x <= column(charts, 7.5)]
     assert inside == list(range(column(charts, 0.5), column(charts, 7.5) + 1))
@@ -305,7 +305,7 @@ def test_only_new_samples_are_drawn(scene: Scene, monkeypatch: pytest.MonkeyPatc
 def test_the_axis_of_time_doubles_when_it_is_full(scene: Scene) -> None:
     charts = charts_of(scene, 11, lambda time: steady(time) | {"article": 50.0})
     surface = draw(charts, time=11)
-    momentum = charts.places(PLACE, TEXT).plot
+    momentum = charts.plot(PLACE, TEXT)
     assert rows_of(surface, momentum, column(charts, 10.9, seconds=20), ARTICLE)
     assert column(charts, 10.9, seconds=20) < max(columns_of(surface, momentum, ARTICLE))
 
@@ -315,7 +315,7 @@ def test_after_a_cut_the_chart_shows_what_is_left(scene: Scene) -> None:
     draw(charts)
     charts.samples.series.cut(4 * scene.rate)
     surface = draw(charts)
-    momentum = charts.places(PLACE, TEXT).plot
+    momentum = charts.plot(PLACE, TEXT)
     assert rows_of(surface, momentum, column(charts, 3.9), ARTICLE)
     assert not rows_of(surface, momentum, column(charts, 7), ARTICLE)
 
@@ -332,7 +332,7 @@ def test_charts_without_room_draw_nothing(scene: Scene) -> None:
 def test_a_point_of_the_charts_stands_for_a_time(scene: Scene) -> None:
     charts = charts_of(scene, 1, steady)
     place = Rect(8, 400, 900, 200)
-    plot = charts.places(place, TEXT).plot
+    plot = charts.plot(place, TEXT)
     for time in (0.0, 2.5, 10.0):
         x = place.x + round(plot.x + time / 10 * plot.width)
         assert charts.time_at(place, TEXT, x) == pytest.approx(time, abs=0.02)
@@ -346,7 +346,7 @@ def test_zooming_keeps_the_time_under_the_mouse_and_ends_where_all_is_shown(scen
     for factor in (0.5, 0.5, 0.3):
         charts.axis.zoom(charts.time_at(PLACE, TEXT, x), factor)
         assert charts.time_at(PLACE, TEXT, x) == pytest.approx(4, abs=0.02)
-    left = charts.places(PLACE, TEXT).plot.x
+    left = charts.plot(PLACE, TEXT).x
     assert charts.time_at(PLACE, TEXT, left) > 3
     charts.axis.zoom(4, 100)
     assert charts.time_at(PLACE, TEXT, left) == 0
@@ -357,7 +357,7 @@ def test_a_selection_is_shown_alone_and_a_click_shows_all(scene: Scene) -> None:
     charts.axis.selection = 5.0, 4.0
     charts.axis.zoom_to_selection()
     surface = draw(charts)
-    momentum = charts.places(PLACE, TEXT).plot
+    momentum = charts.plot(PLACE, TEXT)
     for time, speed in ((4.2, 50), (4.8, 20)):
         x = column(charts, time, start=4, seconds=1)
         assert np.mean(rows_of(surface, momentum, x, ARTICLE)) == pytest.approx(row(momentum, (0, 60), speed), abs=1)
@@ -370,7 +370,7 @@ def test_a_part_that_is_shown_follows_the_cursor_out_of_it(scene: Scene) -> None
     charts = charts_of(scene, 8, steady)
     charts.axis.selection = 1.0, 2.0
     charts.axis.zoom_to_selection()
-    plot = charts.places(PLACE, TEXT).plot
+    plot = charts.plot(PLACE, TEXT)
     for time, first in ((1.5, 1.0), (1.99, 1.0), (2.1, 2.0)):
         draw(charts, time)
         assert charts.time_at(PLACE, TEXT, plot.x) == pytest.approx(first, abs=0.01)
@@ -379,7 +379,7 @@ def test_a_part_that_is_shown_follows_the_cursor_out_of_it(scene: Scene) -> None
 def test_the_cursor_is_drawn_at_the_time(scene: Scene) -> None:
     charts = charts_of(scene, 2, steady)
     surface = draw(charts, time=4)
-    plot = charts.places(PLACE, TEXT).plot
+    plot = charts.plot(PLACE, TEXT)
     assert len(rows_of(surface, plot, column(charts, 4), LIGHT.dim)) > plot.height - 3
     assert len(rows_of(surface, plot, column(charts, 5), LIGHT.dim)) == 0
 
@@ -392,12 +392,11 @@ def test_marks_are_labelled_above_the_charts_and_never_over_a_line(scene: Scene)
     before = pygame.surfarray.array3d(draw(charts))
     charts.marks = Marks(Trust(horizon=6.0), differences={"article": 7.0, "pymunk": 7.01}, stopped=(8.0, "why"))
     after = pygame.surfarray.array3d(draw(charts))
-    where = charts.places(PLACE, TEXT)
-    plot = where.plot
+    plot = charts.plot(PLACE, TEXT)
     changed = (after != before).any(axis=2)[plot.x : plot.right, plot.y + 6 : plot.bottom]
     wide = {column(charts, time) - plot.x for time in (6, 7, 7.01, 8)}
     assert set(np.flatnonzero(changed.any(axis=1)).tolist()) == wide
-    labels = [label for _, label in charts._placed_marks(where, TEXT)]
+    labels = [label for _, label in charts._placed_marks(PLACE, TEXT)]
     assert all(label.bottom <= plot.y and label.right <= PLACE.width for label in labels)
     assert all(label.collidelist(labels[k + 1 :]) < 0 for k, label in enumerate(labels))
 
@@ -406,7 +405,7 @@ def test_the_earliest_end_of_the_reference_is_marked_and_explained(scene: Scene)
     charts = charts_of(scene, 2, steady)
     charts.marks = Marks(Trust(horizon=8.0, undecided=5.0, unresolved=6.0))
     draw(charts)
-    [(mark, label)] = charts._placed_marks(charts.places(PLACE, TEXT), TEXT)
+    [(mark, label)] = charts._placed_marks(PLACE, TEXT)
     assert (mark.text, mark.time) == ("no longer comparable", 5.0)
     assert "simultaneous" in mark.sentence
     assert charts.mark_at(PLACE, TEXT, label.center) == mark
@@ -421,8 +420,8 @@ def test_a_click_on_a_mark_goes_to_its_time_and_the_mouse_shows_values(monkeypat
     charts, layout = window.view.charts, window.layout
     charts.marks = Marks(differences={"impulse": 1.0})
     window.draw()
-    where = charts.places(layout.strip, layout.text_height)
-    [(_, label)], plot = charts._placed_marks(where, layout.text_height), where.plot
+    plot = charts.plot(layout.strip, layout.text_height)
+    [(_, label)] = charts._placed_marks(layout.strip, layout.text_height)
     on_label = label.centerx + layout.strip.x, label.centery + layout.strip.y
     for what in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP):
         window.on_event(pygame.event.Event(what, pos=on_label, button=1))
@@ -444,7 +443,7 @@ def test_the_wheel_and_the_right_button_zoom_in_time(window: Window) -> None:
     run(window, 60)
     window.draw()
     charts, layout = window.view.charts, window.layout
-    plot = charts.places(layout.strip, layout.text_height).plot
+    plot = charts.plot(layout.strip, layout.text_height)
 
     def at(share: float) -> tuple[int, int]:
         return layout.strip.x + plot.x + round(share * plot.width), layout.strip.centery

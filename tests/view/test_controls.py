@@ -7,8 +7,8 @@ from pygame.event import Event
 from window_driver import button, click, pixels, press, run
 
 from sandbox.state import CONTACT
+from sandbox.view import Layer
 from sandbox.view.controls import CONTROLS, Action, Control, Panel, control_of
-from sandbox.view.layers import Layer
 from sandbox.view.layout import MIN_SIZE
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS
 from sandbox.view.theme import theme

@@ -27,7 +27,7 @@ SCALE, ORIGIN = 0.71, (3.3, -7.1)
 def drawn(draw: DebugDraw) -> NDArray[np.uint8]:
     surface = Surface((640, 480))
     surface.fill("white")
-    draw.draw(surface, SCALE, None, ORIGIN)
+    draw.draw(surface, SCALE, ORIGIN)
     return pixels(surface)
 
 

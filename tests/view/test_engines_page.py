@@ -11,9 +11,9 @@ from sandbox.view.controls import Panel
 from sandbox.view.engines_page import FULL
 from sandbox.view.session_view import SessionView
 from sandbox.view.theme import chart_palette
+from sandbox.view.widgets import Widget
 from sandbox.view.widgets.buttons import Heading, TextButton
 from sandbox.view.widgets.fields import Field, Slider
-from sandbox.view.widgets.widget import Widget
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")

@@ -14,7 +14,7 @@ from sandbox.engines.exact.engine import ExactEngine
 from sandbox.run.edits import SetGravity
 from sandbox.run.inputs import Input
 from sandbox.run.trajectory import simulate
-from sandbox.view.layers import Layer
+from sandbox.view import Layer
 from sandbox.view.window import STOPPED, Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")

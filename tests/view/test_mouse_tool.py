@@ -29,8 +29,8 @@ from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
 from sandbox.state import State
+from sandbox.view import Layer
 from sandbox.view.cards import ball_table
-from sandbox.view.layers import Layer
 from sandbox.view.layout import GAP, Layout, Lens
 from sandbox.view.mouse_tool import ball_at
 from sandbox.view.theme import theme

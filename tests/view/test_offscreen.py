@@ -20,7 +20,7 @@ from sandbox.errors import SandboxError
 from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
 from sandbox.scene.model import Scene
-from sandbox.view.layers import Layer
+from sandbox.view import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.offscreen import record, steps_of_frames
 from sandbox.view.video import VIDEO_FORMATS, Gif, Video, WebP

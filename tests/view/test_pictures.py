@@ -18,10 +18,10 @@ from window_driver import WorkerHere, hover, mouse, point, press, run
 
 from sandbox.scene.files import load
 from sandbox.space.description import describe
+from sandbox.view import Layer
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Panel
 from sandbox.view.instruments import Instrument
-from sandbox.view.layers import Layer
 from sandbox.view.move_tool import Tool
 from sandbox.view.space_window import SpaceWindow
 from sandbox.view.window import Window

@@ -17,7 +17,7 @@ from sandbox.scene.fields import rgb
 from sandbox.session.samples import Quantity
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Panel
-from sandbox.view.events import PendingEvents, Stopped
+from sandbox.view.display import PendingEvents, Stopped
 from sandbox.view.session_view import AS_IT_SHOULD_BE
 from sandbox.view.theme import theme
 from sandbox.view.window import STOPPED, Window
@@ -145,7 +145,7 @@ def test_a_drag_in_the_charts_or_in_the_time_bar_goes_to_that_time_and_pauses(wi
     layout = window.layout
     assert bool(layout.strip.height) == charts
     if charts:
-        plot = window.view.charts.places(layout.strip, layout.text_height).plot
+        plot = window.view.charts.plot(layout.strip, layout.text_height)
         places = {
             at: (layout.strip.x + plot.x + round(at / 20 * plot.width), layout.strip.centery) for at in (0.5, 1, 9)
         }

@@ -15,11 +15,10 @@ from sandbox.view.layout import Layout
 from sandbox.view.primitives import SMALLEST_TEXT, text_width
 from sandbox.view.side_panel import SidePanel
 from sandbox.view.theme import theme
+from sandbox.view.widgets import Bar, Widget, Words
 from sandbox.view.widgets.buttons import Menu, TextButton
 from sandbox.view.widgets.fields import Field
 from sandbox.view.widgets.group import WidgetGroup
-from sandbox.view.widgets.widget import Widget
-from sandbox.view.widgets.words import Bar, Words
 
 PLACE = Rect(600, 40, 320, 300)
 TEXT_HEIGHT = 16

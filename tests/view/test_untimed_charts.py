@@ -100,7 +100,7 @@ def test_a_ball_s_velocity_over_its_position_is_drawn_where_they_are(window: Win
     charts.show(Instrument.BALL_VY)
     charts.show_across(Instrument.BALL_X)
     window.draw()
-    plot = charts.places(strip, window.layout.text_height).plot.move(strip.topleft)
+    plot = charts.plot(strip, window.layout.text_height).move(strip.topleft)
     x, y = 600 + 60 * 20 / 60, -30.0
     (left, right), (low, high) = (0.0, 800.0), (-30.0, 0.0)
     at = (

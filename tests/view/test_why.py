@@ -26,8 +26,7 @@ from sandbox.view.contact_mark import NORMAL
 from sandbox.view.controls import Panel
 from sandbox.view.theme import palette
 from sandbox.view.why_page import LISTED
-from sandbox.view.widgets.widget import Widget
-from sandbox.view.widgets.words import Bar, Words
+from sandbox.view.widgets import Bar, Widget, Words
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")

@@ -1,1 +1,215 @@
-"""What the toolbar and the side panel are made of: a file for each kind of widget."""
+"""What the rows and the column are made of: what every widget can do; texts; a file for each other kind."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import pygame
+from pygame import Color, Rect, Surface
+from pygame.event import Event
+
+from sandbox.view.primitives import dot, shortened, text_width, wrapped, write
+from sandbox.view.theme import theme
+
+ENTER: Final = (pygame.K_RETURN, pygame.K_KP_ENTER)
+ARROWS: Final = {pygame.K_LEFT: -1, pygame.K_DOWN: -1, pygame.K_RIGHT: 1, pygame.K_UP: 1}
+
+
+class Widget:
+    """Something that shows a state and can be pressed. It is given its place at each call, since windows change.
+
+    width: in heights of the toolbar; in a row of the side panel, relative to its neighbours. takes_keys: the keyboard
+    can be on it. takes_text: it is typed into once it has been pressed. follows_mouse: it is pressed again at each
+    move of the mouse that holds it. does: what it is for. refusal: why it cannot be used now, or nothing. seen_in: the
+    part of the window outside of which it is scrolled out of sight; None if it never is.
+    """
+
+    width: float = 5.0
+    takes_keys = True
+    takes_text = False
+    follows_mouse = False
+    does: str = ""
+    refusal: Callable[[], str] = str
+    seen_in: Rect | None = None
+
+    @property
+    def tip(self) -> str:
+        """The text below it while the mouse or the keyboard is on it."""
+        return self.refusal() or self.does
+
+    @property
+    def look(self) -> object:
+        """What is drawn, here all of its values; something else if the widget must be drawn again."""
+        return [value for value in vars(self).values() if not callable(value)]
+
+    def natural_width(self, text_height: int) -> int:
+        """Return the width that it has in a row of the window, px."""
+        return round(1.75 * text_height * self.width)
+
+    def height(self, width: int, text_height: int) -> int:
+        """Return the height that it needs in the side panel, px. width, text_height: px."""
+        return round(1.85 * text_height)
+
+    def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
+        """Draw it. hot: the mouse or the keyboard is on it."""
+        raise NotImplementedError
+
+    def press(self, place: Rect, point: tuple[int, int]) -> None:
+        """Handle the mouse going down on it, or moving since then, at a point of the window."""
+
+    def release(self) -> None:
+        """Handle the mouse button going up."""
+
+    def key(self, event: Event) -> bool:
+        """Handle a key. Return whether the widget uses it."""
+        return False
+
+    def leave(self) -> None:
+        """Handle that the keyboard goes elsewhere."""
+
+
+class Pressable(Widget):
+    """A widget that does something when it is pressed, or when Enter is while the keyboard is on it."""
+
+    do: Callable[[], None] | None
+
+    def act(self) -> None:
+        """Do it, unless it is refused."""
+        if self.do and not self.refusal():
+            self.do()
+
+    def press(self, place: Rect, point: tuple[int, int]) -> None:
+        """Do it."""
+        self.act()
+
+    def key(self, event: Event) -> bool:
+        """Do it if the key is Enter."""
+        if event.key in ENTER:
+            self.act()
+        return event.key in ENTER
+
+
+def draw_ground(surface: Surface, place: Rect, colour: Color, text_height: int, *, hot: bool) -> None:
+    """Draw what a widget stands on, with a stronger edge while the mouse or the keyboard is on it."""
+    radius = round(0.4 * text_height)
+    pygame.draw.rect(surface, theme.hover if hot and colour == theme.raised else colour, place, border_radius=radius)
+    edge = theme.accent if hot else theme.line
+    pygame.draw.rect(surface, edge, place, max(1, text_height // 12), border_radius=radius)
+
+
+@dataclass(eq=False)
+class Words(Pressable):
+    """A text that is broken into lines. do: what a click on it does; marked: it stands out as the chosen one.
+
+    colour: by default, that of all text. scale: of the text. dots: colours of the balls that it is about.
+    """
+
+    text: str
+    colour: Color | None = None
+    do: Callable[[], None] | None = None
+    marked: bool = False
+    bold: bool = False
+    scale: float = 1.0
+    dots: tuple[Color, ...] = ()
+    width: float = 5.0
+
+    @property
+    def takes_keys(self) -> bool:  # type: ignore[override]
+        """Whether something is done."""
+        return self.do is not None
+
+    def height(self, width: int, text_height: int) -> int:
+        """Return the height of its lines, px."""
+        return len(self._lines(width, text_height)) * self._step(text_height) + text_height // 3
+
+    def _lines(self, width: int, text_height: int) -> tuple[str, ...]:
+        room = width - (1 + len(self.dots)) * text_height
+        return wrapped(self.text, room, round(self.scale * text_height), bold=self.bold)
+
+    def _step(self, text_height: int) -> int:
+        return round(1.35 * self.scale * text_height)
+
+    def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
+        """Draw its lines in the middle of its height; on a ground of its own if it can be pressed."""
+        if self.do:
+            draw_ground(surface, place, theme.raised, text_height, hot=hot)
+        if self.marked:
+            surface.fill(theme.accent, (place.x, place.y, max(2, text_height // 4), place.height))
+        top = place.y + (place.height - self.height(place.width, text_height)) // 2 + text_height // 6
+        line = Rect(place.x + text_height // 2, top, place.width - text_height, self._step(text_height))
+        for colour in self.dots:
+            disc = dot(max(2, text_height // 3), colour, theme.dim)
+            surface.blit(disc, disc.get_rect(center=(line.x + text_height // 3, line.centery)))
+            line.x += text_height
+            line.width -= text_height
+        for text in self._lines(place.width, text_height):
+            write(surface, text, line, self.colour or theme.ink, round(self.scale * text_height), bold=self.bold)
+            line.y += line.height
+
+
+@dataclass(eq=False)
+class Label(Widget):
+    """Says something. said: what; more: what is said while the mouse is on it; scale: of its text."""
+
+    said: Callable[[], str]
+    more: Callable[[], str] = str
+    bold: bool = False
+    dim: bool = False
+    scale: float = 1.0
+    widest: str = ""
+
+    takes_keys = False
+
+    @property
+    def tip(self) -> str:
+        """What it says at length."""
+        return self.more()
+
+    @property
+    def look(self) -> object:
+        """The text."""
+        return self.said()
+
+    def natural_width(self, text_height: int) -> int:
+        """Return the width of its text, px."""
+        height = round(self.scale * text_height)
+        return text_width(self.widest or self.said(), height, bold=self.bold) + text_height // 2
+
+    def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
+        """Draw the text."""
+        height = round(self.scale * text_height)
+        text = shortened(self.said(), max(place.width, 1), height)
+        write(surface, text, place, theme.dim if self.dim else theme.ink, height, bold=self.bold)
+
+
+@dataclass(eq=False)
+class Bar(Widget):
+    """A name and a value over a bar from the middle: to the right for what is gained, to the left for what is lost.
+
+    share: length and sign of the bar, -1 to 1 of half of the width.
+    """
+
+    name: str
+    value: str
+    share: float
+    colour: Color
+
+    takes_keys = False
+
+    def height(self, width: int, text_height: int) -> int:
+        """Return the height of a line of text and a bar, px."""
+        return round(1.3 * text_height) + max(4, text_height // 2)
+
+    def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
+        """Draw the text over the bar."""
+        thick = max(3, text_height // 3)
+        line = Rect(place.x + text_height // 2, place.y, place.width - text_height, place.height - thick - 1)
+        name, value = line.copy(), line.copy()
+        value.width = text_width(self.value, text_height)
+        name.width, value.right = line.width - value.width, line.right
+        write(surface, self.name, name, theme.ink, text_height)
+        write(surface, self.value, value, theme.ink, text_height)
+        length = round(self.share * line.width / 2)
+        bar = Rect(line.centerx + min(length, 0), line.bottom, max(1, abs(length)), thick)
+        surface.fill(theme.dim, (line.x, bar.centery, line.width, 1))
+        surface.fill(self.colour, bar)

@@ -8,9 +8,9 @@ import pygame
 from pygame import Color, Rect, Surface
 from pygame.event import Event
 
-from sandbox.view.primitives import fitting, line_sample, panel, text_width, wrapped, write
+from sandbox.view.primitives import fitting, panel, text_width, wrapped, write
 from sandbox.view.theme import readable, theme
-from sandbox.view.widgets.widget import ENTER, Pressable, draw_fold, draw_ground
+from sandbox.view.widgets import ENTER, Pressable, draw_ground
 
 LINE: Final = 1.7  # height of an item, in heights of the text
 
@@ -45,10 +45,8 @@ class TextButton(Pressable):
 
     def natural_width(self, text_height: int) -> int:
         """Return the width of its text with room round it, px."""
-        mark = text_height if self.colour else 0
-        return (
-            max(text_width(self.widest or self.label, text_height) + round(1.5 * text_height), 2 * text_height) + mark
-        )
+        text = text_width(self.widest or self.label, text_height)
+        return max(text + round(1.5 * text_height), 2 * text_height) + (text_height if self.colour else 0)
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
         """Draw the text in the middle, smaller if need be; on the accent while on, grey if it is refused."""
@@ -132,11 +130,6 @@ class Heading(Pressable):
     does: str = ""
     is_open: bool = False
 
-    @property
-    def look(self) -> object:
-        """The text, the sample, and whether it is unfolded."""
-        return self.text, tuple(self.colour), tuple(self.ground), self.is_open
-
     def height(self, width: int, text_height: int) -> int:
         """Return the height of its lines, px."""
         return round(0.45 * text_height) + len(self._lines(width, text_height)) * round(1.3 * text_height)
@@ -149,23 +142,18 @@ class Heading(Pressable):
         draw_ground(surface, place, theme.raised, text_height, hot=hot)
         step, pad = round(1.3 * text_height), text_height // 2
         line = Rect(place.x + pad, place.y + (place.height % step) // 2, place.width - 3 * pad, step)
-        line_sample(surface, Rect(line.x, line.y, 2 * text_height, step), self.colour, self.ground, text_height)
+        sample = Rect(line.x, line.centery - text_height // 2, 2 * text_height, text_height)
+        surface.fill(self.ground, sample)
+        thick = max(3, text_height // 4)
+        surface.fill(self.colour, (sample.x, sample.centery - thick // 2, sample.width, thick))
         line.x += 2 * text_height + pad
         line.width = place.right - 3 * pad - line.x
         for text in self._lines(place.width, text_height):
             write(surface, text, line, theme.ink, text_height)
             line.y += step
-        draw_fold(surface, (place.right - 2 * pad, place.centery), text_height // 4, is_open=self.is_open)
-
-
-@dataclass(frozen=True)
-class Item:
-    """Something to choose. does: a few words on it; is_on: whether it is chosen at present."""
-
-    text: str
-    do: Callable[[], None]
-    does: str = ""
-    is_on: Callable[[], bool] = bool
+        tips = [(-1, -0.5), (1, -0.5), (0, 0.7)] if self.is_open else [(-0.5, -1), (-0.5, 1), (0.7, 0)]
+        x, y, half = place.right - 2 * pad, place.centery, text_height // 4
+        pygame.draw.polygon(surface, theme.dim, [(x + half * across, y + half * down) for across, down in tips])
 
 
 @dataclass(eq=False)
@@ -173,11 +161,10 @@ class Menu(Pressable):
     """Shows what is chosen; a press opens the list. at: the item that the mouse or the keyboard is on, while open."""
 
     said: Callable[[], str]
-    items: Callable[[], Sequence[Item]]
+    items: Callable[[], Sequence[TextButton]]
     does: str = ""
     is_on: Callable[[], bool] = bool
     widest: str = ""
-    width: float = 5.0
     at: int | None = None
 
     @property
@@ -212,11 +199,8 @@ class Menu(Pressable):
 
     def act(self) -> None:
         """Open the list, or close it."""
-        self.at = None if self.is_open else self._chosen
-
-    @property
-    def _chosen(self) -> int:
-        return next((number for number, item in enumerate(self.items()) if item.is_on()), 0)
+        chosen = (number for number, item in enumerate(self.items()) if item.is_on())
+        self.at = None if self.is_open else next(chosen, 0)
 
     # While the list is open
 
@@ -263,12 +247,11 @@ class Menu(Pressable):
         panel(surface, where)
         names = max(text_width(item.text, text_height) for item in items)
         for number, item in enumerate(items):
-            line = Rect(
-                where.x + 2, where.y + text_height // 4 + round(number * LINE * text_height), where.width - 4, 0
-            )
-            line.height = round(LINE * text_height)
-            ink, dim = (theme.on_accent, theme.on_accent) if number == self.at else (theme.ink, theme.dim)
+            top = where.y + text_height // 4 + round(number * LINE * text_height)
+            line = Rect(where.x + 2, top, where.width - 4, round(LINE * text_height))
+            ink, dim = theme.ink, theme.dim
             if number == self.at:
+                ink = dim = theme.on_accent
                 surface.fill(theme.accent, line)
             line.x += text_height - 2
             write(surface, item.text, line, ink, text_height, bold=item.is_on())

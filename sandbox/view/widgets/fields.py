@@ -10,7 +10,7 @@ from pygame.event import Event
 
 from sandbox.view.primitives import dot, fitting, text_width, write
 from sandbox.view.theme import theme
-from sandbox.view.widgets.widget import ARROWS, ENTER, Widget, draw_ground
+from sandbox.view.widgets import ARROWS, ENTER, Widget, draw_ground
 
 MAX_TYPED: Final = 200  # characters
 FIRST_CHARACTERS: Final = "0123456789.-+#"  # of numbers and colours
@@ -32,7 +32,6 @@ class Field(Widget):
     does: str = ""
     unit: str = ""
     refusal: Callable[[], str] = str
-    width: float = 5.0
     typed: str | None = None
     begin: Callable[[], None] | None = None
 
@@ -56,9 +55,8 @@ class Field(Widget):
         ink = theme.dim if self.refusal() or self.typed == "" else theme.ink
         right = write(surface, text, Rect(x, line.y, line.right - x, line.height), ink, height)
         if self.typed is not None:
-            surface.fill(
-                theme.ink, (min(right + 1, line.right), place.y + 4, max(1, text_height // 10), place.height - 8)
-            )
+            left = min(right + 1, line.right)
+            surface.fill(theme.ink, (left, place.y + 4, max(1, text_height // 10), place.height - 8))
 
     def press(self, place: Rect, point: tuple[int, int]) -> None:
         """Begin to type."""
@@ -75,7 +73,9 @@ class Field(Widget):
             self._begin()
             return event.key in ENTER or self._type(event)
         if event.key in ENTER or event.key == pygame.K_TAB:
-            self._choose_typed()
+            typed, self.typed = self.typed, None
+            if typed:
+                self.choose(typed)
             return event.key in ENTER
         if event.key == pygame.K_ESCAPE:
             self.typed = None
@@ -87,19 +87,14 @@ class Field(Widget):
         if self.begin:
             self.begin()
 
-    def _choose_typed(self) -> None:
-        typed, self.typed = self.typed, None
-        if typed:
-            self.choose(typed)
-
     def _type(self, event: Event) -> bool:
         """Append a character, or delete the last one. Return whether the key does that."""
-        typed = self.typed or ""
+        typed, is_letter = self.typed or "", bool(event.unicode and event.unicode.isprintable())
         if event.key == pygame.K_BACKSPACE:
             self.typed = (typed or self.value())[:-1]
-        elif event.unicode and event.unicode.isprintable():
+        elif is_letter:
             self.typed = (typed + event.unicode)[:MAX_TYPED]
-        return event.key == pygame.K_BACKSPACE or bool(event.unicode and event.unicode.isprintable())
+        return event.key == pygame.K_BACKSPACE or is_letter
 
     def leave(self) -> None:
         """Forget what was typed."""
@@ -119,7 +114,6 @@ class Slider(Widget):
     choose: Callable[[float], None]
     does: str = ""
     unit: str = ""
-    width: float = 5.0
     dragged: int | None = None
 
     follows_mouse = True
@@ -179,7 +173,6 @@ class Slider(Widget):
             self.choose(self.values[index])
 
     def _nearest(self) -> int:
-        """Return the index of the value nearest to the current one."""
         if self.dragged is not None:
             return self.dragged
         return min(range(len(self.values)), key=lambda index: abs(self.values[index] - self.value()))

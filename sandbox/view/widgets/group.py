@@ -1,6 +1,6 @@
 """Widgets together: they share the mouse and the keyboard, and stand in rows."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from typing import TypeVar
 
 import pygame
@@ -9,8 +9,8 @@ from pygame.event import Event
 
 from sandbox.view.layout import BETWEEN, in_rows
 from sandbox.view.primitives import card
+from sandbox.view.widgets import Widget
 from sandbox.view.widgets.buttons import Menu
-from sandbox.view.widgets.widget import Widget
 
 Placed = tuple[Widget, Rect]
 Result = TypeVar("Result")
@@ -42,7 +42,7 @@ class WidgetGroup:
     def draw_list(self, surface: Surface, placed: Sequence[Placed]) -> None:
         """Draw the list of the menu that is open."""
         if menu := self.open_menu(placed):
-            menu.draw_list(surface, _place_of(menu, placed), self._text_height)
+            menu.draw_list(surface, dict(placed)[menu], self._text_height)
 
     @property
     def is_typed_into(self) -> bool:
@@ -55,22 +55,23 @@ class WidgetGroup:
 
     def on_event(self, event: Event, placed: Sequence[Placed]) -> bool:
         """Handle an event. Return whether a widget uses it. placed: all widgets that are shown, with their places."""
-        self.at_work = None
-        self._forget_all_but(placed)
+        self.at_work, places = None, dict(placed)
+        self._forget_all_but(places)
         menu = self.open_menu(placed)
-        if menu and self._let(menu, menu.on_event, event, _place_of(menu, placed), self._text_height, self._within):
+        if menu and self._let(menu, menu.on_event, event, places[menu], self._text_height, self._within):
             return True
         if event.type == pygame.KEYDOWN:
             return self._on_key(event, placed)
         if event.type == pygame.MOUSEMOTION:
             self.over = widget_at(event.pos, placed)
-            self._drag(event.pos, placed)
+            if self.held is not None and self.held.follows_mouse:
+                self._let(self.held, self.held.press, places[self.held], event.pos)
             return self.held is not None
         if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
             self.held = pressed = widget_at(event.pos, placed)
             self._move_focus(pressed if pressed and pressed.takes_text else None)
             if pressed:
-                self._let(pressed, pressed.press, _place_of(pressed, placed), event.pos)
+                self._let(pressed, pressed.press, places[pressed], event.pos)
             return pressed is not None
         if event.type == pygame.WINDOWLEAVE:
             self.over = None
@@ -81,25 +82,16 @@ class WidgetGroup:
         return False
 
     def _let(self, widget: Widget, do: Callable[..., Result], *given: object) -> Result:
-        """Let a widget handle an event."""
         self.at_work = widget
         result = do(*given)
         self.at_work = None
         return result
 
-    def _forget_all_but(self, placed: Sequence[Placed]) -> None:
-        """Forget widgets that are no longer shown."""
-        shown = [widget for widget, _ in placed]
-        if self.focus is not None and not _contains(shown, self.focus):
+    def _forget_all_but(self, shown: Container[Widget | None]) -> None:
+        if self.focus not in shown:
             self._move_focus(None)
-        if self.over is not None and not _contains(shown, self.over):
-            self.over = None
-        if self.held is not None and not _contains(shown, self.held):
-            self.held = None
-
-    def _drag(self, point: tuple[int, int], placed: Sequence[Placed]) -> None:
-        if self.held is not None and self.held.follows_mouse:
-            self._let(self.held, self.held.press, _place_of(self.held, placed), point)
+        self.over = self.over if self.over in shown else None
+        self.held = self.held if self.held in shown else None
 
     def _move_focus(self, widget: Widget | None) -> None:
         if self.focus is not None and self.focus is not widget:
@@ -110,20 +102,14 @@ class WidgetGroup:
         if self.focus is not None and self._let(self.focus, self.focus.key, event):
             return True
         if event.key == pygame.K_TAB:
-            self._move_focus(
-                self._next([w for w, _ in placed if w.takes_keys], back=bool(event.mod & pygame.KMOD_SHIFT))
-            )
+            widgets, by = [w for w, _ in placed if w.takes_keys], -1 if event.mod & pygame.KMOD_SHIFT else 1
+            here = min(0, -by) if self.focus is None else widgets.index(self.focus)
+            self._move_focus(widgets[(here + by) % len(widgets)])
             return True
         if self.focus is not None and event.key == pygame.K_ESCAPE:
             self._move_focus(None)
             return True
         return False
-
-    def _next(self, widgets: Sequence[Widget], *, back: bool) -> Widget:
-        if self.focus is None:
-            return widgets[-1 if back else 0]
-        here = next(k for k, widget in enumerate(widgets) if widget is self.focus)
-        return widgets[(here + (-1 if back else 1)) % len(widgets)]
 
     def draw(self, surface: Surface, placed: Sequence[Placed], text_height: int) -> None:
         """Draw widgets at their places."""
@@ -133,9 +119,9 @@ class WidgetGroup:
     def draw_tip(self, surface: Surface, placed: Sequence[Placed], text_height: int) -> None:
         """Draw the tip of the widget that the mouse or the keyboard is on, but not over what is typed."""
         hot = None if self.is_typed_into else self.over or self.focus
-        if hot and hot.tip and _contains([widget for widget, _ in placed], hot):
+        if hot and hot.tip and (place := dict(placed).get(hot)):
             lines = [[line] for line in hot.tip.splitlines()]
-            card(surface, lines, _place_of(hot, placed).bottomleft, text_height, surface.get_rect())
+            card(surface, lines, place.bottomleft, text_height, surface.get_rect())
 
 
 def widget_at(point: tuple[int, int], placed: Sequence[Placed]) -> Widget | None:
@@ -144,18 +130,10 @@ def widget_at(point: tuple[int, int], placed: Sequence[Placed]) -> Widget | None
     return next((widget for widget in under if widget.seen_in is None or widget.seen_in.collidepoint(point)), None)
 
 
-def _contains(widgets: Sequence[Widget], one: Widget) -> bool:
-    return any(widget is one for widget in widgets)
-
-
-def _place_of(one: Widget, placed: Sequence[Placed]) -> Rect:
-    return next(place for widget, place in placed if widget is one)
-
-
 class WidgetRow:
     """Places widgets in a row: some at its left, and others at its right."""
 
-    def __init__(self, left: Sequence[Widget], right: Sequence[Widget]) -> None:
+    def __init__(self, left: Sequence[Widget], right: Sequence[Widget] = ()) -> None:
         self.left, self.right = list(left), list(right)
 
     def widths(self, text_height: int) -> tuple[int, ...]:

@@ -1,0 +1,260 @@
+"""The rows of widgets round the panes: the header, the tools, and the timeline with its track."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from operator import eq
+from typing import Any, Final
+
+import pygame
+from pygame import Color, Rect, Surface
+
+from sandbox.scene.model import Scene
+from sandbox.view.charts import Charts
+from sandbox.view.controls import OF_ACTION, Action, tip_of
+from sandbox.view.instruments import MEANINGS, OF_THE_MOMENT, Instrument
+from sandbox.view.layout import GAP, TIME_LETTERS, Layout
+from sandbox.view.mouse_tool import MouseTool
+from sandbox.view.move_tool import DOES, Tool
+from sandbox.view.playback import SPEEDS, Playback, speed_text
+from sandbox.view.primitives import wrapped, write
+from sandbox.view.theme import chart_palette, theme
+from sandbox.view.widgets import Label, Widget
+from sandbox.view.widgets.buttons import Menu, TextButton
+from sandbox.view.widgets.group import Placed, WidgetRow
+
+LEFT: Final = "\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}"
+RIGHT: Final = "\N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}"
+ABOUT_LETTERS: Final = 40  # width of what the scene is about, while the mouse is on it, in heights of the text
+MIN_ABOUT: Final = 10  # heights of the text; where there is less room, it is left out
+SAVES: Final = {
+    Action.SAVE_SCENE: "Scene",
+    Action.SAVE_PICTURE: "Picture",
+    Action.SAVE_INPUTS: "What I did",
+    Action.COPY_CODE: "Pymunk code",
+}
+
+
+def action_button(text: str, action: Action, do: Callable[[Action], None], **more: Any) -> TextButton:
+    """Return a button that does an action, with its keys in its tip. more: as for `TextButton`."""
+    return TextButton(text, partial(do, action), tip_of(action), **more)
+
+
+class Header:
+    """A row of buttons round what the scene is about.
+
+    scene: returns the one that runs. do: does an action. is_on: whether an action's state is on. recorded: s, None
+    while nothing is recorded.
+    """
+
+    def __init__(
+        self,
+        scene: Callable[[], Scene],
+        do: Callable[[Action], None],
+        is_on: Callable[[Action], bool],
+        recorded: Callable[[], float | None],
+    ) -> None:
+        self._scene = scene
+        self._is_on = is_on
+
+        def button(text: str, action: Action, **more: Any) -> TextButton:
+            return action_button(text, action, do, is_on=partial(is_on, action), **more)
+
+        def record_text() -> str:
+            return "Record" if (seconds := recorded()) is None else f"Stop {seconds:.1f} s"
+
+        saves = [
+            TextButton(text, partial(do, action), f"{OF_ACTION[action].does} ({OF_ACTION[action].key_names})")
+            for action, text in SAVES.items()
+        ]
+        self._title = Label(lambda: scene().title or scene().name, bold=True, scale=1.2)
+        self._about = Label(
+            lambda: scene().about, lambda: "\n".join(wrapped(scene().about, ABOUT_LETTERS * 14, 14)), dim=True
+        )
+        self._close = action_button("\N{MULTIPLICATION SIGN}", Action.ABOUT, do)
+        self._buttons: list[Widget] = [
+            button("Open\N{HORIZONTAL ELLIPSIS}", Action.PICK_SCENE),
+            button(LEFT, Action.PREVIOUS_SCENE),
+            button(RIGHT, Action.NEXT_SCENE),
+        ]
+        right = [
+            Menu(lambda: "Save", lambda: saves, "save or copy something"),
+            button("", Action.RECORD, said=record_text, widest="Stop 88.8 s"),
+            button("Help", Action.HELP),
+            button("Panel", Action.COLUMN),
+        ]
+        self._row = WidgetRow([self._title, *self._buttons], right)
+
+    def placed(self, layout: Layout) -> list[Placed]:
+        """Return its widgets with their places; what the scene is about has the room that the others leave."""
+        place, height = layout.header, layout.text_height
+        self._row.left = [self._title, *self._buttons]
+        if self._row.width(height) > place.width:
+            self._row.left = self._buttons
+        placed = self._row.placed(place, height, layout.side)
+        left = max((where.right for widget, where in placed if widget in self._row.left), default=place.x) + GAP
+        right = min((where.x for widget, where in placed if widget in self._row.right), default=place.right) - GAP
+        close = Rect(right - layout.side, place.y, layout.side, layout.side)
+        if close.x - left > MIN_ABOUT * height and self._scene().about and self._is_on(Action.ABOUT):
+            placed += [(self._about, Rect(left, place.y, close.x - GAP - left, layout.side)), (self._close, close)]
+        return placed
+
+
+def tool_palette(mouse: MouseTool, do: Callable[[Action], None]) -> WidgetRow:
+    """Return the row of tools. do: does an action."""
+
+    def tool(which: Tool) -> TextButton:
+        does = f"{DOES[which][0].upper()}{DOES[which][1:]}  (F: next tool)"
+        return TextButton(which.value, partial(mouse.choose, which), does, lambda: mouse.tool is which)
+
+    tools = [*map(tool, Tool), action_button("Undo", Action.UNDO, do), action_button("Redo", Action.REDO, do)]
+    zooms = [
+        Label(lambda: f"{100 * mouse.lens.zoom:.0f} %", dim=True, widest="5000 %"),
+        action_button("\N{MINUS SIGN}", Action.ZOOM_OUT, do),
+        action_button("Fit", Action.SHOW_ALL, do),
+        action_button("+", Action.ZOOM_IN, do),
+    ]
+    return WidgetRow(tools, zooms)
+
+
+TABS: Final = (Instrument.ENERGY, Instrument.GAP, Instrument.MOMENTUM, Instrument.SPEEDS)  # the others are in a menu
+WIDEST: Final = "1\N{MULTIPLICATION SIGN} (0.88\N{MULTIPLICATION SIGN})"
+THICKNESS: Final = 4  # px
+MARK: Final = 2  # px, half of the width of the gap round a mark
+
+
+class Timeline:
+    """The lowest part of the window. do: does an action; time: what the clock before the track says."""
+
+    def __init__(self, playback: Playback, do: Callable[[Action], None], time: Callable[[], str]) -> None:
+        self._playback = playback
+        play = action_button(
+            "", Action.PAUSE, do, is_on=lambda: playback.paused,
+            said=lambda: "Play" if playback.paused else "Pause", widest="Pause",
+        )  # fmt: skip
+        self._before = WidgetRow(
+            [
+                action_button(f"|{LEFT}", Action.GO_TO_START, do),
+                action_button(LEFT, Action.STEP_BACK, do),
+                play,
+                action_button(RIGHT, Action.STEP, do),
+            ]
+        )
+        self._clock = action_button("", Action.STOPWATCH, do, is_on=lambda: playback.stopwatch is not None, said=time)
+        speeds = Menu(lambda: playback.speed_text, self._speeds, "how fast time passes  (+ and -)", widest=WIDEST)
+        self._after = WidgetRow([], [action_button(f"{RIGHT}|", Action.GO_TO_END, do), speeds])
+        tabs = [self._tab(instrument) for instrument in TABS]
+        more = Menu(self._more_text, self._others, "choose another chart  (1: the next one)", self._shows_other)
+        self._scale = action_button(
+            "", Action.SCALE, do, widest="logarithmic",
+            said=lambda: "logarithmic" if self._charts.is_logarithmic else "linear",
+            refusal=lambda: self._charts.why_one_scale,
+        )  # fmt: skip
+        self._across = Menu(
+            lambda: f"over {name_across(self._charts.across)}", self._choices_across,
+            "over what the chart is drawn: time, or another quantity",
+            lambda: self._charts.across is not None,
+        )  # fmt: skip
+        self._tabs = WidgetRow([*tabs, more], [self._across, self._scale])
+
+    # What its widgets do
+
+    @property
+    def _charts(self) -> Charts:
+        return self._playback.view.charts
+
+    def _speeds(self) -> list[TextButton]:
+        playback = self._playback
+        return [
+            TextButton(speed_text(speed), partial(playback.set_speed, speed), is_on=partial(eq, speed, playback.speed))
+            for speed in SPEEDS
+        ]
+
+    def _item(self, instrument: Instrument) -> TextButton:
+        def show() -> None:
+            self._charts.show(instrument)
+
+        name, meaning = instrument.value.capitalize(), MEANINGS[instrument]
+        return TextButton(name, show, meaning, lambda: self._charts.instrument is instrument)
+
+    def _tab(self, instrument: Instrument) -> TextButton:
+        item = self._item(instrument)
+        return TextButton(item.text, item.do, f"{item.text}: {item.does}", item.is_on)
+
+    def _others(self) -> list[TextButton]:
+        return [self._item(instrument) for instrument in Instrument if instrument not in TABS]
+
+    def _choices_across(self) -> list[TextButton]:
+        charts, quantities = self._charts, [each for each in Instrument if each not in OF_THE_MOMENT]
+        return [
+            TextButton(name_across(each), partial(charts.show_across, each), is_on=partial(eq, each, charts.across))
+            for each in (None, *quantities)
+        ]
+
+    def _shows_other(self) -> bool:
+        return self._charts.instrument not in TABS
+
+    def _more_text(self) -> str:
+        return self._charts.instrument.value.capitalize() if self._shows_other() else "More"
+
+    # Places and drawing
+
+    def widths(self, text_height: int) -> tuple[int, int]:
+        """Return the widths of the buttons before the track and after it, px."""
+        return self._before.width(text_height), self._after.width(text_height)
+
+    def placed(self, layout: Layout) -> list[Placed]:
+        """Return its widgets with their places."""
+        self._tabs.right = [self._across, self._scale] if self._charts.has_axes else [self._scale]
+        rows = ((self._before, layout.transport), (self._after, layout.transport), (self._tabs, layout.tabs))
+        placed = [one for row, place in rows for one in row.placed(place, layout.text_height, layout.side)]
+        width, track = TIME_LETTERS * layout.text_height, layout.bar
+        return [*placed, (self._clock, Rect(track.x - GAP - width, track.y, width, track.height))]
+
+    def draw(self, surface: Surface, layout: Layout) -> None:
+        """Draw its ground, and the track with its marks and its end; without the widgets and the chart."""
+        place, height = layout.timeline, layout.text_height
+        surface.fill(theme.ground, place)
+        pygame.draw.rect(surface, theme.raised, place, border_radius=8)
+        pygame.draw.rect(surface, theme.line, place, 1, border_radius=8)
+        session, track = self._playback.session, layout.bar
+        end = self._playback.track_end
+        steps = self._playback.view.moment.step, session.end, end
+        draw_track(surface, track, steps, marks_of_track(self._playback), height)
+        last = f"{session.start.clock.time(end):.4g} s"
+        room = Rect(track.right + GAP, track.y, TIME_LETTERS * height - GAP, track.height)
+        write(surface, last, room, theme.dim, height)
+
+
+def marks_of_track(playback: Playback) -> dict[int, Color]:
+    """Return the steps of first differences, in the colours of their engines, and where the stopwatch began."""
+    session, marks = playback.session, playback.view.charts.marks
+    colours = chart_palette().engines([*session.names, session.reference])
+    steps = {session.step_at(time): colours[name] for name, time in marks.differences.items() if name in colours}
+    return steps if playback.stopwatch is None else steps | {session.step_at(playback.stopwatch): theme.accent}
+
+
+def name_across(across: Instrument | None) -> str:
+    """Return the name of what a chart is drawn over."""
+    return across.value if across else "time"
+
+
+def draw_track(
+    surface: Surface, place: Rect, steps: tuple[int, int, int], marks: Mapping[int, Color], height: int
+) -> None:
+    """Draw a track with marks at some steps. steps: the current one, the latest, and the track's last."""
+    step, reached, end = steps
+
+    def column(at: int) -> int:
+        return place.x + round((place.width - 1) * min(at / end, 1.0))
+
+    line = Rect(place.x, place.centery - THICKNESS // 2, place.width, THICKNESS)
+    pygame.draw.rect(surface, theme.line, line, border_radius=2)
+    line.width = column(reached) - place.x
+    pygame.draw.rect(surface, theme.line.lerp(theme.dim, 0.5), line, border_radius=2)
+    line.width = column(step) - place.x
+    pygame.draw.rect(surface, theme.accent, line, border_radius=2)
+    for at, colour in marks.items():
+        surface.fill(colour, Rect(column(at) - 1, place.y + 2, MARK, place.height - 4))
+    knob = Rect(0, 0, round(0.9 * height), round(1.1 * height))
+    knob.center = column(step), place.centery
+    pygame.draw.rect(surface, theme.accent, knob, border_radius=height // 4)
