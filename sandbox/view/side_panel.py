@@ -21,6 +21,25 @@ from sandbox.view.widgets.fields import Slider
 from sandbox.view.widgets.group import Placed, WidgetGroup, rows_of
 
 SCROLLED_LINES: Final = 4  # by a notch of the wheel
+ELASTICITIES: Final = tuple(k / 20 for k in range(21))
+GRAVITIES: Final = tuple(range(-10, 21))  # m/s², downwards
+PIXELS_PER_METRE: Final = 100.0  # of scenes that do not say it
+RATES: Final = (15, 30, 60, 120, 240, 480, 960, 1920, 3840)
+SNAPSHOTS_PER_ROW: Final = 4
+NAMES: Final = {  # of layers, where their own names say too little
+    Layer.VELOCITY: "velocities",
+    Layer.CENTRE: "centre of mass",
+    Layer.GHOSTS: "outlines of exact",
+    Layer.CHARTS: "chart",
+}
+LOOKS: Final = {
+    Action.PLAIN: "plain debug-draw",
+    Action.THEME: "dark",
+    Action.SMALLER_TEXT: "smaller text",
+    Action.LARGER_TEXT: "larger text",
+    Action.FULL_SCREEN: "full screen",
+    Action.ABOUT: "what it is about",
+}
 
 
 class Page(Protocol):
@@ -159,27 +178,6 @@ def _stacked(rows: Sequence[Sequence[Widget]], width: int, text_height: int) -> 
         placed += [(widget, Rect(x, y, w, height)) for widget, w, x in zip(row, widths, lefts, strict=False)]
         y += height + gap
     return placed, y
-
-
-ELASTICITIES: Final = tuple(k / 20 for k in range(21))
-GRAVITIES: Final = tuple(range(-10, 21))  # m/s², downwards
-PIXELS_PER_METRE: Final = 100.0  # of scenes that do not say it
-RATES: Final = (15, 30, 60, 120, 240, 480, 960, 1920, 3840)
-SNAPSHOTS_PER_ROW: Final = 4
-NAMES: Final = {  # of layers, where their own names say too little
-    Layer.VELOCITY: "velocities",
-    Layer.CENTRE: "centre of mass",
-    Layer.GHOSTS: "outlines of exact",
-    Layer.CHARTS: "chart",
-}
-LOOKS: Final = {
-    Action.PLAIN: "plain debug-draw",
-    Action.THEME: "dark",
-    Action.SMALLER_TEXT: "smaller text",
-    Action.LARGER_TEXT: "larger text",
-    Action.FULL_SCREEN: "full screen",
-    Action.ABOUT: "what it is about",
-}
 
 
 class ScenePage:
