@@ -351,7 +351,7 @@ class Judge:
         end, exact = End.of(f.after, rows, balls), End.of(f.exact, rows, balls)
         without = end._replace(position=end.position - remains.shift[rows, balls])
         pushes, rest = (self.measure.sums(f, *ends, balls, begins) for ends in ((end, without), (without, exact)))
-        shown, touch = Shown.of(f, steps, contacts), dict[int, Touch]()
+        shown = Shown.of(f, steps, contacts)
         pairs = np.flatnonzero((sizes == 2) & (contacts[:, 0] != contacts[:, 1]) & (contacts[:, 1] >= 0))
         touch = dict(zip(pairs.tolist(), self.touches.of_pairs(f, steps[pairs], contacts[pairs]), strict=True))
         members = np.split(balls, begins[1:])
@@ -700,7 +700,7 @@ class Judge:
         if fitting:
             self._unlike_reference = 0
         elif end is None:
-            return [self.measure.error(f, step, balls, None, Cause.UNKNOWN, _uncomputed(len(balls)))]
+            return [self.measure.error(f, step, balls, None, Cause.UNKNOWN, _why_uncomputed(len(balls)))]
         self._experience.learn(fitting)
         wrong = self._of_fitting(f, step, balls, elastic, problem, fitting)
         for error in wrong:
@@ -765,7 +765,7 @@ class Judge:
         return float(power.sum()) + self.measure.gain(end, start, at)
 
 
-def _uncomputed(count: int) -> str:
+def _why_uncomputed(count: int) -> str:
     """Return why the exact step of some balls is not known."""
     if count > MAX_BALLS:
         return f"{count} balls touch in one step: too many to tell what is wrong."
