@@ -27,7 +27,7 @@ class Experience:
         self.soft = SoftMemory()
         self._trials: dict[Hashable, Trial] = {}
         self._times: Counter[Hashable] = Counter()  # how many steps each has explained
-        self._fits = self._fruitless = self._vain = self._opinions = 0
+        self._fits = self._fruitless = self._vain = 0
 
     def __len__(self) -> int:
         return len(self._trials)
@@ -74,11 +74,9 @@ class Experience:
 
     def search_rules(self, problem: Problem, *, depths: bool) -> list[Outcome]:
         """Return what explains a step of contacts one after another or, if asked, found at a depth."""
-        if self._opinions >= MAX_FITS:
-            return []
-        self._opinions += 1
         search = self._search_of(problem)
-        return self._vary(search, self.likely) or search.one_by_one(depths=depths)
+        fitting = search.one_by_one() if self._vain >= MAX_VAIN else self._vary(search, self.likely)
+        return fitting or (search.at_depth() if depths else [])
 
     def _vary(self, search: Search, likely: Sequence[Trial]) -> list[Outcome]:
         """Return what explains a step by any rule, also with faults that others show; not after many in vain."""

@@ -122,7 +122,7 @@ class Judge:
         self._work = work_for(n)
         self.measure = Measure(scene, damping.substeps)
         self._experience = Experience(rough=scene.is_rough)
-        self._unlike_reference = self._vain_joins = 0
+        self._unlike_reference = self._vain_joins = self._opinions = 0
         self._known_before = 0  # trials, when what was unexplained was last looked at
         self._tried: list[Trial] = []
         self._fitting: dict[int, Fitting] = {}  # of these, that explain parts, by `Part.fits`
@@ -558,8 +558,9 @@ class Judge:
         in the step of a contact may be the way that a ball has flown since.
         """
         at_once, pushed = part.kind in (COMPRESSIVE, PULLING), part.pushed > 0 and part.way % PUSHED_WAYS != 0
-        if part.leans or not (at_once or pushed) or len(balls) > MAX_BALLS:
+        if part.leans or not (at_once or pushed) or len(balls) > MAX_BALLS or self._opinions >= MAX_FITS:
             return []
+        self._opinions += 1
         step = part.step
         problem = self._problem(f, step, balls)
         fitting = self._experience.search_rules(problem, depths=bool(pushed))

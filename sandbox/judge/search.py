@@ -101,17 +101,15 @@ class Search:
         fitted = [fault for fault in FAULTS if fault.span and fault.name not in ("offset", "apart")]
         return problem.fits([*in_time, *stepped, *problem.fit(self._trials(ways[:MAX_WAYS], fitted, contacts))])
 
-    def one_by_one(self, *, depths: bool) -> list[Outcome]:
-        """Return what explains the step of the ways to resolve contacts one by one, or, if asked, found at a depth."""
-        problem, flight = self.problem, self.flight
-        stepwise = self._by_rules()
-        stepwise = [outcome for outcome in stepwise if outcome.trial.rule["order"] != Order.TOGETHER]
-        fitting = problem.fits(_distinct(problem, stepwise))
-        if fitting or not depths:
-            return fitting
-        return problem.fits(
-            problem.fit([Trial(flight, OFFSET.name, scope) for scope in scopes(_contacts([self.habitual]))])
-        )
+    def one_by_one(self) -> list[Outcome]:
+        """Return what explains the step of the ways to resolve contacts one by one."""
+        stepwise = [outcome for outcome in self._by_rules() if outcome.trial.rule["order"] != Order.TOGETHER]
+        return self.problem.fits(_distinct(self.problem, stepwise))
+
+    def at_depth(self) -> list[Outcome]:
+        """Return what explains the step of contacts that are found at some depth."""
+        trials = [Trial(self.flight, OFFSET.name, scope) for scope in scopes(_contacts([self.habitual]))]
+        return self.problem.fits(self.problem.fit(trials))
 
     def _odd(self, ways: Sequence[Fields], contacts: Sequence[tuple[int, int]]) -> list[Outcome]:
         return self.problem.outcomes(
