@@ -117,10 +117,10 @@ class Problem:
         self.scale = np.empty_like(after)
         self.scale[:, :2], self.scale[:, 2:4], self.scale[:, 4] = 1.0, dt, radius * dt
         self.before = np.column_stack([group.ball[name] for name in ("x", "y", "vx", "vy", "spin")])
-        self.exact = self.outcomes([Trial({})])[0]
-        if exact is not None:
-            left = float(np.abs(self.residuals(exact[None])).max())
-            self.exact = Outcome(Trial({}), left, self.exact.met[:0], exact)
+        if exact is None:
+            self.exact = self.outcomes([Trial({})])[0]
+        else:  # whose contacts are not known
+            self.exact = Outcome(Trial({}), float(np.abs(self.residuals(exact[None])).max()), np.empty(0, MET), exact)
         self.size = self.exact.left
 
     @cached_property
