@@ -19,14 +19,15 @@ from sandbox.judge.free_flight import BALL, fill_ball, fly, kept_in
 from sandbox.judge.groups import MAX_COMPUTED, NO_FRAME, Flown, differs, find_root, link
 from sandbox.judge.law import Slows, When
 from sandbox.judge.one_step import Group, Scratch, run_law, scratch_of
-from sandbox.judge.thresholds import LEFT_OVER
+from sandbox.judge.thresholds import LEFT_OVER, PULLS
 from sandbox.judge.together import (
-    Room,
     closing_speed,
+    could_explain_anything,
     depth_in,
     find_touches,
-    fit_directly,
+    fit_freely,
     fit_impulses,
+    largest_speed,
     solve_together,
 )
 from sandbox.quantity import pass_through
@@ -329,10 +330,10 @@ def _unpush(
     touch, enough = scratch.touch[:found], max(2 * floor, LEFT_OVER * largest)
     for directly in range(2):
         _begin_pushes(work[:k], touch, shift, way // PUSHED_WAYS)
-        if directly == 1:
+        if directly == 0:
+            fit_freely(work[:k], touch)
+        else:
             fit_impulses(work[:k], touch, True, enough)
-        elif not fit_directly(work[:k], touch, scratch.room):
-            continue
         if _is_explained(work[:k], touch, enough):
             return int(_note_push(group, touch, shift, way, enough, part))
     return 0
@@ -357,8 +358,10 @@ def _begin_pushes(work: NDArray[Any], touch: NDArray[Any], shift: Floats, shares
 
 @kernel
 def _note_push(group: Group, touch: NDArray[Any], shift: Floats, way: int, enough: float, part: Record) -> int:
-    """Note the contact that is pushed apart furthest. Returns 2, or 0 if a ball is pushed by more than its overlap."""
-    part.pushed = 0.0
+    """Note the contact that is pushed apart furthest. Returns 2, or 0 if that is by more than anything overlaps."""
+    part.pushed = deepest = 0.0
+    for c in range(len(touch)):
+        deepest = max(deepest, touch[c].depth)
     for c in range(len(touch)):
         t = touch[c]
         if t.impulse * t.per_mass <= enough:
@@ -366,7 +369,7 @@ def _note_push(group: Group, touch: NDArray[Any], shift: Floats, way: int, enoug
         apart = -(shift[t.first, 0] * t.nx + shift[t.first, 1] * t.ny)
         if t.second >= 0:
             apart += shift[t.second, 0] * t.nx + shift[t.second, 1] * t.ny
-        if apart > (2 if t.second >= 0 else 1) * t.depth + enough:
+        if apart > (2 if t.second >= 0 else 1) * deepest + enough:
             return 0
         if apart > part.pushed:
             part.pushed, part.overlap, part.way = apart, t.depth, way
@@ -390,27 +393,34 @@ def _solve(desk: Desk, group: Group, law: Record, scratch: Scratch, found: int, 
 
 
 @kernel
-def _fit(desk: Desk, group: Group, law: Record, touch: NDArray[Any], room: Room, floor: float) -> int:
+def _set_changes(desk: Desk, group: Group, law: Record) -> None:
+    """Set `work` to how the contacts of a part have changed velocities and spins."""
+    for i in range(len(group.ball)):
+        desk.work[i] = group.ball[i]
+        b, end = desk.work[i], desk.end[i]
+        fly(law, b, group.dt)
+        b.vx, b.vy, b.spin = end[2] - b.vx, end[3] - b.vy, end[4] - b.spin
+
+
+@kernel
+def _fit(desk: Desk, group: Group, law: Record, touch: NDArray[Any], floor: float) -> int:
     """Explain the velocities of a part by impulses along contacts. Returns the kind."""
-    k, dt, work, largest = len(group.ball), group.dt, desk.work, 0.0
-    for i in range(k):
-        work[i] = group.ball[i]
-        fly(law, work[i], dt)
-        b = work[i]
-        b.vx, b.vy, b.spin = desk.end[i, 2] - b.vx, desk.end[i, 3] - b.vy, desk.end[i, 4] - b.spin
-        largest = max(largest, abs(b.vx), abs(b.vy), abs(b.spin) * b.radius)
-    enough, kind = max(2 * floor / dt, LEFT_OVER * largest), COMPRESSIVE
-    if fit_directly(work[:k], touch, room):
-        for c in range(len(touch)):
-            t = touch[c]
-            beyond = max(-t.impulse, (abs(t.tangential) - t.mu * max(0.0, t.impulse)) if t.mu > 0 else 0.0)
-            kind = PULLING if beyond * t.per_mass > enough else kind
-    else:
-        fit_impulses(work[:k], touch, True, enough)
-    for i in range(k):
-        if max(abs(work[i].vx), abs(work[i].vy), abs(work[i].spin) * work[i].radius) > enough:
-            return UNEXPLAINED
-    return kind
+    k, work = len(group.ball), desk.work
+    _set_changes(desk, group, law)
+    largest, pushes = largest_speed(work[:k]), True
+    enough = max(2 * floor / group.dt, LEFT_OVER * largest)
+    fit_freely(work[:k], touch)
+    if largest_speed(work[:k]) > enough:
+        return UNEXPLAINED
+    for c in range(len(touch)):
+        t = touch[c]
+        beyond = max(-t.impulse, (abs(t.tangential) - t.mu * max(0.0, t.impulse)) if t.mu > 0 else 0.0)
+        pushes = pushes and beyond * t.per_mass <= enough
+    if pushes:
+        return COMPRESSIVE
+    _set_changes(desk, group, law)  # contacts that are more than what balls can do may push otherwise
+    fit_impulses(work[:k], touch, True, enough)
+    return PULLING if largest_speed(work[:k]) > max(enough, PULLS * largest) else COMPRESSIVE
 
 
 @kernel
@@ -424,12 +434,14 @@ def _off_exact(desk: Desk, group: Group) -> float:
 
 
 @kernel
-def _shows(touch: NDArray[Any], k: int) -> bool:
-    """Return whether impulses of several contacts are fewer than what they explain, so that not all would fit."""
+def _shows(ball: NDArray[Any], touch: NDArray[Any]) -> bool:
+    """Return whether impulses of several contacts could not explain anything, so that it means something if they do."""
     rough = 0
     for c in range(len(touch)):
         rough = max(rough, 1 if touch[c].mu > 0 else 0)
-    return len(touch) >= 2 and len(touch) * (1 + rough) < k * (2 + rough)
+    if len(touch) < 2 or len(touch) * (1 + rough) < len(ball) * (2 + rough):
+        return len(touch) >= 2
+    return not could_explain_anything(ball, touch)
 
 
 @kernel
@@ -461,9 +473,8 @@ def _together(
         resolved = _note_deepest(group, scratch.touch[:found], part, floor / dt)
         return TOGETHER if resolved or part.leans == 1 else UNEXPLAINED
     approach = _note_worst(desk, group, scratch.touch[:found], part)
-    shows = _shows(scratch.touch[:found], k)
-    kind = _fit(desk, group, law, scratch.touch[:found], scratch.room, floor)
-    if not shows and (part.leans == 0 or kind == PULLING):
+    kind = _fit(desk, group, law, scratch.touch[:found], floor)
+    if (part.leans == 0 or kind == PULLING) and not _shows(work[:k], scratch.touch[:found]):
         return UNEXPLAINED
     if part.leans == 1 and kind == COMPRESSIVE and approach * dt <= 2 * floor:
         kind = LEANING if _keeps_energy(group, law, desk.end, part) else kind

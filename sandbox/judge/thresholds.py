@@ -17,3 +17,4 @@ ALIKE: Final = 1e-3  # of a value, by which those of several steps may differ to
 FAR: Final = 0.1  # of a radius, by which a ball is apart from everything that it cannot have touched
 NEAR: Final = 1.0  # of the smaller radius, within which two bodies may have been made to touch early
 DEEP: Final = 0.5  # of a radius; balls deeper in each other take the reference seconds, of a step of many
+PULLS: Final = 0.01  # of a change of velocities that only pulls explain: slow fits of pushes to heaps leave up to 0.002

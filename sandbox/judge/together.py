@@ -38,6 +38,9 @@ TOUCH: Final = np.dtype(
         ("place", "i8"),  # in linear equations
         ("old", "f8"),  # kg px/s, impulses to go back to
         ("old_tangential", "f8"),
+        ("old_aside", "f8"),
+        ("way", "f8"),  # kg px/s, direction in which the impulses change
+        ("slide_way", "f8"),
     ]
 )
 TOUCHES_PER_BALL: Final = 12  # that there is room for: discs of one size have 3, and walls, before a step and after it
@@ -49,6 +52,8 @@ BEFORE_DIRECT: Final = 50  # rounds: most converge sooner; mass ratios of 1,000 
 SINGULAR: Final = 1e-12  # of the largest coefficient: a pivot that is rounding
 OPEN: Final = 2  # state of a contact without impulse
 STICKING: Final = 0  # of one with friction enough; sliding ones have the sign of the friction, 1 or -1
+ROUNDS: Final = 100  # of Gauss and Seidel's method, before conjugate gradients
+SOLVED: Final = 1e-24  # of the square of the first slope, at which a fit is one
 CONVERGED: Final = 1e-14  # of the largest speed, by which a round changes one at most
 
 
@@ -303,7 +308,7 @@ def _solve_directly(ball: NDArray[Any], touch: NDArray[Any], room: Room, fastest
 
 
 @kernel
-def _fastest(ball: NDArray[Any]) -> float:
+def largest_speed(ball: NDArray[Any]) -> float:
     """Return the largest component of a velocity, or speed of a rim, px/s."""
     fastest = 0.0
     for i in range(len(ball)):
@@ -319,7 +324,7 @@ def solve_together(
 
     fall_x, fall_y, kept: the velocities are kept times those which bounce, and this in px/s.
     """
-    fastest = _fastest(ball)
+    fastest = largest_speed(ball)
     for k in range(len(touch)):
         t = touch[k]
         t.closing = closing_speed(ball, t)
@@ -355,23 +360,98 @@ def solve_together(
 
 
 @kernel
-def fit_directly(ball: NDArray[Any], touch: NDArray[Any], room: Room) -> bool:
-    """Take from velocities and spins what impulses along contacts explain, by least squares, if that is unique.
+def fit_freely(ball: NDArray[Any], touch: NDArray[Any]) -> None:
+    """Take from velocities and spins what impulses along contacts explain, in either direction, by least squares.
 
-    As `fit_impulses`, with impulses in either direction. Returns whether it is.
+    As `fit_impulses`. Where contacts are more than what balls can do, the impulses are the least that do it.
     """
-    if len(touch) > MAX_EQUATIONS:
-        return False
-    state = room.state[: len(touch)]
+    for c in range(len(touch)):
+        touch[c].impulse = touch[c].tangential = 0.0
+    _fit_by_gradients(ball, touch, True, False, 0.0)
+
+
+@kernel
+def _fit_by_gradients(ball: NDArray[Any], touch: NDArray[Any], turns: bool, only_pushing: bool, enough: float) -> None:
+    """Change impulses to explain more, by the method of conjugate gradients (Hestenes and Stiefel, 1952).
+
+    only_pushing: only those that push so far; turns, enough: as in `fit_impulses`.
+    """
+    first = before = 0.0
+    for turn in range(min(MAX_ROUNDS, MAX_WORK // max(1, len(touch)))):
+        slope = _set_slopes(ball, touch, only_pushing)
+        first = slope if turn == 0 else first
+        if slope <= SOLVED * first or largest_speed(ball) <= enough:
+            return
+        response = _set_directions(ball, touch, slope / before if turn > 0 else 0.0, turns)
+        _go(ball, touch, slope / response)
+        before = slope
+
+
+@kernel
+def _set_slopes(ball: NDArray[Any], touch: NDArray[Any], only_pushing: bool) -> float:
+    """Set the impulses by which each contact alone would explain most: `wish`, `slide_wish`. Returns what they would.
+
+    That is in kg px²/s².
+    """
+    slope = 0.0
     for c in range(len(touch)):
         t = touch[c]
-        state[c] = STICKING
-        t.wish, t.slide_wish = -closing_speed(ball, t), -slip_speed(ball, t)
-    if not _solve_state(ball, touch, state, room.matrix):
-        return False
+        closing, slip = closing_speed(ball, t), slip_speed(ball, t) if t.mu > 0 else 0.0
+        if only_pushing and t.impulse <= 0:
+            closing = slip = 0.0
+        t.wish, t.slide_wish = -closing / t.per_mass, -slip / (3 * t.per_mass)
+        slope += closing * closing / t.per_mass + slip * slip / (3 * t.per_mass)
+    return slope
+
+
+@kernel
+def _set_directions(ball: NDArray[Any], touch: NDArray[Any], share: float, turns: bool) -> float:
+    """Set in which direction impulses change: as wished, and a share of the last. Returns the square of what that does.
+
+    What it does to each ball is left in `ax`, `ay` and `turning`; the square is in kg px²/s².
+    """
+    for i in range(len(ball)):
+        ball[i].ax = ball[i].ay = ball[i].turning = 0.0
     for c in range(len(touch)):
-        push(ball, touch[c], -touch[c].impulse, -touch[c].tangential)
-    return True
+        t = touch[c]
+        t.way, t.slide_way = t.wish + share * t.way, t.slide_wish + share * t.slide_way
+        x, y = t.way * t.nx - t.slide_way * t.ny, t.way * t.ny + t.slide_way * t.nx
+        for end in range(2 if t.second >= 0 else 1):
+            b, sign = ball[t.second if end else t.first], 1.0 if end else -1.0
+            b.ax += sign * x / b.mass
+            b.ay += sign * y / b.mass
+            b.turning -= 2 * t.slide_way / (b.mass * b.radius) if turns else 0.0
+    square = 0.0
+    for i in range(len(ball)):
+        b = ball[i]
+        square += b.mass * (b.ax * b.ax + b.ay * b.ay + (b.radius * b.turning) ** 2 / 2)
+    return square
+
+
+@kernel
+def _go(ball: NDArray[Any], touch: NDArray[Any], share: float) -> None:
+    """Change impulses by a share of their directions, and what is left of the balls' velocities and spins."""
+    for c in range(len(touch)):
+        touch[c].impulse += share * touch[c].way
+        touch[c].tangential += share * touch[c].slide_way
+    for i in range(len(ball)):
+        b = ball[i]
+        b.vx -= share * b.ax
+        b.vy -= share * b.ay
+        b.spin -= share * b.turning
+
+
+@kernel
+def could_explain_anything(ball: NDArray[Any], touch: NDArray[Any]) -> bool:
+    """Return whether impulses along contacts explain any velocities and spins, those of no order as well.
+
+    ball: their velocities are written. Contacts in loops do less than their number says.
+    """
+    for i in range(len(ball)):
+        b = ball[i]
+        b.vx, b.vy, b.spin = math.sin(1.0 + 9 * i), math.sin(2.0 + 7 * i * i), math.sin(3.0 + 5 * i) / b.radius
+    fit_freely(ball, touch)
+    return largest_speed(ball) <= 0.01
 
 
 @kernel
@@ -384,28 +464,80 @@ def fit_impulses(ball: NDArray[Any], touch: NDArray[Any], turns: bool, enough: f
     """
     for k in range(len(touch)):
         touch[k].impulse = touch[k].tangential = touch[k].aside = 0.0
-    for _ in range(min(MAX_ROUNDS, MAX_WORK // max(1, len(touch)))):
+    before, most = math.inf, min(MAX_ROUNDS, MAX_WORK // max(1, len(touch)))
+    for _ in range(max(1, most // ROUNDS)):
+        _fit_in_turn(ball, touch, turns, enough)
+        left = largest_speed(ball)
+        if left <= 0.1 * enough or left > 0.99 * before:
+            return
+        _fit_by_gradients(ball, touch, turns, True, 0.01 * enough)  # of which the next round keeps what pushes
+        before = left
+
+
+@kernel
+def _fit_in_turn(ball: NDArray[Any], touch: NDArray[Any], turns: bool, enough: float) -> None:
+    """Change impulses to explain more, each in its turn as if the others stayed (Gauss and Seidel).
+
+    All go on by a share of how they have changed, which grows until that explains less (Nesterov, 1983; O'Donoghue and
+    Candès, 2015).
+    """
+    momentum, before = 1.0, math.inf
+    for k in range(len(touch)):
+        t = touch[k]
+        t.old, t.old_tangential, t.old_aside = t.impulse, t.tangential, t.aside
+    for _ in range(ROUNDS):
         changed = 0.0
         for k in range(len(touch)):
-            t = touch[k]
-            normal, along = t.impulse - closing_speed(ball, t) / t.per_mass, 0.0
-            if t.mu > 0:
-                along = t.tangential - slip_speed(ball, t) / (3 * t.per_mass)
-                normal, along = _onto_cone(normal, math.sqrt(3.0) * along, math.sqrt(3.0) * t.mu)
-                along /= math.sqrt(3.0)
-                normal = max(normal, 0.0)
-                changed = max(changed, _take(ball, t, normal - t.impulse, along - t.tangential, turns))
-                t.impulse, t.tangential = normal, along
-                limit = t.drift * t.impulse
-                aside = max(-limit, min(limit, t.aside - _sideways(ball, t) / t.per_mass))
-            else:
-                normal, aside = _onto_cone(normal, t.aside - _sideways(ball, t) / t.per_mass, t.drift)
-                changed = max(changed, _take(ball, t, normal - t.impulse, 0.0, turns))
-                t.impulse = normal
-            changed = max(changed, _take_aside(ball, t, aside - t.aside))
-            t.aside = aside
+            changed = max(changed, _fit_one(ball, touch[k], turns))
         if changed <= 0.01 * enough:
             return
+        left = _square(ball)
+        grown = (1 + math.sqrt(1 + 4 * momentum * momentum)) / 2
+        share = (momentum - 1) / grown if left < before else 0.0
+        momentum, before = grown if left < before else 1.0, left
+        for k in range(len(touch)):
+            t = touch[k]
+            normal, tangential, aside = t.impulse - t.old, t.tangential - t.old_tangential, t.aside - t.old_aside
+            t.old, t.old_tangential, t.old_aside = t.impulse, t.tangential, t.aside
+            _take(ball, t, share * normal, share * tangential, turns)
+            _take_aside(ball, t, share * aside)
+            t.impulse, t.tangential, t.aside = (
+                t.old + share * normal,
+                t.old_tangential + share * tangential,
+                t.old_aside + share * aside,
+            )
+
+
+@kernel
+def _square(ball: NDArray[Any]) -> float:
+    """Return the square of velocities and spins, weighted by masses, kg px²/s²."""
+    square = 0.0
+    for i in range(len(ball)):
+        b = ball[i]
+        square += b.mass * (b.vx * b.vx + b.vy * b.vy + (b.radius * b.spin) ** 2 / 2)
+    return square
+
+
+@kernel
+def _fit_one(ball: NDArray[Any], t: Record, turns: bool) -> float:
+    """Take from the velocities what a contact explains besides the others. Returns by how much they change, px/s."""
+    normal, along, changed = t.impulse - closing_speed(ball, t) / t.per_mass, 0.0, 0.0
+    if t.mu > 0:
+        along = t.tangential - slip_speed(ball, t) / (3 * t.per_mass)
+        normal, along = _onto_cone(normal, math.sqrt(3.0) * along, math.sqrt(3.0) * t.mu)
+        along /= math.sqrt(3.0)
+        normal = max(normal, 0.0)
+        changed = _take(ball, t, normal - t.impulse, along - t.tangential, turns)
+        t.impulse, t.tangential = normal, along
+        limit = t.drift * t.impulse
+        aside = max(-limit, min(limit, t.aside - _sideways(ball, t) / t.per_mass))
+    else:
+        normal, aside = _onto_cone(normal, t.aside - _sideways(ball, t) / t.per_mass, t.drift)
+        changed = _take(ball, t, normal - t.impulse, 0.0, turns)
+        t.impulse = normal
+    changed = max(changed, _take_aside(ball, t, aside - t.aside))
+    t.aside = aside
+    return float(changed)
 
 
 @kernel
