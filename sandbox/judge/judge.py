@@ -594,7 +594,8 @@ class Judge:
             self._accept(f, step, balls, elastic, outcome, problem)
             end, should = (End.of(states, step, balls).in_lab(f) for states in (f.after, f.exact))
             error.energy = self.measure.gain(end, should, balls)
-            error.because = self._passed(f, step, contact) if contact else because
+            if outcome.trial.is_in_time:  # they fly on, and are not put apart
+                error.because = self._passed(f, step, contact) if contact else because
         _name(error, candidates, problem)
         return [error]
 
