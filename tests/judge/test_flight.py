@@ -24,11 +24,11 @@ VELOCITY: Final = np.array([[220.0, -150.0], [-90.0, -60.0], [70.0, 180.0]])
 Change = Callable[[Floats], Floats]  # of velocities (n, 2) in a step
 
 
-def field(gravity: Floats) -> Scene:
+def field(gravity: Floats, mass: Floats = MASS) -> Scene:
     """Three balls far from each other and from all walls, for a second."""
     tables = (
         f"radius = {r}\nmass = {m}\nposition = {x.tolist()}\nvelocity = {v.tolist()}"
-        for r, m, x, v in zip(RADIUS, MASS, START, VELOCITY, strict=True)
+        for r, m, x, v in zip(RADIUS, mass, START, VELOCITY, strict=True)
     )
     return scene_of(*tables, size="[2000, 2000]", more=f"gravity = {gravity.tolist()}")
 
@@ -52,8 +52,8 @@ def states_of(change: Change, gravity: Floats, fall: str, *, first: bool = True)
     return states
 
 
-def judged(states: States, gravity: Floats) -> Judge:
-    judge = Judge(field(gravity))
+def judged(states: States, gravity: Floats, mass: Floats = MASS) -> Judge:
+    judge = Judge(field(gravity, mass))
     judge.add(states, np.empty(0, PUSH), np.full(STEPS, DT))
     judge.finish()
     return judge
@@ -104,6 +104,14 @@ FALLS: Final = {
 def test_a_drag_is_named_with_its_law(because: str, first: bool) -> None:
     habit = habit_of(states_of(DRAGS[because], 0 * G, "half", first=first), 0 * G)
     assert (habit.because, habit.cause, habit.within) == (because, Cause.UNREPORTED, None)
+
+
+def test_a_law_that_all_balls_share_comes_before_a_simpler_one_that_most_do() -> None:
+    """Two of three have a mass of 1, with which a drag over the mass is one without it."""
+    mass = np.array([1.0, 1.0, 2.0])
+    states = states_of(slowed_by(lambda v: 0.01 * v**2 / mass), 0 * G, "half")
+    habit = judged(states, 0 * G, mass).habit
+    assert habit.because == "Each second of flight takes 0.01 v² / m px/s off a ball's speed v (m its mass)."
 
 
 @pytest.mark.parametrize("fall", FALLS)
