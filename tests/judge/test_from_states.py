@@ -185,6 +185,19 @@ def test_a_wall_that_is_found_too_soon_is_named_with_its_distance() -> None:
     assert numbers_in(timeline.touches.said(error)) == [2]
 
 
+def test_what_no_contact_can_do_is_said_to_be_put_elsewhere_though_the_ball_is_at_a_wall() -> None:
+    """The ball comes in again on the other side, while another bounces beside it."""
+    scene = scene_of("radius = 20\nposition = [778, 300]", "radius = 20\nposition = [778, 341]", size="[800, 600]")
+    velocity = ((300.0, 0.0), (300.0, 0.0))
+    rows: list[Row] = [
+        (((778.0, 300.0), (778.0, 341.0)), velocity),
+        (((23.0, 300.0), (777.0, 341.0)), ((300.0, 0.0), (-300.0, 0.0))),
+    ]
+    [error] = judged(scene, *rows).errors
+    assert (error.cause, error.balls) == (Cause.TELEPORTED, (0,))
+    assert numbers_in(error.because)[:3] == [0, -760, 0]
+
+
 @pytest.mark.parametrize("into", ["wall", "ball"])
 def test_what_is_passed_is_missed_however_gravity_is_integrated(into: str) -> None:
     """Places are moved at the velocity before gravity, as Pymunk does; at 60 px a step the ball misses what is there.
