@@ -129,7 +129,7 @@ class Timeline:
         outcomes = [o for error in errors for o, _ in error.candidates[:1]]
         fault = outcomes[0].trial.fault if outcomes else ""
         because = self.touches.said(errors[0])
-        if fault and (BY_NAME[fault].span or len(errors) > 1):
+        if fault and (BY_NAME[fault].span or (len(errors) > 1 and not errors[0].because)):
             because = summed(self._judge.scene, outcomes)
         elif not fault and cause in (Cause.LATE, Cause.EARLY, Cause.OVERSHOOT):
             sign = -1 if cause == Cause.EARLY else 1
