@@ -33,6 +33,8 @@ def of_outcome(scene: Scene, outcome: Outcome, cause: Cause) -> str:
         late = f"{late[:-1]}, and kept in touch until the step ends."
     elif cause == Cause.OVERSHOOT:
         late = f"{late[:-1]}, and put back on the wall: that much of its way is discarded."
+    elif "apart" in trial.rule:
+        late = f"{late} {BY_NAME['apart'].sentence(trial.rule['apart'], scene.units)}"
     elif cause == Cause.POSITION_CORRECTION:
         late = f"{late[:-1]}, and put apart by that."
     return f"{said} {late}".strip()
