@@ -249,7 +249,7 @@ def _suffered(comparison: Comparison, name: str) -> str:
     if unknown > UNKNOWN_SHOWN:
         fits_none = f"{_percent(unknown)} of {name}'s error fits no single cause."
         sentences.insert(0 if known and unknown > known[0].share else len(sentences), fits_none)
-    if first and first.because not in [each.because for each in said]:
+    if first and not any(first.because.startswith(each.because) for each in said):
         who = pair_name(comparison.scene, first)
         sentences.append(f"{name} is wrong first at {first.time:.3f} s, {who}: {_lower(first.because)}")
     return " ".join(sentences)
