@@ -176,6 +176,7 @@ PROGRAMS: Final = {
         _program("springs_damped", _EQUAL, "soft small"),
         _program("whole_velocities_swapped", "oblique", "velocity normal"),
         _program("angles_reflected", _EQUAL, "velocity"),
+        _program("angles_reflected_and_parted", _EQUAL, "velocity"),
         _program("each_reflected", _EQUAL, "velocity", "pushed"),
         _program("normal_from_velocities", _UNEQUAL, "normal velocity"),
         _program("tangential_parts_swapped", _EQUAL, "velocity"),
@@ -193,6 +194,7 @@ PROGRAMS: Final = {
         _program("pushed_by_half", _UNEQUAL, "pushed late"),
         _program("pushed_first_only", _UNEQUAL, "pushed"),
         _program("pushed_twice", _UNEQUAL, "pushed"),
+        _program("pushed_together", _EQUAL, "pushed"),
         # Where contacts are found
         _program("one_radius", _LARGE_AND_SMALL, "early", "", 20, 5, 10),
         _program("bounding_boxes", "oblique", "early"),

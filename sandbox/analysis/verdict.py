@@ -30,6 +30,7 @@ SEEN_AT_START: Final = 1e-3  # of a radius, far above what an engine that comput
 MAX_OWN_ERROR: Final = 0.01  # fraction of the energy that the reference may have in error before the verdict says so
 EXPLAINED: Final = 0.1  # of an energy error, by which a ledger that explains it may differ
 MAX_CANCELLED: Final = 5  # times an energy error, that its causes may come to before others cancel them
+SHARE_SHOWN: Final = 0.2  # of an engine's error, from which on a further cause of it is said
 UNKNOWN_SHOWN: Final = 0.01  # of an engine's error that fits no cause, before the verdict says so
 MARK: Final = " *"  # of rows whose figures are of the whole run, though the paths soon mean nothing
 _FINDS_SOONER: Final = "a higher rate, or more substeps, finds contacts sooner"
@@ -236,19 +237,19 @@ def _misreports(comparison: Comparison) -> str:
 
 
 def _suffered(comparison: Comparison, name: str) -> str:
-    """Say what is wrong with most of an engine's steps, and with the first."""
+    """Say what is wrong with most of an engine's steps, what else is with many, and what is with the first."""
     run = comparison.runs[name]
     known = [each for each in run.suffered if each.cause != Cause.UNKNOWN]
+    said = [each for each in known if each.share >= SHARE_SHOWN or each == known[0]]
     unknown = sum(each.share for each in run.suffered if each.cause == Cause.UNKNOWN)
     first, sentences = run.figures.first_difference, []
-    if known:
-        most = known[0]
-        often = f"{counted(most.times, 'time')}, {_percent(most.share)} of its error"
-        sentences.append(f"{name}, {often}: {_lower(most.because)}")
+    for k, each in enumerate(said):
+        often = f"{counted(each.times, 'time')}, {_percent(each.share)} of its error"
+        sentences.append(f"{'Also' if k else name}, {often}: {_lower(each.because)}")
     if unknown > UNKNOWN_SHOWN:
         fits_none = f"{_percent(unknown)} of {name}'s error fits no single cause."
         sentences.insert(0 if known and unknown > known[0].share else len(sentences), fits_none)
-    if first and not (known and first.because == known[0].because):
+    if first and not any(first.because.startswith(each.because) for each in said):
         who = pair_name(comparison.scene, first)
         sentences.append(f"{name} is wrong first at {first.time:.3f} s, {who}: {_lower(first.because)}")
     return " ".join(sentences)

@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.judge.law import LAW, Laws, When, law
+from sandbox.judge.law import LAW, Laws, Scope, When, law
 from sandbox.judge.models import BY_NAME, IN_TIME, Fault, Fields
 from sandbox.judge.one_step import MET, Group, Scratch, run_laws
 from sandbox.judge.soft_step import NO_CONTACTS, SoftScratch, run_soft, soft_scratch_for
@@ -79,6 +79,13 @@ class Trial(NamedTuple):
     def is_soft(self) -> bool:
         """Whether contacts are soft."""
         return self.rule.get("when") == When.SOFT
+
+    def concerns(self, first: int, second: int) -> bool:
+        """Return whether its fault is one of a contact's. second: ball, or ~wall."""
+        scope = self.scope.get("scope", Scope.ALL)
+        if scope == Scope.ONE:
+            return (self.scope["first"], self.scope["second"]) == (first, second)
+        return scope == Scope.ALL or (scope == Scope.PAIRS) == (second >= 0)
 
 
 class Outcome(NamedTuple):

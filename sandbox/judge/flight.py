@@ -2,7 +2,7 @@
 
 In a step of dt s from the velocity v under gravity g, a ball should come to x + v dt + g dt²/2 and v + g dt. A habit is
 another gravity, another integration of it, a drag, a turn of the velocity, another length of step, or a shift. Each is
-fitted to the median of all balls and steps, and holds if most of these then fit.
+fitted to the median of all balls and steps, and holds if most of these then fit, and no other fits many more.
 """
 
 import math
@@ -21,6 +21,7 @@ from sandbox.scene.units import Dimension, Units
 from sandbox.state import Bools, Floats, States
 
 MOST: Final = 0.5  # of the balls and steps; fewer are no habit
+LESS: Final = 0.5  # of the balls and steps that a habit leaves over; one with more fields must leave less of them
 LEAST: Final = 3  # balls and steps, which one of two that are wrong by themselves does not outvote
 AGREE: Final = 1e-3  # of a parameter, to which most flights show the same value, if it is what is wrong with them
 SIZES: Final = (0, 0), (0, -1), (1, -1), (2, -1), (1, 0)  # powers of the radius and the mass by which a drag may go
@@ -142,12 +143,16 @@ def find_habit(f: Flights, left: float) -> Habit | None:
     if fall_so[0].sum() > MOST * f.moving.sum():
         return falls[0]
     fall_somehow = np.logical_or.reduce(fall_so)
+    best, left_over = None, 1 - MOST
     for habit in _candidates(f.units, Legs.of(f), np.array(f.gravity), f.floor, left):
         as_habit = f.fit(habit.fields)
         without = fall_somehow & ~as_habit  # what only falls has no other habit; the first step may begin otherwise
-        if as_habit[f.moving].mean() > MOST and without.any(axis=1).sum() <= 1:
-            return habit
-    return falls[int(np.argmax([fall.sum() for fall in fall_so]))]._replace(is_known=False)
+        over = 1 - as_habit[f.moving].mean()
+        if over < left_over and without.any(axis=1).sum() <= 1:
+            best, left_over = habit, over * LESS
+        if not left_over:
+            break
+    return best or falls[int(np.argmax([fall.sum() for fall in fall_so]))]._replace(is_known=False)
 
 
 def _candidates(units: Units, legs: Legs, g: Floats, floor: float, left: float) -> Iterator[Habit]:

@@ -594,7 +594,8 @@ class Judge:
             self._accept(f, step, balls, elastic, outcome, problem)
             end, should = (End.of(states, step, balls).in_lab(f) for states in (f.after, f.exact))
             error.energy = self.measure.gain(end, should, balls)
-            error.because = self._passed(f, step, contact) if contact else because
+            if outcome.trial.is_in_time:  # they fly on, and are not put apart
+                error.because = self._passed(f, step, contact) if contact else because
         _name(error, candidates, problem)
         return [error]
 
@@ -726,6 +727,11 @@ class Judge:
     ) -> list[StepError]:
         """Return the errors of a group that no model explains: of each ball alone, if it can have had no contact."""
         off = np.abs((problem.after - problem.exact.after) * problem.scale) > f.floor
+        if (far := self.measure.far_off(f, step, balls)).any():
+            errors = self.measure.alone(f, step, balls[far], far[far], self.habit)
+            if (others := balls[off.any(axis=1) & ~far]).size:
+                errors.append(self.measure.error(f, step, others, None, Cause.UNKNOWN, NO_SINGLE_ERROR))
+            return errors
         if contact or self.touches.among(f, step, balls.tolist()):
             error = self.measure.error(f, step, balls, contact, Cause.UNKNOWN, NO_SINGLE_ERROR)
             if len(self._unexplained) < MAX_FITS:

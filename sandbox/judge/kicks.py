@@ -43,16 +43,16 @@ def kick_of(should: Floats, after: Floats) -> Kick:
 
 
 def of_kick(units: Units, ball: int, should: Floats, after: Floats, when: str) -> str:
-    """Return the sentence on one change. when: in which step."""
+    """Return the sentence on one change of what a flight should make of a velocity. when: in which step."""
     kick = kick_of(should, after)
-    size, end = (units.text(Dimension.VELOCITY, "{:.4g}", value) for value in (kick.size, kick.end))
-    if kick.kind == Kind.STOP:
-        return f"Ball {ball} was stopped, from {size}, {when}, without a contact."
+    due, end = (units.text(Dimension.VELOCITY, "{:.4g}", value) for value in (kick.size, kick.end))
     if kick.kind == Kind.TURN:
-        change = units.text(Dimension.VELOCITY, "({:.4g}, {:.4g})", *(after - should))
-        return f"The velocity of ball {ball} changed by {change} {when}, without a contact."
-    along = {Kind.SPEED: "speed", Kind.ALONG_X: "velocity along x", Kind.ALONG_Y: "velocity along y"}
-    return f"The {along[kick.kind]} of ball {ball} went from {size} to {end} {when}, without a contact."
+        due, end = (units.text(Dimension.VELOCITY, "({:.4g}, {:.4g})", *velocity) for velocity in (should, after))
+    what = {Kind.SPEED: "speed", Kind.ALONG_X: "velocity along x", Kind.ALONG_Y: "velocity along y"}
+    did = f"The {what.get(kick.kind, 'velocity')} of ball {ball} became {end}"
+    if kick.kind == Kind.STOP:
+        did = f"Ball {ball} was stopped"
+    return f"{did}, where {due} is due, {when}, without a contact."
 
 
 def of_kicks(units: Units, should: Floats, after: Floats) -> str:

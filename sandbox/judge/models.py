@@ -185,6 +185,12 @@ FAULTS: Final = (
     Fault("apart", Cause.TELEPORTED, (_NEARER, _FURTHER), span=(-2.0, 0.0, 2.0), dimension=Dimension.LENGTH),
     Fault("missed", Cause.MISSED, "The contact is missed.", {"missed": 1}),
     Fault(
+        "undone",
+        Cause.MISSED,
+        "The contact changes no velocity: it is left out, or resolved and then undone.",
+        {"impulse": 0},
+    ),
+    Fault(
         "twice",
         Cause.DOUBLE_BOUNCE,
         "Resolved twice: the second time the two were already parting.",

@@ -99,7 +99,23 @@ class Search:
         if not all(outcome.trial.is_odd for outcome in fitting):
             return fitting
         fitted = [fault for fault in FAULTS if fault.span and fault.name not in ("offset", "apart")]
-        return problem.fits([*in_time, *stepped, *problem.fit(self._trials(ways[:MAX_WAYS], fitted, contacts))])
+        in_steps = problem.fit(self._trials(ways[:MAX_WAYS], fitted, contacts))
+        fitting = problem.fits([*in_time, *stepped, *in_steps])
+        return fitting or self._put_apart(stepwise) or self._put_apart(stepped)
+
+    def _put_apart(self, outcomes: Sequence[Outcome]) -> list[Outcome]:
+        """Return what explains the step of outcomes that are wrong only in how far they put two balls apart."""
+        problem, trials = self.problem, list[Trial]()
+        numbers = problem.group.ball["number"].tolist()
+        for trial, _, met, after in outcomes:
+            if len(met) != 1 or met["second"][0] < 0 or met["closing"][0] <= 0:
+                continue
+            over = (problem.after - after) * problem.scale
+            if trial.rule["pair_place"] == Place.LEAVE and np.abs(over[:, 2:]).max() <= problem.enough():
+                first, second = numbers.index(met["first"][0]), numbers.index(met["second"][0])
+                apart = (over[second, :2] - over[first, :2]) @ [met["nx"][0], met["ny"][0]] / 2
+                trials.append(trial._replace(rule={**trial.rule, "apart": float(apart)}))
+        return problem.fits(problem.outcomes(trials))
 
     def one_by_one(self) -> list[Outcome]:
         """Return what explains the step of the ways to resolve contacts one by one."""
@@ -201,6 +217,8 @@ def cause_of_law(trial: Trial, closing: float, pair: bool, *, moved: bool) -> Ca
         return Cause.DOUBLE_BOUNCE
     if trial.fault:
         return BY_NAME[trial.fault].cause_of(trial.value)
+    if "apart" in trial.rule:
+        return Cause.POSITION_CORRECTION
     if moved:
         return Cause.LATE
     if pair and trial.rule["pair_place"] != Place.LEAVE:

@@ -200,6 +200,7 @@ class Measure:
 
     def alone(self, f: Flown, step: int, balls: Integers, kicked: Bools, habit: Habit) -> list[StepError]:
         """Return the errors of balls that touch nothing. kicked: (k,), whether a velocity or spin is wrong."""
+        kicked = kicked & ~self.far_off(f, step, balls)
         beside, errors = kicked & self._beside(f, step, balls, habit), list[StepError]()
         if (met := balls[beside]).size:
             errors.append(self._of_flights(f, step, met, Cause.UNKNOWN, NO_SINGLE_ERROR))
@@ -208,6 +209,17 @@ class Measure:
         if (put := balls[~kicked]).size:
             errors.append(self._of_flights(f, step, put, Cause.TELEPORTED, self._put(f, step, int(put[0]))))
         return errors
+
+    def far_off(self, f: Flown, step: int, balls: Integers) -> Bools:
+        """Return which of some balls are further off than any contact can put them: (k,).
+
+        That is twice the way of a step and the sum of the two radii, in which the two pass through each other.
+        """
+        off = length(f.after.position[step, balls] - f.exact.position[step, balls])
+        speeds = (length(states.velocity[step, balls]) for states in (f.before, f.after))
+        reach = self._bodies.radius[balls] + self._bodies.radius.max()
+        far: Bools = off > 2 * (reach + f.dt[step] * np.maximum(*speeds))
+        return far
 
     def _of_flights(self, f: Flown, step: int, balls: Integers, cause: Cause, because: str) -> StepError:
         return self.error(f, step, balls, None, cause, because, times=len(balls))
@@ -234,7 +246,7 @@ class Measure:
         return of_kick(self._scene.units, ball, should, after, when)
 
     def _put(self, f: Flown, step: int, ball: int) -> str:
-        dx = f.after.position[step, ball] - f.exact.position[step, ball]
+        dx = f.after.position[step, ball] - self.flown_in(f, step, {}).position[0, ball]
         way = self._scene.units.text(Dimension.LENGTH, "({:.3g}, {:.3g})", *dx)
         return f"Ball {ball} was put {way} from where its flight led to in the step to {self._time(step):.3f} s."
 

@@ -129,10 +129,10 @@ class Timeline:
         outcomes = [o for error in errors for o, _ in error.candidates[:1]]
         fault = outcomes[0].trial.fault if outcomes else ""
         because = self.touches.said(errors[0])
-        if fault and BY_NAME[fault].span:
+        if fault and (BY_NAME[fault].span or (len(errors) > 1 and not errors[0].because)):
             because = summed(self._judge.scene, outcomes)
-        elif not fault and cause in (Cause.LATE, Cause.EARLY):
-            sign = 1 if cause == Cause.LATE else -1
+        elif not fault and cause in (Cause.LATE, Cause.EARLY, Cause.OVERSHOOT):
+            sign = -1 if cause == Cause.EARLY else 1
             depths = [sign * error.depth for error in errors if error.depth and sign * error.depth > 0]
             because = found_range(self._judge.scene, cause, depths) if len(depths) > 1 else because
         elif not fault and cause in (Cause.UNREPORTED, Cause.TELEPORTED):

@@ -33,6 +33,8 @@ def of_outcome(scene: Scene, outcome: Outcome, cause: Cause) -> str:
         late = f"{late[:-1]}, and kept in touch until the step ends."
     elif cause == Cause.OVERSHOOT:
         late = f"{late[:-1]}, and put back on the wall: that much of its way is discarded."
+    elif "apart" in trial.rule:
+        late = f"{late} {BY_NAME['apart'].sentence(trial.rule['apart'], scene.units)}"
     elif cause == Cause.POSITION_CORRECTION:
         late = f"{late[:-1]}, and put apart by that."
     return f"{said} {late}".strip()
@@ -119,11 +121,12 @@ def summed(scene: Scene, outcomes: Sequence[Outcome]) -> str:
 def found_range(scene: Scene, cause: Cause, depths: Sequence[float]) -> str:
     """Return how deep contacts were found that are found late, or how far apart those found early, px."""
     low, high, median = scene.units.scaled(Dimension.LENGTH, min(depths), max(depths), float(np.median(depths)))
-    when, how = ("late", "deep") if cause == Cause.LATE else ("early", "apart")
-    if high - low <= ALIKE * abs(high):
-        return f"Contacts are found {when}, {high:.3g} {scene.units.length} {how}."
-    found = f"{low:.3g} to {high:.3g} {scene.units.length} {how}"
-    return f"Contacts are found {when}, {found}, {median:.3g} at the median."
+    when, how = ("early", "apart") if cause == Cause.EARLY else ("late", "deep")
+    found = f"{high:.3g} {scene.units.length} {how}"
+    if high - low > ALIKE * abs(high):
+        found = f"{low:.3g} to {found}, {median:.3g} at the median"
+    put_back = ", and balls put back on the wall: that much of their way is discarded" * (cause == Cause.OVERSHOOT)
+    return f"Contacts are found {when}, {found}{put_back}."
 
 
 def of_changes(scene: Scene, cause: Cause, first: str, sizes: Sequence[float]) -> str:

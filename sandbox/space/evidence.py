@@ -127,7 +127,9 @@ class Evidence:
                         of_body.setdefault(body, []).append(number)
         return {name: {body: np.array(each) for body, each in of_body.items()} for name, of_body in steps.items()}
 
-    def pushes_together(self, number: int, ends: tuple[int, int]) -> float:
+    def pushes_together(
+        self, number: int, ends: tuple[int, int], by: Sequence[str] = ("position", "velocity")
+    ) -> float:
         """Return how far the program pushed two bodies into each other before a step, by its number, px.
 
         That is by the position or velocity that it set, along the normal of their deepest contact in the step.
@@ -136,7 +138,8 @@ class Evidence:
         deepest, pushes = _deepest(step, ends), np.zeros(2)
         for side, sign in (("a", 1), ("b", -1)) if last is not step.before else ():
             old, new = (rows[rows["id"] == deepest[f"body_{side}"]] for rows in (last.bodies, step.before.bodies))
-            for name, time in (("position", 1.0), ("velocity", step.dt)) if len(old) and len(new) else ():
+            for name in by if len(old) and len(new) else ():
+                time = step.dt if name == "velocity" else 1.0
                 pushes += sign * time * (new[name][0] - old[name][0])
         return float(pushes @ deepest["normal"][0])
 
@@ -222,12 +225,31 @@ def _deep_overlap(evidence: Evidence, overlap: Series) -> tuple[str, Fault] | No
     if not len(deep) or evidence.came_in(evidence.steps[deep[0]], *ends):
         return None
     rule = _why_deep(evidence, overlap, deep, is_lasting=is_lasting)
-    if rule == "deep-at-once" and frozenset(ends) in evidence.too_fast:
-        return None
+    if rule == "deep-at-once":
+        if frozenset(ends) in evidence.too_fast:
+            return None
+        late = ~_is_placed(evidence, overlap)
+        overlap = overlap._replace(steps=overlap.steps[late], values=overlap.values[late])
+        deep = deep[np.isin(deep, overlap.steps)]
+        if not len(deep):
+            return None
     number, depth = overlap.worst
     worst = evidence.steps[number]
     report = evidence.report(ends, worst, f"{depth:.3g} px deep in {{}} at {worst.end:.3f} s")
     return rule, Fault(depth, report, f"{depth:.3g} px", since=evidence.steps[deep[0]].end)
+
+
+def _is_placed(evidence: Evidence, overlap: Series) -> NDArray[np.bool_]:
+    """Return which steps of an overlap follow from one in which the program put a body into the other: (n,).
+
+    Without a step apart between them, and by more than half the depth at the first.
+    """
+    begins = np.flatnonzero(np.diff(overlap.steps, prepend=-2) != 1)
+    placed = [
+        evidence.pushes_together(int(overlap.steps[at]), overlap.ends, by=("position",)) > overlap.values[at] / 2
+        for at in begins
+    ]
+    return np.repeat(placed, np.diff(begins, append=len(overlap.steps)))
 
 
 def _is_held(evidence: Evidence, overlap: Series) -> NDArray[np.bool_]:
@@ -386,7 +408,7 @@ def _moved(evidence: Evidence) -> Iterator[Fault]:
     for body, numbers in evidence.set_by_program["position"].items():
         steps = [step for step in map(evidence.steps.__getitem__, numbers.tolist()) if _matters(evidence, step, body)]
         if len(steps) > MANY_MOVES:
-            report = evidence.report((body,), steps[0], f"before {len(steps)} of the steps")
+            report = evidence.report((body,), steps[0], f"before {len(numbers)} of the steps")
             yield Fault(len(steps), report, since=steps[0].time)
 
 

@@ -127,6 +127,16 @@ def test_balls_that_pass_each_other_within_a_step_are_missed() -> None:
     assert numbers_in(error.because) == [float(f"{overlapped:.3g}"), 100]
 
 
+def test_two_that_are_put_apart_and_keep_their_velocities_may_have_been_resolved_twice_or_not_at_all() -> None:
+    """Of elasticity 1, a second impulse takes the first back: nothing tells these two apart."""
+    velocity = ((240.0, 0.0), (0.0, 0.0))
+    rows: list[Row] = [(((300.0, 300.0), (342.0, 300.0)), velocity), (((303.0, 300.0), (343.0, 300.0)), velocity)]
+    timeline = judged(pair(342), *rows, (((380.0, 300.0), (343.0, 300.0)), velocity))
+    error = timeline.errors[0]
+    assert error.cause == Cause.MISSED
+    assert timeline.touches.said(error).startswith("The contact changes no velocity: ")
+
+
 def test_the_impulse_of_the_article_is_named_with_its_restitution() -> None:
     """Divided by the diameter of 40 px, an impulse is 1/20 of what equal masses need."""
     scene = pair(342)
@@ -173,6 +183,19 @@ def test_a_wall_that_is_found_too_soon_is_named_with_its_distance() -> None:
     [error] = timeline.errors
     assert (error.cause, error.contact) == (Cause.EARLY, (0, -3))
     assert numbers_in(timeline.touches.said(error)) == [2]
+
+
+def test_what_no_contact_can_do_is_said_to_be_put_elsewhere_though_the_ball_is_at_a_wall() -> None:
+    """The ball comes in again on the other side, while another bounces beside it."""
+    scene = scene_of("radius = 20\nposition = [778, 300]", "radius = 20\nposition = [778, 341]", size="[800, 600]")
+    velocity = ((300.0, 0.0), (300.0, 0.0))
+    rows: list[Row] = [
+        (((778.0, 300.0), (778.0, 341.0)), velocity),
+        (((23.0, 300.0), (777.0, 341.0)), ((300.0, 0.0), (-300.0, 0.0))),
+    ]
+    [error] = judged(scene, *rows).errors
+    assert (error.cause, error.balls) == (Cause.TELEPORTED, (0,))
+    assert numbers_in(error.because)[:3] == [0, -760, 0]
 
 
 @pytest.mark.parametrize("into", ["wall", "ball"])

@@ -47,3 +47,12 @@ def test_walls_without_elasticity_are_named_by_one_contact_whatever_the_balls_ha
     run = sandbox.compare(parse(text, "scene.toml"), [program.spec, "exact"]).runs[program.spec]
     assert [(one.cause, one.times) for one in run.suffered] == [(Cause.LARGE, 3), (Cause.LATE, 1)]
     assert run.suffered[0].because.startswith("The restitution is 1, whatever the scene's elasticity.")
+
+
+def test_what_is_said_of_many_contacts_has_the_depths_of_all() -> None:
+    program = PROGRAMS["walls_that_clamp"]
+    [clamped] = sandbox.compare(program.scene, [program.spec, "exact"]).runs[program.spec].suffered
+    assert clamped.times > 1
+    low, high, median = map(float, re.findall(r"\d+\.?\d*", clamped.because))
+    assert 0 < low < median < high < max(230, 170) / 60
+    assert clamped.because.endswith(" and balls put back on the wall: that much of their way is discarded.")

@@ -52,6 +52,8 @@ RULES: Final[dict[str, Restitution]] = {
     "The restitution is that of the second ball alone.": lambda a, b, _: b,
     "That is a restitution of 0.85, where 0.4 to 0.665 is due.": lambda a, b, _: 0.85,
     "The two part at 100 px/s, however fast they met.": lambda a, b, u: 100 / u,
+    "The two part 30 px/s faster than is due, however fast they met.": lambda a, b, u: a * b + 30 / u,
+    "The two part 20 px/s slower than is due, however fast they met.": lambda a, b, u: a * b - 20 / u,
 }
 
 
@@ -64,6 +66,12 @@ def test_equal_elasticities_do_not_tell_rules_apart() -> None:
     """Of 0.9 and 0.9, the larger, the smaller, the mean and the root are the same."""
     said = pairs(EQUAL, (120, 150, 200), lambda a, b, _: max(a, b))
     assert said == "The impulse is 1.05 times what is due. That is a restitution of 0.9, where 0.81 is due."
+
+
+def test_one_restitution_of_contacts_of_one_kind_is_no_rule_of_two() -> None:
+    """0.9 may be the mean of 1 and 0.8, or a number in the program."""
+    said = pairs(((1.0, 0.8),) * 3, (120, 150, 200), lambda a, b, _: 0.9)
+    assert said.endswith("That is a restitution of 0.9, where 0.8 is due.")
 
 
 def test_impulses_without_a_rule_have_their_range_alone() -> None:

@@ -1080,6 +1080,32 @@ def test_a_fast_ball_is_not_said_to_be_pushed_by_a_bat_that_is_moved() -> None:
     assert found.keys() & {"pushed-by-hand", "sinks-in"} == set()
 
 
+def test_what_the_program_puts_into_another_is_not_said_to_be_found_late() -> None:
+    """A ball is put where another rests, as where balls come in again."""
+    space = ground()
+    made = ball(space, 0, 190)
+    ball(space, 100, 190)
+
+    def put(number: int) -> None:
+        if number == 20:
+            made.position = 92, 190
+
+    assert "deep-at-once" not in findings_of(Game(space, 60, put))
+
+
+def test_a_platform_that_is_moved_before_each_step_is_said_to_be_so_though_little_stands_on_it() -> None:
+    """A box falls on it for the first of its steps."""
+    space, lift = world(), body(0, 0, kind=pymunk.Body.KINEMATIC)
+    add(space, pymunk.Poly.create_box(lift, (100, 10)))
+    box(space, 0, -25)
+
+    def rise(number: int) -> None:
+        lift.position = 0, -number / 2
+
+    [found] = findings_of(Game(space, 30, rise))["moved-by-hand"].bodies
+    assert found.detail == "before 29 of the steps"
+
+
 def test_a_wrong_moment_comes_before_what_it_does() -> None:
     space = ground()
     add(space, pymunk.Poly.create_box(made := pymunk.Body(1, 10), (40, 40)))
