@@ -35,6 +35,11 @@ class Place(IntEnum):
     BY_MASS = 4  # of a pair: by the inverse masses
     FALLEN = 5  # at a wall: as REFLECT, with what gravity did meanwhile taken back
     MIRROR = 6  # at a wall: as far off it as the overlap was deep, whatever the restitution
+    BEGIN = 7  # to where the step began
+    BEGIN_ACROSS = 8  # at a wall: likewise, but only across it
+
+
+UNDONE: Final = Place.BEGIN, Place.BEGIN_ACROSS
 
 
 class Parting(IntEnum):

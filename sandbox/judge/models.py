@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sandbox.judge.causes import Cause
-from sandbox.judge.law import Exchange, Masses, Mixing, Order, Parting, Place, Scope, When
+from sandbox.judge.law import UNDONE, Exchange, Masses, Mixing, Order, Parting, Place, Scope, When
 from sandbox.scene.units import Dimension, Units
 from sandbox.state import Floats
 
@@ -348,6 +348,9 @@ def rules(*, gravity: bool, flight: Fields) -> Iterator[Fields]:
     for values in chain(
         product(at_ends, (0,), partings, afters, thetas, in_turn, walls, pairs),
         product((When.ONE_BY_ONE,), (0,), partings, (0,), thetas, in_turn, walls, pairs),
+        # after a move that is undone, nothing overlaps that parts
+        product((When.AFTER_MOVE, When.ONE_BY_ONE), (0,), (0,), afters, thetas, in_turn, UNDONE, (*pairs, Place.BEGIN)),
+        product((When.AFTER_MOVE, When.ONE_BY_ONE), (0,), (0,), afters, thetas, in_turn, walls, (Place.BEGIN,)),
         product(at_ends, (0,), (0,), afters, thetas, *together),
         product((When.AFTER_MOVE,), (1,) if gravity or flight else (), (0,), (0,), thetas, *together),
     ):

@@ -579,7 +579,9 @@ def _resolve_overlap(group: Group, law: Record, scratch: Scratch, i: int, j: int
             parting = _resolve(group, law, scratch, i, j, nx, ny, depth, group.dt)
     elif if_parting == Parting.NONE:
         return
-    if pair:
+    if pair and law.pair_place == Place.BEGIN:
+        a.x, a.y, b.x, b.y = group.ball[i].x, group.ball[i].y, group.ball[j].x, group.ball[j].y
+    elif pair:
         _part(law, a, b, nx, ny, depth)
     else:
         _put_back(group, law, scratch, i, ~j, nx, ny, depth, closing, parting)
@@ -607,6 +609,10 @@ def _put_back(
         back = 2 * depth
     elif law.wall_place == Place.ON:
         back = depth
+    elif law.wall_place == Place.BEGIN_ACROSS:
+        back = (b.x - group.ball[i].x) * nx + (b.y - group.ball[i].y) * ny
+    elif law.wall_place == Place.BEGIN:
+        b.x, b.y = group.ball[i].x, group.ball[i].y
     b.x -= back * nx
     b.y -= back * ny
     if law.wall_place == Place.FALLEN and closing > 0 and parting >= 0:

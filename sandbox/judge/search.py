@@ -12,7 +12,7 @@ import numpy as np
 from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.judge.explain import PUSHED_WAYS, Part
 from sandbox.judge.fit import Outcome, Problem, Trial, laws_of
-from sandbox.judge.law import Laws, Order, Parting, Place, Scope
+from sandbox.judge.law import UNDONE, Laws, Order, Parting, Place, Scope
 from sandbox.judge.models import BY_NAME, FAULTS, FRICTION, Fault, Fields, rules, scopes
 from sandbox.judge.soft_contacts import SoftMemory, cause_of_soft
 
@@ -223,7 +223,7 @@ def cause_of_law(trial: Trial, closing: float, pair: bool, *, moved: bool) -> Ca
         return Cause.LATE
     if pair and trial.rule["pair_place"] != Place.LEAVE:
         return Cause.POSITION_CORRECTION
-    return Cause.OVERSHOOT if not pair and trial.rule["wall_place"] == Place.ON else Cause.LATE
+    return Cause.OVERSHOOT if not pair and trial.rule["wall_place"] in (Place.ON, *UNDONE) else Cause.LATE
 
 
 def cause_of_push(part: Part) -> Cause:

@@ -8,6 +8,7 @@ import numpy as np
 from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.judge.explain import Part
 from sandbox.judge.fit import Outcome
+from sandbox.judge.law import UNDONE
 from sandbox.judge.models import BY_NAME
 from sandbox.judge.restitutions import in_common
 from sandbox.judge.thresholds import ALIKE
@@ -31,6 +32,8 @@ def of_outcome(scene: Scene, outcome: Outcome, cause: Cause) -> str:
     late = _soft(scene, outcome) if trial.is_soft else _late(scene, outcome)
     if cause == Cause.OVERSHOOT and trial.is_soft:
         late = f"{late[:-1]}, and kept in touch until the step ends."
+    elif cause in (Cause.OVERSHOOT, Cause.POSITION_CORRECTION) and _puts_back(outcome):
+        late = f"{late[:-1]}, and put back to where the step began."
     elif cause == Cause.OVERSHOOT:
         late = f"{late[:-1]}, and put back on the wall: that much of its way is discarded."
     elif "apart" in trial.rule:
@@ -38,6 +41,12 @@ def of_outcome(scene: Scene, outcome: Outcome, cause: Cause) -> str:
     elif cause == Cause.POSITION_CORRECTION:
         late = f"{late[:-1]}, and put apart by that."
     return f"{said} {late}".strip()
+
+
+def _puts_back(outcome: Outcome) -> bool:
+    """Return whether bodies that are found in each other go back to where the step began."""
+    pair = any(m["second"] >= 0 for m in outcome.met)
+    return outcome.trial.rule.get("pair_place" if pair else "wall_place") in UNDONE
 
 
 def _of_value(scene: Scene, outcomes: Sequence[Outcome]) -> str:
@@ -125,7 +134,7 @@ def found_range(scene: Scene, cause: Cause, depths: Sequence[float]) -> str:
     found = f"{high:.3g} {scene.units.length} {how}"
     if high - low > ALIKE * abs(high):
         found = f"{low:.3g} to {found}, {median:.3g} at the median"
-    put_back = ", and balls put back on the wall: that much of their way is discarded" * (cause == Cause.OVERSHOOT)
+    put_back = ", and balls put back, which discards some of their way" * (cause == Cause.OVERSHOOT)
     return f"Contacts are found {when}, {found}{put_back}."
 
 

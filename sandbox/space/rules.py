@@ -1,9 +1,11 @@
 """What the linter looks for in a Space: one function for each rule of rules.toml."""
 
+import dis
 import math
 from collections.abc import Iterator
-from functools import partial
-from itertools import combinations
+from functools import lru_cache, partial
+from itertools import combinations, pairwise
+from types import CodeType
 from typing import Any, Final
 
 import numpy as np
@@ -346,6 +348,30 @@ def may_be_ignored(space: pymunk.Space, a: pymunk.Shape, b: pymunk.Shape) -> boo
     )
 
 
+def _ignored_returns(contents: Contents) -> Iterator[Fault]:
+    for types, handler in contents.space._handlers.items():
+        for name in ("begin", "pre_solve"):
+            code = getattr(getattr(handler, name), "__code__", None)
+            if code and (returned := _truth_returned(code)):
+                between = " and ".join("any" if kind is None else str(kind) for kind in types)
+                yield Fault(1, None, f"{returned} ({name} of types {between}: {code.co_qualname})")
+
+
+@lru_cache
+def _truth_returned(code: CodeType) -> str:
+    """Return which truth value that is not always True a function returns, and says no other way; empty if none."""
+    if "process_collision" in code.co_names:
+        return ""
+    for before, last in pairwise(dis.get_instructions(code)):
+        if last.opname == "RETURN_CONST" and last.argval is False:
+            return "False"
+        if last.opname == "RETURN_VALUE" and before.opname == "LOAD_CONST" and before.argval is False:
+            return "False"
+        if last.opname == "RETURN_VALUE" and before.opname in ("COMPARE_OP", "IS_OP", "CONTAINS_OP", "UNARY_NOT"):
+            return "a condition"
+    return ""
+
+
 def _mass_ratio(contents: Contents) -> Iterator[Fault]:
     pairs = {(body_of(a), body_of(b)) for a, b, _ in contents.touching}
     new = set(contents.new_bodies)
@@ -490,6 +516,7 @@ RULES: Final[Rules[Contents]] = {
     "spring-stiff": _stiff_springs,
     "shape-not-added": _shape_not_added,
     "static-moved": _moved_static,
+    "return-ignored": _ignored_returns,
     "tunnelling": _too_fast,
     "elasticity": _too_elastic,
     "damping-range": _damping_outside,

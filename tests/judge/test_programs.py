@@ -55,4 +55,13 @@ def test_what_is_said_of_many_contacts_has_the_depths_of_all() -> None:
     assert clamped.times > 1
     low, high, median = map(float, re.findall(r"\d+\.?\d*", clamped.because))
     assert 0 < low < median < high < max(230, 170) / 60
-    assert clamped.because.endswith(" and balls put back on the wall: that much of their way is discarded.")
+    assert clamped.because.endswith(" and balls put back, which discards some of their way.")
+
+
+@pytest.mark.parametrize("name", ["move_undone", "move_undone_on_an_axis"])
+def test_a_move_that_is_undone_is_told_from_a_place_on_the_wall(name: str) -> None:
+    program = PROGRAMS[name]
+    run = sandbox.compare(program.scene, [program.spec, "exact"]).runs[program.spec]
+    first = run.figures.first_difference
+    assert first is not None
+    assert first.because.endswith("deep, and put back to where the step began.")

@@ -5,6 +5,7 @@ import random
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import pymunk
 import pytest
@@ -210,6 +211,10 @@ def not_a_number(space: pymunk.Space) -> None:
     body_of(disc(space, 200)).velocity = math.nan, 0
 
 
+def as_before_pymunk_7(space: pymunk.Space) -> None:
+    space.on_collision(1, 2, begin=lambda _arbiter, _space, _data: False)
+
+
 FAULTS: dict[Callable[[pymunk.Space], None], tuple[str, str]] = {
     small_moment: ("moment", "moment 10, 20 times too small: its shapes have 200"),
     large_moment_of_a_box: ("moment", "moment 1333, 5 times too large: its shapes have 266.7"),
@@ -238,6 +243,7 @@ FAULTS: dict[Callable[[pymunk.Space], None], tuple[str, str]] = {
     elasticity_of_a_body: ("attribute", "body.elasticity was set; write shape.elasticity"),
     group_of_old: ("attribute", "shape.group was set; write shape.filter = pymunk.ShapeFilter(group=..."),
     speed_limit_of_old: ("attribute", "body.velocity_limit was set; write a velocity_func that scales body.velocity"),
+    as_before_pymunk_7: ("return-ignored", ""),
     not_a_number: ("not-finite", "position (200, 100), velocity (nan, 0)"),
 }
 
@@ -298,6 +304,36 @@ def test_an_overlap_is_found_whichever_shape_came_first(
     found = [finding for finding in sandbox.lint(space) if finding.rule == "overlap"]
     assert [len(finding.bodies) for finding in found] == ([] if distance == 21 else [1])
     assert all(f"by {20 - distance} px" in finding.bodies[0].detail for finding in found)
+
+
+class Game:
+    """The callback of one-way platforms as Pymunk 6 had it, as it is now, and one that only counts."""
+
+    hits = 0
+
+    def one_way(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> bool:
+        return arbiter.normal.y > 0
+
+    def one_way_now(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> bool:
+        arbiter.process_collision = arbiter.normal.y > 0
+        return arbiter.normal.y > 0
+
+    def count(self, _arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> bool:
+        self.hits += 1
+        return True
+
+
+@pytest.mark.parametrize(
+    ("callback", "says"),
+    [(Game().one_way, "a condition (pre_solve of types 1 and any: Game.one_way)"), (Game().one_way_now, None)],
+)
+def test_a_callback_that_returns_whether_two_collide_is_named(callback: Callable[..., Any], says: str | None) -> None:
+    space = sound_space()
+    space.on_collision(1, None, pre_solve=callback, post_solve=lambda _arbiter, _space, _data: False)
+    space.on_collision(3, 4, begin=Game().count)
+    found = [(finding.rule, finding.symptom) for finding in sandbox.lint(space)]
+    expected = f"Bodies collide that a callback shall let pass: it returns {says}"
+    assert found == ([("return-ignored", expected)] if says else [])
 
 
 def test_shapes_of_one_body_with_the_same_error_are_one_line() -> None:
