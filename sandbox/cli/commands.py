@@ -235,11 +235,7 @@ def compare(
 
     FILE may be -, for standard output. Exit code 1: a limit was exceeded; 2: an engine of your own failed.
     """
-    _check_page(files.report)
-    if files.plot:
-        from sandbox.report.plot import check_plot
-
-        check_plot(files.plot)
+    _check_endings(files.report, files.plot)
     outputs = files.by_option
     check_outputs(outputs, [scene, options.inputs])
     show_compiling()
@@ -293,9 +289,14 @@ def _write_comparison(comparison: "Comparison", trials: "Sequence[Trial]", outpu
             print_advice(trials, console())
 
 
-def _check_page(file: str | None, kind: str = "report") -> None:
-    if file and file not in STANDARD_OUTPUT and Path(file).suffix != ".html":
-        raise SandboxError(f"{file}: a {kind} must end in .html")
+def _check_endings(page: str | None, plot: str | None = None, *, kind: str = "report") -> None:
+    """Raise SandboxError if a page, of a kind, or a plot cannot be written to a file with its ending."""
+    if page and page not in STANDARD_OUTPUT and Path(page).suffix != ".html":
+        raise SandboxError(f"{page}: a {kind} must end in .html")
+    if plot:
+        from sandbox.report.plot import check_plot
+
+        check_plot(plot)
 
 
 def _has_document(files: Iterable[str | None]) -> bool:
@@ -350,7 +351,7 @@ def watch(
 
     if save_space in STANDARD_OUTPUT:
         raise SandboxError("--save-space -: must be a file, as it is written while the program runs")
-    _check_page(report)
+    _check_endings(report)
     check_outputs({"--json": json_file, "--report": report, "--save-space": save_space}, [None if module else program])
     show_compiling()
     given = Program(program, arguments or (), module)
@@ -468,7 +469,7 @@ def sweep(
     workers, scheduler = workforce.workers, workforce.scheduler
     if workers and scheduler is not None:
         raise SandboxError("--workers and --scheduler exclude each other")
-    _check_page(report)
+    _check_endings(report)
     check_outputs({"--out": out, "--report": report}, [scene])
     if scheduler is not None:
         check_scheduler(scheduler)
@@ -515,11 +516,7 @@ def converge(
     from sandbox.report.tables import print_convergence
     from sandbox.sweeps.convergence import converge as measure_order
 
-    _check_page(report)
-    if plot:
-        from sandbox.report.plot import check_plot
-
-        check_plot(plot)
+    _check_endings(report, plot)
     check_outputs({"--json": json_file, "--plot": plot, "--report": report}, [scene])
     show_compiling()
     chosen, _ = scene_and_inputs(scene, None, seed=seed, seconds=seconds)
@@ -601,7 +598,7 @@ def worksheet(
     """
     from sandbox.report.worksheet import worksheet as page_of
 
-    _check_page(out, "worksheet")
+    _check_endings(out, kind="worksheet")
     check_outputs({"--out": out}, [scene])
     show_compiling()
     chosen, _ = scene_and_inputs(scene, None, seed=seed)

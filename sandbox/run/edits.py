@@ -20,7 +20,6 @@ from sandbox.errors import SandboxError
 from sandbox.scene.balls import BallGroup
 from sandbox.scene.clock import Clock
 from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, NotTiny, Number, Vector
-from sandbox.scene.keys import with_every_contact
 from sandbox.scene.model import Scene, Wall
 from sandbox.scene.overlaps import Situation, check_added_ball_fits, check_ball_fits, check_wall_fits
 from sandbox.scene.validation import invalid
@@ -310,6 +309,20 @@ class SetRate(Edit):
 
     def change_clock(self, clock: Clock) -> None:
         clock.change(self.step, self.rate)
+
+
+def with_every_contact(scene: Scene, key: str, value: float) -> Scene:
+    """Return a scene in which every contact has an elasticity or a friction, and without its expectations.
+
+    That of a contact is the product of two factors, so each factor becomes the square root.
+    """
+    factor = {key: math.sqrt(value)}
+    return scene.changed(
+        arena=scene.arena.model_copy(update=factor),
+        balls=tuple(group.model_copy(update=factor) for group in scene.balls),
+        walls=tuple(wall.model_copy(update=factor) for wall in scene.walls),
+        expect=(),
+    )
 
 
 def edited(scene: Scene, edit: Edit, states: Mapping[str, State]) -> Scene:
