@@ -86,13 +86,13 @@ class Terminated(BaseException):
             self.when_lost(self.number)
 
 
-def traceback_beyond(error: BaseException, *files: str) -> str:
-    """Return the traceback of an error from the first frame on that is in none of some files.
+def traceback_beyond(error: BaseException, file: str) -> str:
+    """Return the traceback of an error from the first frame on that is not in a file.
 
     Without such a frame, as for an error in the syntax of what they read, it is only what Python says of the error.
     """
     rest = error.__traceback__
-    while rest and rest.tb_frame.f_code.co_filename in files:
+    while rest and rest.tb_frame.f_code.co_filename == file:
         rest = rest.tb_next
     return "".join(traceback.format_exception(type(error), error, rest))
 

@@ -12,7 +12,7 @@ from sandbox.analysis.ties import SIMULTANEOUS, Tie, find_tie
 from sandbox.engines import REFERENCE, Engine
 from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.engine import ExactEngine
-from sandbox.engines.renumbered import RenumberedEngine
+from sandbox.engines.stand_ins import RenumberedEngine
 from sandbox.quantity import length
 from sandbox.run.lockstep import Lockstep, Runner
 from sandbox.scene.model import Scene

@@ -44,21 +44,14 @@ from sandbox.cli.options import (
     SizeOption,
     Workforce,
     complete_scene,
+    file_option,
     grouped,
     print_warnings,
     scene_and_inputs,
     settings_by_key,
     warn_of_pygame,
 )
-from sandbox.cli.progress import (
-    advise_with_bar,
-    compare_with_bar,
-    converge_with_bar,
-    displayed,
-    frames_bar,
-    show_compiling,
-    sweep_with_bar,
-)
+from sandbox.cli.progress import displayed, progress_bar, show_compiling, sweep_with_bar, terminal_bar
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, check_outputs, write_text
 from sandbox.text import console, counted, json_text, printable
@@ -134,7 +127,7 @@ def run(
     engines: Engines = None,
     seed: Seed = None,
     inputs: Inputs = None,
-    save_inputs: Annotated[str | None, typer.Option(metavar="FILE", help="Save drags and edits as JSON lines.")] = None,
+    save_inputs: Annotated[str | None, file_option("Save drags and edits as JSON lines.")] = None,
 ) -> None:
     """Open a scene in the window, or the .json file of a pymunk.Space beside the same Space in finer steps.
 
@@ -199,7 +192,7 @@ def _run_space(file: str, options: Mapping[str, object]) -> None:
 @grouped
 def record(
     scene: SceneArgument,
-    out: Annotated[str, typer.Option(metavar="FILE", help="A .gif, .webp or .mp4 file, or .png for the end.")],
+    out: Annotated[str, file_option("A .gif, .webp or .mp4 file, or .png for the end.")],
     *,
     engines: Engines = None,
     options: RunOptions,
@@ -220,7 +213,7 @@ def record(
     show_compiling()
     chosen, replayed = options.load(scene)
     print_warnings(chosen)
-    bar = frames_bar()
+    bar = terminal_bar()
     with displayed(bar):
         track = partial(bar.track, description="Recording")
         record_scene(chosen, engines, out, pixels, show, replayed, track)
@@ -242,21 +235,31 @@ def compare(
 
     FILE may be -, for standard output. Exit code 1: a limit was exceeded; 2: an engine of your own failed.
     """
-    _check_page(files.report)
-    if files.plot:
-        from sandbox.report.plot import check_plot
-
-        check_plot(files.plot)
+    _check_endings(files.report, files.plot)
     outputs = files.by_option
     check_outputs(outputs, [scene, options.inputs])
     show_compiling()
     chosen, replayed = options.load(scene)
     print_warnings(chosen)
     with _printed_beside(outputs.values()):
-        comparison = compare_with_bar(chosen, engines, against, replayed)
-        trials = advise_with_bar(chosen, comparison.against, replayed) if advise else []
+        comparison = _compare(chosen, engines, against, replayed)
+        trials: Sequence[Trial] = ()
+        if advise:
+            from sandbox.analysis.advice import try_settings
+
+            with progress_bar("Trying other settings") as progress:
+                trials = try_settings(chosen, comparison.against, replayed, progress)
     _write_comparison(comparison, trials, outputs)
     _exit_of(comparison, [check.exceeded for check in comparison.check_limits(**asdict(limits)) if check.exceeded])
+
+
+def _compare(
+    scene: "Scene", names: Sequence[str] | None, against: str | None, inputs: "Sequence[Input]"
+) -> "Comparison":
+    from sandbox.analysis.comparison import compare as compare_engines
+
+    with progress_bar(scene.title or scene.name) as progress:
+        return compare_engines(scene, names, against=against, inputs=inputs, progress=progress)
 
 
 def _write_comparison(comparison: "Comparison", trials: "Sequence[Trial]", outputs: Mapping[str, str]) -> None:
@@ -286,9 +289,14 @@ def _write_comparison(comparison: "Comparison", trials: "Sequence[Trial]", outpu
             print_advice(trials, console())
 
 
-def _check_page(file: str | None, kind: str = "report") -> None:
-    if file and file not in STANDARD_OUTPUT and Path(file).suffix != ".html":
-        raise SandboxError(f"{file}: a {kind} must end in .html")
+def _check_endings(page: str | None, plot: str | None = None, *, kind: str = "report") -> None:
+    """Raise SandboxError if a page, of a kind, or a plot cannot be written to a file with its ending."""
+    if page and page not in STANDARD_OUTPUT and Path(page).suffix != ".html":
+        raise SandboxError(f"{page}: a {kind} must end in .html")
+    if plot:
+        from sandbox.report.plot import check_plot
+
+        check_plot(plot)
 
 
 def _has_document(files: Iterable[str | None]) -> bool:
@@ -327,9 +335,7 @@ def watch(
     headless: Annotated[bool, typer.Option("--headless", help="Run without a window, a display or waiting.")] = False,
     json_file: JsonFile = None,
     report: ReportFile = None,
-    save_space: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Write the first Space, before its first step, as JSON.")
-    ] = None,
+    save_space: Annotated[str | None, file_option("Write the first Space, before its first step, as JSON.")] = None,
     limits: Limits,
 ) -> None:
     """Run a Pymunk program unchanged, and print what is wrong in its Spaces and what to change.
@@ -345,7 +351,7 @@ def watch(
 
     if save_space in STANDARD_OUTPUT:
         raise SandboxError("--save-space -: must be a file, as it is written while the program runs")
-    _check_page(report)
+    _check_endings(report)
     check_outputs({"--json": json_file, "--report": report, "--save-space": save_space}, [None if module else program])
     show_compiling()
     given = Program(program, arguments or (), module)
@@ -365,7 +371,7 @@ def trace(
     engine: EngineToTrace,
     options: RunOptions,
     steps: Annotated[int | None, typer.Option(min=0, help="Steps to run, instead of --seconds.")] = None,
-    out: Annotated[str, typer.Option(metavar="FILE", help="A .npz or .csv file; - prints CSV.")] = "-",
+    out: Annotated[str, file_option("A .npz or .csv file; - prints CSV.")] = "-",
 ) -> None:
     """Write positions and velocities at every step."""
     from sandbox.run.trajectory import simulate, trace_writer
@@ -445,9 +451,9 @@ def sweep(
     set_: Settings = None,
     against: Against = None,
     seconds: Seconds = None,
-    out: Annotated[str, typer.Option(metavar="FILE", help="Write the table as CSV; - prints it.")] = "-",
+    out: Annotated[str, file_option("Write the table as CSV; - prints it.")] = "-",
     workforce: Workforce,
-    report: Annotated[str | None, typer.Option(metavar="FILE", help="Write charts as one HTML page.")] = None,
+    report: Annotated[str | None, file_option("Write charts as one HTML page.")] = None,
 ) -> None:
     """Run many seeds, rates, engines and settings of a scene.
 
@@ -463,7 +469,7 @@ def sweep(
     workers, scheduler = workforce.workers, workforce.scheduler
     if workers and scheduler is not None:
         raise SandboxError("--workers and --scheduler exclude each other")
-    _check_page(report)
+    _check_endings(report)
     check_outputs({"--out": out, "--report": report}, [scene])
     if scheduler is not None:
         check_scheduler(scheduler)
@@ -499,9 +505,7 @@ def converge(
     seed: Seed = None,
     seconds: Seconds = None,
     json_file: JsonFile = None,
-    plot: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Draw the errors over the rates as a .png or .svg file.")
-    ] = None,
+    plot: Annotated[str | None, file_option("Draw the errors over the rates as a .png or .svg file.")] = None,
     report: ReportFile = None,
 ) -> None:
     """Measure how fast the errors of engines vanish as the steps become shorter.
@@ -510,18 +514,16 @@ def converge(
     """
     from sandbox.engines import default_engines
     from sandbox.report.tables import print_convergence
+    from sandbox.sweeps.convergence import converge as measure_order
 
-    _check_page(report)
-    if plot:
-        from sandbox.report.plot import check_plot
-
-        check_plot(plot)
+    _check_endings(report, plot)
     check_outputs({"--json": json_file, "--plot": plot, "--report": report}, [scene])
     show_compiling()
     chosen, _ = scene_and_inputs(scene, None, seed=seed, seconds=seconds)
     print_warnings(chosen)
-    with _printed_beside([json_file, report]):
-        convergence = converge_with_bar(chosen, engines or default_engines(chosen), rates or DEFAULT_RATES, starts)
+    names = engines or default_engines(chosen)
+    with _printed_beside([json_file, report]), progress_bar(chosen.title or chosen.name) as progress:
+        convergence = measure_order(chosen, names, rates or DEFAULT_RATES, starts, progress)
     if json_file:
         write_text(json_file, json_text(convergence.as_json()))
     if plot:
@@ -584,7 +586,7 @@ def scenes() -> None:
 @app.command()
 def worksheet(
     scene: SceneArgument,
-    out: Annotated[str, typer.Option(metavar="FILE", help="An .html file to print.")],
+    out: Annotated[str, file_option("An .html file to print.")],
     *,
     pupils: Annotated[int, typer.Option(min=1, max=1000, help="Sheets, each with other numbers.")] = 1,
     seed: Seed = None,
@@ -596,7 +598,7 @@ def worksheet(
     """
     from sandbox.report.worksheet import worksheet as page_of
 
-    _check_page(out, "worksheet")
+    _check_endings(out, kind="worksheet")
     check_outputs({"--out": out}, [scene])
     show_compiling()
     chosen, _ = scene_and_inputs(scene, None, seed=seed)
@@ -623,9 +625,7 @@ def engines(json_file: JsonFile = None) -> None:
 def bench(
     only: Parts = None,
     json_file: JsonFile = None,
-    against: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Print what became worse since an earlier --json FILE.")
-    ] = None,
+    against: Annotated[Path | None, file_option("Print what became worse since an earlier --json FILE.")] = None,
 ) -> None:
     """Measure the speed of the sandbox, in about five minutes.
 
@@ -697,7 +697,7 @@ def _compare_and_draw(scene: "Scene", names: Sequence[str] | None, inputs: "Sequ
 
     path = f"{scene.name}-{scene.seed}-{scene.steps:06}.png"
     check_outputs({"Picture": path})
-    comparison = compare_with_bar(scene, names, None, inputs)
+    comparison = _compare(scene, names, None, inputs)
     print_comparison(comparison, console())
     save_picture(draw_picture(comparison), path)
     print(f"Picture of the end: {path}")

@@ -2,6 +2,7 @@
 
 import inspect
 import re
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import wraps
@@ -16,10 +17,6 @@ from sandbox.view import Layer, check_pygame
 
 if TYPE_CHECKING:
     from sandbox.engines.specs import Value
-import sys
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
     from sandbox.run.inputs import Input
     from sandbox.scene.model import Scene
 
@@ -181,77 +178,53 @@ def _if_text(parse: Callable[[str], T]) -> Callable[[Any], T]:
     return lambda value: parse(value) if isinstance(value, str) else value
 
 
+def file_option(what: str, *names: str) -> Any:
+    """Return an option for a file. names: the option's, if it is not the parameter's."""
+    return typer.Option(*names, metavar="FILE", help=what)
+
+
+def _limit(of: str, metavar: str = "X") -> Any:
+    """Return an option for a limit of a comparison."""
+    return typer.Option(min=0, metavar=metavar, help=f"Exit with 1 if {of}.")
+
+
+def _names(what: str, parser: Callable[[str], Any] = parse_names, **more: Any) -> Any:
+    """Return an option for names, separated by commas."""
+    return typer.Option(metavar="A,B,...", parser=parser, help=what, **more)
+
+
+def _engines(default: str) -> Any:
+    """Return an option for engines. default: those without it."""
+    return _names(f"Engines. Default: {default}.", parse_engines, autocompletion=complete_engine)
+
+
+def _engine(what: str) -> Any:
+    """Return an option for one engine."""
+    return typer.Option(metavar="ENGINE", parser=parse_engine, help=what, autocompletion=complete_engine)
+
+
 SceneArgument = Annotated[
     str,
     typer.Argument(metavar="SCENE", help="A file, or the name of a bundled scene.", autocompletion=complete_scene),
 ]
-_ENGINES: Final[dict[str, Any]] = {"metavar": "A,B,...", "parser": parse_engines}
-Engines = Annotated[
-    Sequence[str] | None,
-    typer.Option(
-        **_ENGINES, help="Engines. Default: pymunk, and article or else impulse.", autocompletion=complete_engine
-    ),
-]
-EnginesToCompare = Annotated[
-    Sequence[str] | None,
-    typer.Option(
-        **_ENGINES, help="Engines. Default: pymunk, article or else impulse, exact.", autocompletion=complete_engine
-    ),
-]
-EnginesToScore = Annotated[
-    Sequence[str] | None, typer.Option(**_ENGINES, help="Engines. Default: all.", autocompletion=complete_engine)
-]
-Parts = Annotated[
-    Sequence[str] | None, typer.Option(metavar="A,B,...", parser=parse_names, help="Parts to measure. Default: all.")
-]
+Engines = Annotated[Sequence[str] | None, _engines("pymunk, and article or else impulse")]
+EnginesToCompare = Annotated[Sequence[str] | None, _engines("pymunk, article or else impulse, exact")]
+EnginesToScore = Annotated[Sequence[str] | None, _engines("all")]
+Parts = Annotated[Sequence[str] | None, _names("Parts to measure. Default: all.")]
 Against = Annotated[
-    str | None,
-    typer.Option(
-        metavar="ENGINE",
-        parser=parse_engine,
-        help="Engine that the others are measured against. Default: exact, or else the last.",
-        autocompletion=complete_engine,
-    ),
+    str | None, _engine("Engine that the others are measured against. Default: exact, or else the last.")
 ]
-EngineToTrace = Annotated[
-    str,
-    typer.Option(
-        metavar="ENGINE", parser=parse_engine, help="The engine that runs it.", autocompletion=complete_engine
-    ),
-]
+EngineToTrace = Annotated[str, _engine("The engine that runs it.")]
 Seed = Annotated[int | None, typer.Option(help="Seed, instead of the scene's.")]
-Rate = Annotated[int | None, typer.Option(help="Steps per second, instead of the scene's.")]
 Seconds = Annotated[float | None, typer.Option(help="Seconds to run, instead of the scene's.")]
-Inputs = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Replay the drags and edits saved with --save-inputs.")
-]
-JsonFile = Annotated[str | None, typer.Option("--json", metavar="FILE", help="Write the figures as JSON.")]
-CsvFile = Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write the figures as CSV.")]
-SeriesFile = Annotated[
-    str | None, typer.Option(metavar="FILE", help="Write energy, gap and more at every step as CSV.")
-]
-PlotFile = Annotated[
-    str | None, typer.Option(metavar="FILE", help="Draw energy and gap over time as a .png or .svg file.")
-]
-ReportFile = Annotated[str | None, typer.Option(metavar="FILE", help="Write a report as one .html file.")]
-MaxGap = Annotated[float | None, typer.Option(min=0, metavar="PX", help="Exit with 1 if a gap is larger.")]
-MaxDrift = Annotated[
-    float | None, typer.Option(min=0, metavar="X", help="Exit with 1 if energy changes by a larger fraction.")
-]
-MaxEnergyError = Annotated[
-    float | None,
-    typer.Option(min=0, metavar="X", help="Exit with 1 if energy differs by a larger fraction from the reference's."),
-]
-JunitFile = Annotated[str | None, typer.Option("--junit", metavar="FILE", help="Write the results as JUnit XML.")]
-Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", help="Run on the cluster of a Dask scheduler.")]
+Inputs = Annotated[Path | None, file_option("Replay the drags and edits saved with --save-inputs.")]
+JsonFile = Annotated[str | None, file_option("Write the figures as JSON.", "--json")]
+ReportFile = Annotated[str | None, file_option("Write a report as one .html file.")]
+JunitFile = Annotated[str | None, file_option("Write the results as JUnit XML.", "--junit")]
 SizeOption = Annotated[Size, typer.Option(metavar="WxH", parser=_if_text(parse_size), help="Width and height, px.")]
-Layers = Annotated[
-    Sequence[Layer],
-    typer.Option(metavar="A,B,...", parser=_if_text(parse_layers), help=f"What to show: {', '.join(Layer)}."),
-]
+Layers = Annotated[Sequence[Layer], _names(f"What to show: {', '.join(Layer)}.", _if_text(parse_layers))]
 Seeds = Annotated[
-    range | None,
-    typer.Option(metavar="A:B", parser=parse_seeds, help="Seeds from A up to but not including B."),
+    range | None, typer.Option(metavar="A:B", parser=parse_seeds, help="Seeds from A up to but not including B.")
 ]
 Rates = Annotated[
     Sequence[int] | None,
@@ -274,7 +247,7 @@ class RunOptions:
 
     seconds: Seconds = None
     seed: Seed = None
-    rate: Rate = None
+    rate: Annotated[int | None, typer.Option(help="Steps per second, instead of the scene's.")] = None
     inputs: Inputs = None
 
     def load(self, scene: str) -> "tuple[Scene, Sequence[Input]]":
@@ -286,32 +259,25 @@ class RunOptions:
 class ComparisonFiles:
     """The files that a comparison is written to."""
 
-    json_file: JsonFile = None
-    csv_file: CsvFile = None
-    series: SeriesFile = None
-    plot: PlotFile = None
+    json: JsonFile = None
+    csv: Annotated[str | None, file_option("Write the figures as CSV.", "--csv")] = None
+    series: Annotated[str | None, file_option("Write energy, gap and more at every step as CSV.")] = None
+    plot: Annotated[str | None, file_option("Draw energy and gap over time as a .png or .svg file.")] = None
     report: ReportFile = None
 
     @property
     def by_option(self) -> dict[str, str]:
         """The files that are wanted, by their options."""
-        files = {
-            "--json": self.json_file,
-            "--csv": self.csv_file,
-            "--series": self.series,
-            "--plot": self.plot,
-            "--report": self.report,
-        }
-        return {option: file for option, file in files.items() if file is not None}
+        return {f"--{name}": file for name, file in vars(self).items() if file is not None}
 
 
 @dataclass(frozen=True)
 class Limits:
     """The limits of a comparison, beyond which its exit code is 1."""
 
-    max_gap: MaxGap = None
-    max_drift: MaxDrift = None
-    max_energy_error: MaxEnergyError = None
+    max_gap: Annotated[float | None, _limit("a gap is larger", "PX")] = None
+    max_drift: Annotated[float | None, _limit("energy changes by a larger fraction")] = None
+    max_energy_error: Annotated[float | None, _limit("energy differs by a larger fraction from the reference's")] = None
 
 
 @dataclass(frozen=True)
@@ -319,7 +285,9 @@ class Workforce:
     """Where the runs of a sweep are done."""
 
     workers: Annotated[int | None, typer.Option(min=1, help="Local processes. Default: one per core.")] = None
-    scheduler: Scheduler = None
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Run on the cluster of a Dask scheduler.")
+    ] = None
 
 
 def grouped(command: Callable[..., None]) -> Callable[..., None]:

@@ -1,7 +1,7 @@
 """Progress bars of a command on a terminal, also while kernels are compiled."""
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import monotonic
 from typing import TYPE_CHECKING, Final
@@ -10,15 +10,10 @@ from sandbox.signals import signals_deferred
 from sandbox.text import console
 
 if TYPE_CHECKING:
-    from rich.progress import Progress
+    from rich.progress import Progress, ProgressColumn
     from rich.status import Status
 
-    from sandbox.analysis.advice import Trial
-    from sandbox.analysis.comparison import Comparison
-    from sandbox.run.inputs import Input
-    from sandbox.scene.model import Scene
     from sandbox.sweeps import Journal, Sweep
-    from sandbox.sweeps.convergence import Convergence
     from sandbox.view.compilation import Compilation
 
 BAR_DELAY: Final = 1.0  # s; shorter runs show no bar
@@ -36,8 +31,11 @@ def displayed(bar: "Progress | Status") -> Iterator[None]:
 
 
 @contextmanager
-def _comparison_bar(title: str) -> Iterator[Callable[[float], object] | None]:
-    """Yield a function that shows the fraction of a run that is done as a bar, or None without a terminal."""
+def progress_bar(title: str) -> Iterator[Callable[[float], object] | None]:
+    """Yield a function that shows the fraction of a run that is done, as a bar if that takes long.
+
+    Without a terminal, yield None.
+    """
     if not sys.stderr.isatty():
         yield None
         return
@@ -60,54 +58,22 @@ def _comparison_bar(title: str) -> Iterator[Callable[[float], object] | None]:
         bar.stop()
 
 
-def frames_bar() -> "Progress":
-    """Return a bar over the frames of a recording, which disappears at the end."""
+def terminal_bar(*columns: "str | ProgressColumn", transient: bool = True) -> "Progress":
+    """Return a bar that is shown on a terminal only. columns: by default those of rich; transient: whether it ends."""
     from rich.progress import Progress
 
     terminal = console(stderr=True)
-    return Progress(console=terminal, transient=True, disable=not terminal.is_terminal)
-
-
-def _runs_bar() -> "Progress":
-    """Return a bar over the runs of a sweep, with their number and the time."""
-    from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
-
-    terminal = console(stderr=True)
-    columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    return Progress(*columns, console=terminal, disable=not terminal.is_terminal)
-
-
-def compare_with_bar(
-    scene: "Scene", names: Sequence[str] | None, against: str | None, inputs: "Sequence[Input]"
-) -> "Comparison":
-    """Compare engines, with a bar on a terminal if that takes long."""
-    from sandbox.analysis.comparison import compare as compare_engines
-
-    with _comparison_bar(scene.title or scene.name) as progress:
-        return compare_engines(scene, names, against=against, inputs=inputs, progress=progress)
-
-
-def advise_with_bar(scene: "Scene", against: str, inputs: "Sequence[Input]") -> "list[Trial]":
-    """Try other settings of Pymunk, with a bar on a terminal if that takes long."""
-    from sandbox.analysis.advice import try_settings
-
-    with _comparison_bar("Trying other settings") as progress:
-        return try_settings(scene, against, inputs, progress)
-
-
-def converge_with_bar(scene: "Scene", engines: Sequence[str], rates: Sequence[int], starts: int) -> "Convergence":
-    """Measure the order of engines, with a bar on a terminal if that takes long."""
-    from sandbox.sweeps.convergence import converge
-
-    with _comparison_bar(scene.title or scene.name) as progress:
-        return converge(scene, engines, rates, starts, progress)
+    return Progress(*columns, console=terminal, transient=transient, disable=not terminal.is_terminal)
 
 
 def sweep_with_bar(sweep: "Sweep", kept: "Journal", workers: int, scheduler: str | None) -> int:
     """Run the jobs of a sweep that have no row yet, and print each failure; return the number of failures."""
+    from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
+
     from sandbox.sweeps import missing, run
 
-    failures, details, bar = 0, "", _runs_bar()
+    columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    failures, details, bar = 0, "", terminal_bar(*columns, transient=False)
     with displayed(bar):
         runs = bar.add_task("runs", total=len(sweep.jobs), completed=len(sweep.jobs) - len(missing(sweep, kept)))
         for outcome in run(sweep, kept, workers=workers, scheduler=scheduler):
@@ -137,24 +103,17 @@ class _TerminalCompiler:
 
     def wait(self, module: str) -> None:
         """Show the progress until the kernels of a module are compiled."""
-        from rich.progress import BarColumn, Progress, TextColumn
+        from rich.progress import BarColumn, TextColumn
 
         from sandbox.processes import core_count
         from sandbox.view.compilation import COMPUTATION, Compilation
 
-        terminal = console(stderr=True)
         if not self._compilation:
             self._compilation = Compilation(COMPUTATION, core_count())
-            if not terminal.is_terminal:
+            if not console(stderr=True).is_terminal:
                 print("Compiling what this command needs; that happens once.", file=sys.stderr)
         compilation = self._compilation
-        bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            console=terminal,
-            transient=True,
-            disable=not terminal.is_terminal,
-        )
+        bar = terminal_bar(TextColumn("{task.description}"), BarColumn())
         with displayed(bar):
             task = bar.add_task("", total=compilation.total)
             for progress in compilation.until_compiled(module):

@@ -20,9 +20,8 @@ from importlib.util import find_spec
 from types import ModuleType
 from typing import Any, Final, cast
 
-from sandbox.engines.custom import load_from_file
 from sandbox.engines.engine import CheckingEngine, Engine, advance
-from sandbox.engines.specs import TUNED, file_and_name, settings_in, with_settings
+from sandbox.engines.specs import TUNED, file_and_name, load_from_file, settings_in, with_settings
 from sandbox.errors import EngineError, MissingLibrary, Refused, SandboxError, shown, suggestion
 from sandbox.scene.model import Scene
 from sandbox.state import State

@@ -6,6 +6,7 @@ be a bullet and the other not.
 
 Box2D computes in float32: positions and velocities have seven digits, about 1e-4 px in an arena of 1,000 px.
 """
+# ruff: noqa: D102 (the interface of an engine documents the methods)
 
 from collections.abc import Iterator, Sequence
 from itertools import groupby, product
@@ -98,7 +99,6 @@ class Box2DEngine:
         return State(self._steps / self._rate, x, v, self._angle.copy(), spin)
 
     def record_contacts(self) -> None:
-        """Start to record contacts."""
         self._contacts.recording = True
 
     def contacts(self) -> Contacts:
@@ -109,7 +109,6 @@ class Box2DEngine:
         return self._contacts.take()
 
     def kick(self, ball: int, dv: Vector) -> None:
-        """Add dv (px/s) to a ball's velocity."""
         x, y = _metres(dv)
         velocity = self._bodies[ball].linear_velocity
         self._bodies[ball].linear_velocity = (velocity.x + x, velocity.y + y)

@@ -1,17 +1,17 @@
 """Engines that are not built in: each call is checked against the contract of docs/engines.md."""
+# ruff: noqa: D102 (the interface of an engine documents the methods)
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import fields, replace
 from difflib import get_close_matches
-from inspect import Signature, getfile, signature
+from inspect import Signature, signature
 from numbers import Real
 from typing import Any, Final, cast
 
 import numpy as np
 
 from sandbox.compiled import NotCompiledYet
-from sandbox.engines.custom import FunctionEngine
 from sandbox.engines.engine import BlockEngine, Engine, Traits, traits_of
 from sandbox.errors import EngineError, Refused, SandboxError, Terminated, shown, traceback_beyond
 from sandbox.quantity import length
@@ -20,6 +20,7 @@ from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Contacts, Floats, State, States, no_contacts
 
 Factory = Callable[..., Any]  # a class or function of (scene, initial), or a function of one step
+StepFunction = Callable[[Floats, Floats, float, Scene], object]
 
 ROUNDING: Final = 1e-3  # of a step, a radius, a speed or a unit vector: more than an engine in float32 is off
 MAX_CLOCK_ERROR: Final = 0.5  # of a step, of an engine's own clock
@@ -105,8 +106,41 @@ def _errors_of(name: str, time: float, hint: str = "") -> Iterator[None]:
         if isinstance(error.__cause__, Terminated):  # numba's kernels wrap it
             raise
         what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-        details = traceback_beyond(error, __file__, getfile(FunctionEngine))
+        details = traceback_beyond(error, __file__)
         raise EngineError(name, f"raised {what}{hint}", time, details) from error
+
+
+class FunctionEngine:
+    """Runs a scene by a function that does one step of dt s: it changes position and velocity, (n, 2), in place.
+
+    It reports no contacts. Balls that turn keep their spins.
+    """
+
+    def __init__(self, function: StepFunction, scene: Scene, initial: State) -> None:
+        self._function = function
+        self._scene, self._clock = scene, scene.clock
+        self._initial = initial
+        self._position, self._velocity = initial.position.copy(), initial.velocity.copy()
+        self._steps = 0
+
+    def step(self) -> None:
+        """Advance by one step. Raises SandboxError if the function returns something."""
+        dt = float(1 / self._clock.rates(self._steps + 1))
+        returned = self._function(self._position, self._velocity, dt, self._scene)
+        if returned is not None:
+            raise SandboxError(
+                "it must change the arrays position and velocity in place and return nothing, "
+                f"got {type(returned).__name__}"
+            )
+        self._steps += 1
+
+    def state(self) -> State:
+        time, spin = self._clock.time(self._steps), self._initial.spin
+        angle = self._initial.angle + spin * time
+        return State(time, self._position.copy(), self._velocity.copy(), angle, spin.copy())
+
+    def kick(self, ball: int, dv: Vector) -> None:
+        self._velocity[ball] += dv
 
 
 class CheckedEngine:
@@ -131,7 +165,6 @@ class CheckedEngine:
         self._check_initial(self.state(), initial, scene)
 
     def step(self) -> None:
-        """Advance by one step."""
         self._steps += 1
         with self._errors():
             self._engine.step()
@@ -283,7 +316,6 @@ class _CheckedBlockEngine(CheckedEngine):
     """A checked engine that can do many steps in one call."""
 
     def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        """Do some steps, and write the state after each: (steps, n, 2) px, px/s; (steps, n) rad, rad/s."""
         written = States.empty(steps, self._balls)
         written.position[:] = written.velocity[:] = np.nan  # so that a state left out is not finite
         engine = cast("BlockEngine", self._engine)

@@ -2,6 +2,7 @@
 
 Walls that move are on kinematic bodies, which `Space.step` moves.
 """
+# ruff: noqa: D102 (the interface of an engine documents the methods)
 
 import os
 from collections.abc import Iterator, Sequence
@@ -71,7 +72,6 @@ class PymunkEngine:
             self._reader.calls += 1
 
     def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        """Do some steps, and write the state after each into the rows of position, velocity, angle and spin."""
         for begin in range(0, steps, self._steps_per_read):
             rows = slice(begin, min(begin + self._steps_per_read, steps))
             self._run(rows.stop - rows.start)
@@ -86,20 +86,16 @@ class PymunkEngine:
         )
 
     def record_contacts(self) -> None:
-        """Start to record contacts."""
         self._reader.log.recording = True
 
     def contacts(self) -> Contacts:
-        """Return the contacts since the last call."""
         return self._reader.log.take()
 
     def substates(self) -> States:
-        """Return the states after each substep since the last call, oldest first; the first call starts recording."""
         parts, self._substates = self._substates, []
         return States(*map(np.concatenate, zip(*parts, strict=True))) if parts else States.empty(0, len(self._bodies))
 
     def kick(self, ball: int, dv: Vector) -> None:
-        """Add dv (px/s) to a ball's velocity."""
         self._bodies[ball].velocity += dv
 
     def _run(self, steps: int) -> None:

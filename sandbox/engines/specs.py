@@ -5,13 +5,21 @@ pymunk(substeps=4, iterations=30)   Pymunk with other settings than the scene's
 mine.py:Mine                        a class or a function in a file
 """
 
+import hashlib
 import json
 import re
-from collections.abc import Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import cache
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
-from typing import Final
+from types import ModuleType
+from typing import Any, Final
 
-from sandbox.errors import SandboxError
+from sandbox.errors import EngineError, SandboxError, suggestion, traceback_beyond
+from sandbox.files import read_text
+from sandbox.text import printable
 
 TUNED: Final = "pymunk"  # the engine that a scene has settings for
 EXAMPLE: Final = f"{TUNED}(substeps=4, iterations=30)"  # of an engine with settings, in messages
@@ -100,3 +108,49 @@ def with_settings(name: str, settings: Mapping[str, float]) -> str:
     'pymunk(substeps=4, collision_bias=0.5)'
     """
     return f"{name}({format_settings(settings)})" if settings else name
+
+
+def load_from_file(spec: str) -> Callable[..., Any]:
+    """Return the class or function of a spec such as "mine.py:Mine".
+
+    The file runs once, and once more if it has changed. Raises SandboxError if it cannot be read or has no such class
+    or function, EngineError if it raises an exception.
+    """
+    named = file_and_name(spec)
+    assert named
+    file, name = named
+    try:
+        module = _module(file.resolve(), read_text(file))
+    except (Exception, SystemExit) as error:
+        if isinstance(error, SandboxError):
+            raise
+        what = f"cannot be loaded: {type(error).__name__}: {error}"
+        raise EngineError(spec, what, details=traceback_beyond(error, __file__)) from error
+    if not callable(engine := getattr(module, name, None)):
+        known = [key for key, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__]
+        has = suggestion(name, known) if known else "it has no class and no function"
+        raise SandboxError(f"{printable(str(file))}: has no class or function {name!r}; {has}")
+    return engine
+
+
+@cache
+def _module(file: Path, text: str) -> ModuleType:
+    """Run a file, and return it as a module; text: its content."""
+    name = f"{file.stem}_{hashlib.sha256(str(file).encode()).hexdigest()[:8]}"  # no other module's
+    spec = spec_from_file_location(name, file)
+    assert spec
+    module = module_from_spec(spec)
+    sys.modules[name] = module  # where dataclasses look for it
+    with _importing_from(str(file.parent)):
+        exec(compile(text, file, "exec"), vars(module))
+    return module
+
+
+@contextmanager
+def _importing_from(folder: str) -> Iterator[None]:
+    """Let a file import others beside it, as if it were run by Python; installed packages come first."""
+    sys.path.append(folder)
+    try:
+        yield
+    finally:
+        sys.path.remove(folder)

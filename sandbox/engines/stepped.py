@@ -1,4 +1,5 @@
 """Base of the engines that advance all balls by steps of a compiled kernel."""
+# ruff: noqa: D102 (the interface of an engine documents the methods)
 
 from abc import ABC, abstractmethod
 from typing import Final
@@ -56,11 +57,9 @@ class SteppedEngine(ABC):
         """
 
     def step(self) -> None:
-        """Advance by one step of 1/rate seconds."""
         self.advance(1, *self._row)
 
     def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        """Do some steps, and write the state after each: (steps, n, 2) px, px/s; (steps, n) rad, rad/s."""
         rows, recording = States(position, velocity, angle, spin), self._contacts.recording
         while steps:
             log = self._log._replace(collects=recording)
@@ -81,18 +80,14 @@ class SteppedEngine(ABC):
         velocity *= self._unit
 
     def state(self) -> State:
-        """Return a snapshot."""
         position, velocity, angle, spin = self._state
         return State(self._steps / self._rate, position.copy(), velocity * self._unit, angle.copy(), spin.copy())
 
     def record_contacts(self) -> None:
-        """Start to record contacts."""
         self._contacts.recording = True
 
     def contacts(self) -> Contacts:
-        """Return the contacts since the last call."""
         return self._contacts.take()
 
     def kick(self, ball: int, dv: Vector) -> None:
-        """Add dv (px/s) to a ball's velocity."""
         self._state[1][ball] += np.divide(dv, self._unit)

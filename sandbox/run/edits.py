@@ -2,7 +2,10 @@
 
 Like all inputs, an edit belongs to a step. After it, every engine is rebuilt from the edited scene and its own edited
 state, so engines need not support edits.
+
+A scene's expectations are for the scene that it was: an edit of the scene drops them.
 """
+# ruff: noqa: D102 (the base class documents the methods)
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -14,12 +17,11 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from sandbox.errors import SandboxError
-from sandbox.run.room import Situation, check_added_ball_fits, check_ball_fits, check_wall_fits
 from sandbox.scene.balls import BallGroup
 from sandbox.scene.clock import Clock
 from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, NotTiny, Number, Vector
-from sandbox.scene.keys import with_every_contact
 from sandbox.scene.model import Scene, Wall
+from sandbox.scene.overlaps import Situation, check_added_ball_fits, check_ball_fits, check_wall_fits
 from sandbox.scene.validation import invalid
 from sandbox.state import State, States
 
@@ -92,17 +94,14 @@ class AddBall(Edit):
     """A CSS colour name or #rrggbb."""
 
     def change_scene(self, scene: Scene) -> Scene:
-        """Append the ball."""
         ball = BallGroup(colors=(self.color,), **self.model_dump(exclude={"step", "do", "color"}))
-        return _with_balls(scene, [*scene.balls, ball])
+        return scene.changed(balls=[*scene.balls, ball], expect=())
 
     def change_state(self, state: State) -> State:
-        """Append the ball's position, velocity and spin."""
         position, velocity = np.vstack([state.position, self.position]), np.vstack([state.velocity, self.velocity])
         return State(state.time, position, velocity, np.append(state.angle, 0.0), np.append(state.spin, self.spin))
 
     def check_room(self, before: Situation, after: Situation) -> None:
-        """Raise SandboxError if the ball is in a wall, or if too many balls overlap."""
         check_added_ball_fits(after)
 
 
@@ -147,10 +146,9 @@ class ChangeBall(_Changes):
             filter=group.filter,
             **{key: self.changes.get(key, getattr(group, key)) for key in CONSTANTS},
         )
-        return _with_balls(scene, [*before, group, *after])
+        return scene.changed(balls=[*before, group, *after], expect=())
 
     def change_state(self, state: State) -> State:
-        """Set what is given of the ball's position, velocity and spin."""
         state = state.copy()
         for values, changes in ((state.position, (self.x, self.y)), (state.velocity, (self.vx, self.vy))):
             for axis, value in enumerate(changes):
@@ -161,7 +159,6 @@ class ChangeBall(_Changes):
         return state
 
     def check_room(self, before: Situation, after: Situation) -> None:
-        """Raise SandboxError if the ball is deeper in something than before."""
         check_ball_fits(self.ball, before, after)
 
 
@@ -174,10 +171,9 @@ class DeleteBall(Edit):
     def change_scene(self, scene: Scene) -> Scene:
         """Remove the ball from its group. The others keep their colours."""
         before, _, after = _split(scene, self.ball)
-        return _with_balls(scene, [*before, *after])
+        return scene.changed(balls=[*before, *after], expect=())
 
     def change_state(self, state: State) -> State:
-        """Remove the ball from the state."""
         kept = (np.delete(getattr(state, name), self.ball, axis=0) for name in States._fields)
         return State(state.time, *kept)
 
@@ -191,12 +187,10 @@ class SetVelocity(Edit):
     """Velocity, px/s."""
 
     def change_scene(self, scene: Scene) -> Scene:
-        """Return the scene unchanged."""
         check_ball(self.ball, scene)
         return scene
 
     def change_state(self, state: State) -> State:
-        """Set the ball's velocity."""
         velocity = state.velocity.copy()
         velocity[self.ball] = self.velocity
         return replace(state, velocity=velocity)
@@ -210,7 +204,6 @@ class Heat(Edit):
     """Factor of each ball's energy of motion."""
 
     def change_state(self, state: State) -> State:
-        """Multiply velocities and spins."""
         faster = math.sqrt(self.factor)
         return replace(state, velocity=faster * state.velocity, spin=faster * state.spin)
 
@@ -231,11 +224,9 @@ class AddWall(Edit):
     """The wall's factor: the friction of a contact is the product of the wall's and the ball's."""
 
     def change_scene(self, scene: Scene) -> Scene:
-        """Append the wall."""
-        return _with_walls(scene, [*scene.walls, Wall(**self.model_dump(exclude={"step", "do"}))])
+        return scene.changed(walls=[*scene.walls, Wall(**self.model_dump(exclude={"step", "do"}))], expect=())
 
     def check_room(self, before: Situation, after: Situation) -> None:
-        """Raise SandboxError if a ball is in the wall."""
         check_wall_fits(len(after.scene.walls) - 1, None, after)
 
 
@@ -263,14 +254,12 @@ class ChangeWall(_Changes):
     """Whether this goes on with the drag that the edit before it belongs to, so that both are undone together."""
 
     def change_scene(self, scene: Scene) -> Scene:
-        """Replace the wall."""
         check_wall(self.wall, scene)
         walls = list(scene.walls)
         walls[self.wall] = Wall(**walls[self.wall].model_dump() | self.changes)
-        return _with_walls(scene, walls)
+        return scene.changed(walls=walls, expect=())
 
     def check_room(self, before: Situation, after: Situation) -> None:
-        """Raise SandboxError if a ball is deeper in the wall than before."""
         check_wall_fits(self.wall, before, after)
 
 
@@ -282,9 +271,8 @@ class DeleteWall(Edit):
     """Its number among the scene's own walls, from 0."""
 
     def change_scene(self, scene: Scene) -> Scene:
-        """Remove the wall."""
         check_wall(self.wall, scene)
-        return _with_walls(scene, scene.walls[: self.wall] + scene.walls[self.wall + 1 :])
+        return scene.changed(walls=scene.walls[: self.wall] + scene.walls[self.wall + 1 :], expect=())
 
 
 class SetElasticity(Edit):
@@ -297,7 +285,6 @@ class SetElasticity(Edit):
     elasticity: Elasticity
 
     def change_scene(self, scene: Scene) -> Scene:
-        """Set the factors of all balls and walls."""
         return with_every_contact(scene, "elasticity", self.elasticity)
 
 
@@ -308,7 +295,6 @@ class SetGravity(Edit):
     gravity: Vector
 
     def change_scene(self, scene: Scene) -> Scene:
-        """Set the gravity."""
         return scene.changed(gravity=self.gravity, expect=())
 
 
@@ -319,12 +305,24 @@ class SetRate(Edit):
     rate: Count
 
     def change_scene(self, scene: Scene) -> Scene:
-        """Set the rate."""
         return scene.changed(rate=self.rate, expect=())
 
     def change_clock(self, clock: Clock) -> None:
-        """Continue at the new rate."""
         clock.change(self.step, self.rate)
+
+
+def with_every_contact(scene: Scene, key: str, value: float) -> Scene:
+    """Return a scene in which every contact has an elasticity or a friction, and without its expectations.
+
+    That of a contact is the product of two factors, so each factor becomes the square root.
+    """
+    factor = {key: math.sqrt(value)}
+    return scene.changed(
+        arena=scene.arena.model_copy(update=factor),
+        balls=tuple(group.model_copy(update=factor) for group in scene.balls),
+        walls=tuple(wall.model_copy(update=factor) for wall in scene.walls),
+        expect=(),
+    )
 
 
 def edited(scene: Scene, edit: Edit, states: Mapping[str, State]) -> Scene:
@@ -401,13 +399,3 @@ def _split(scene: Scene, ball: int) -> tuple[list[BallGroup], BallGroup, list[Ba
 def _part(group: BallGroup, colors: tuple[str, ...]) -> list[BallGroup]:
     """Return as many balls of a group as there are colours, which they have."""
     return [group.model_copy(update={"count": len(colors), "colors": colors})] if colors else []
-
-
-def _with_balls(scene: Scene, groups: Iterable[BallGroup]) -> Scene:
-    """Return the scene with other balls, and without its expectations, which were for the old ones."""
-    return scene.changed(balls=tuple(groups), expect=())
-
-
-def _with_walls(scene: Scene, walls: Iterable[Wall]) -> Scene:
-    """Return the scene with other walls, and without its expectations, which were for the old ones."""
-    return scene.changed(walls=tuple(walls), expect=())

@@ -13,7 +13,7 @@ import numpy as np
 from sandbox.engines import Engine, Engines, Source, advance, create, named
 from sandbox.engines.checked import CheckedEngine
 from sandbox.engines.engine import SubsteppingEngine, Traits, traits_of
-from sandbox.engines.stopping import StoppedEngine, StoppingEngine
+from sandbox.engines.stand_ins import StoppingEngine
 from sandbox.errors import LimitReached, Refused, SandboxError
 from sandbox.quantity import dot, energy
 from sandbox.run.edits import AddBall, AddWall, DeleteBall, DeleteWall, Edit, check_ball, edited
@@ -61,7 +61,7 @@ class Runner:
 
     def stop_at(self, state: State, limit: LimitReached) -> None:
         """Stand still from now on in a state, which is of the last step within a limit."""
-        self.engine = StoppedEngine(state, self.traits, limit)
+        self.engine = StoppingEngine(self.engine, state, limit)
 
     def step(self) -> None:
         """Advance by one step."""
@@ -121,7 +121,7 @@ class Runner:
 
 def _build(name: str, source: Source, stops: bool, scene: Scene, state: State) -> Engine:
     engine = create(source, scene, state, name)
-    return StoppingEngine(engine) if stops and isinstance(engine, CheckedEngine) else engine
+    return StoppingEngine(engine, engine.state()) if stops and isinstance(engine, CheckedEngine) else engine
 
 
 class Lockstep:
@@ -305,7 +305,8 @@ class Lockstep:
     def limits(self) -> dict[str, LimitReached]:
         """Return the limits that engines have reached, which stand still since then."""
         engines = {name: runner.engine for name, runner in self.engines.items()}
-        return {name: engine.error for name, engine in engines.items() if isinstance(engine, StoppedEngine)}
+        errors = {name: engine.error for name, engine in engines.items() if isinstance(engine, StoppingEngine)}
+        return {name: error for name, error in errors.items() if isinstance(error, LimitReached)}
 
     def states(self) -> dict[str, State]:
         """Return the state of every engine."""

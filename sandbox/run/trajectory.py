@@ -4,12 +4,13 @@ import math
 import os
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Final, NamedTuple, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sandbox.engines import Source
 from sandbox.errors import SandboxError
@@ -70,13 +71,15 @@ class Trajectory:
 
         Raises SandboxError if pandas is not installed.
         """
-        step, ball = np.nonzero(~np.isnan(self.position[..., 0]))
-        x, y = self.position[step, ball].T
-        vx, vy = self.velocity[step, ball].T
-        turning = self.angle[step, ball], self.spin[step, ball]
-        radius, mass = (np.broadcast_to(each, self.angle.shape)[step, ball] for each in (self.radius, self.mass))
-        columns = (self.time[step], ball, x, y, vx, vy, radius, mass, *turning, self.energy[step])
-        return data_frame(dict(zip(COLUMNS, columns, strict=True)))
+        return data_frame(dict(zip(COLUMNS, self._columns(slice(None)), strict=True)))
+
+    def _columns(self, steps: slice) -> tuple[NDArray[Any], ...]:
+        """Return COLUMNS of some steps, with a row for each ball that exists then."""
+        position, velocity = self.position[steps], self.velocity[steps]
+        step, ball = np.nonzero(~np.isnan(position[..., 0]))
+        sizes = (np.broadcast_to(each, self.angle.shape) for each in (self.radius, self.mass))
+        of_balls = (*position.T, *velocity.T, *(part[steps].T for part in (*sizes, self.angle, self.spin)))
+        return self.time[steps][step], ball, *(part[ball, step] for part in of_balls), self.energy[steps][step]
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write it as .npz, which `load` reads, or as .csv, by the path's ending; to standard output as CSV.
@@ -255,24 +258,9 @@ def _arrays_of(file: Path) -> dict[str, Any]:
 
 def _write_csv(trajectory: Trajectory, file: IO[bytes]) -> None:
     file.write(csv_text([COLUMNS]).encode())
-    for time, energy_then, balls in _frames(trajectory):
-        file.write(csv_text(([time, ball, *numbers, energy_then] for ball, numbers in balls)).encode())
-
-
-def _frames(trajectory: Trajectory) -> Iterator[tuple[float, float, list[tuple[int, list[float]]]]]:
-    """Yield each time, the energy, and the balls that exist: number, and x, y, vx, vy, radius, mass, angle, spin."""
-    shape = trajectory.angle.shape
-    of_balls = (
-        *(trajectory.position, trajectory.velocity),
-        *(np.broadcast_to(size, shape) for size in (trajectory.radius, trajectory.mass)),
-        *(trajectory.angle, trajectory.spin),
-    )
-    for time, energy_then, *columns in zip(
-        trajectory.time.tolist(), trajectory.energy.tolist(), *of_balls, strict=True
-    ):
-        existing = np.flatnonzero(~np.isnan(columns[0][:, 0]))
-        rows = np.column_stack(columns)[existing].tolist()
-        yield time, energy_then, list(zip(existing.tolist(), rows, strict=True))
+    for step in range(len(trajectory.time)):
+        columns = trajectory._columns(slice(step, step + 1))
+        file.write(csv_text(zip(*(column.tolist() for column in columns), strict=True)).encode())
 
 
 _WRITERS: Final = {".npz": _write_npz, ".csv": _write_csv}

@@ -1,11 +1,13 @@
 """A group of balls: how many, of what kind, and how they are placed and thrown."""
 
+import math
 from collections.abc import Iterator
 from random import Random
 from typing import Annotated, Final, Self
 
 from pydantic import Field, model_validator
 
+from sandbox.scene.elementary import logarithm, sine_cosine
 from sandbox.scene.fields import (
     Bits,
     Colour,
@@ -20,7 +22,6 @@ from sandbox.scene.fields import (
     Vector,
 )
 from sandbox.scene.placement import AtPoint, AtPoints, AtRandom, OnGrid, Packed, Placement
-from sandbox.scene.throw import AllAlike, Maxwellian, OneByOne, RandomComponents, RandomDirection, Throw
 from sandbox.scene.validation import Problem, invalid
 from sandbox.state import MEETS_ALL
 
@@ -115,18 +116,23 @@ class BallGroup(Model):
             return AtRandom(self.x, self.y)
         return Packed(self.inside, self.radius) if self.inside else None
 
-    @property
-    def throw(self) -> Throw:
-        """How the balls move at the start."""
+    def thrown(self, rng: Random) -> Iterator[Vector]:
+        """Yield the velocities at the start, ball by ball, px/s."""
         if self.velocities is not None:
-            return OneByOne(self.velocities)
-        if self.vx or self.vy:
-            return RandomComponents(self.vx, self.vy)
-        if self.speed is not None:
-            return RandomDirection(self.speed)
-        if self.rms_speed is not None:
-            return Maxwellian(self.rms_speed)
-        return AllAlike(self.velocity or (0.0, 0.0))
+            yield from self.velocities
+            return
+        while True:
+            if self.vx or self.vy:
+                yield self.vx.draw(rng) if self.vx else 0.0, self.vy.draw(rng) if self.vy else 0.0
+            elif self.speed is not None:
+                sine, cosine = sine_cosine(rng.uniform(0, 2 * math.pi))
+                yield self.speed * cosine, self.speed * sine
+            elif self.rms_speed is not None:  # by the rule of Box and Muller, as `Random.gauss` draws them
+                sine, cosine = sine_cosine(rng.random() * 2 * math.pi)
+                size, sigma = math.sqrt(-2 * logarithm(1 - rng.random())), self.rms_speed / math.sqrt(2)
+                yield cosine * size * sigma, sine * size * sigma
+            else:
+                yield self.velocity or (0.0, 0.0)
 
     def spins(self, rng: Random) -> Iterator[float]:
         """Yield the angular velocities at the start, ball by ball, rad/s."""

@@ -1,14 +1,19 @@
-"""Limits on overlaps at the start and after an edit: of balls with each other (pairs), of a ball with a wall (px)."""
+"""Limits on overlaps at the start and after an edit: of balls with each other (pairs), of a ball with a wall (px).
+
+An edit may put nothing deeper into anything than it was before, and no ball deeper into a wall than a scene's balls may
+start. An added ball may overlap other balls.
+"""
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from sandbox.errors import SandboxError
-from sandbox.quantity import count_overlaps
+from sandbox.quantity import count_overlaps, length, pass_through
 from sandbox.scene.balls import DECIMAL_ROUNDING
-from sandbox.scene.model import Scene
+from sandbox.scene.model import ARENA_WALLS, Scene
+from sandbox.scene.units import Dimension
 from sandbox.scene.walls import depths_in_wall
 from sandbox.state import Bodies, Floats
 
@@ -44,3 +49,69 @@ def needed_overlap(scene: Scene, position: Floats) -> float:
         depths += [*(radius[:, None] - position).T, *(position + radius[:, None] - size).T]
     deepest = max((float(depth.max()) for depth in depths), default=0.0)
     return 0.0 if deepest <= depth_rounding(scene) else math.ceil(1000 * deepest) / 1000
+
+
+class Situation(NamedTuple):
+    """A scene, and where an engine has its balls: (n, 2) px."""
+
+    scene: Scene
+    position: Floats
+
+
+def check_ball_fits(ball: int, before: Situation, after: Situation) -> None:
+    """Raise SandboxError if a ball is deeper in another ball or in a wall than before, or in too many balls."""
+    balls = len(after.position)
+    depth, earlier = _depths_of_ball(ball, after), _depths_of_ball(ball, before)
+    earlier[balls:] = np.maximum(earlier[balls:], after.scene.arena.overlap)
+    into = _deepest(depth, earlier, after.scene)
+    if into is not None:
+        body = f"ball {into}" if into < balls else after.scene.wall_name(into - balls)
+        raise SandboxError(f"ball {ball} would overlap {body} by {_shown(after.scene, depth[into])}")
+    check_overlaps(after.position, after.scene.bodies)
+
+
+def check_added_ball_fits(after: Situation) -> None:
+    """Raise SandboxError if the last ball is too deep in a wall of the scene, or if too many balls overlap."""
+    scene, ball = after.scene, len(after.position) - 1
+    for number in range(len(scene.walls)):
+        depth = float(_depths_in_wall(number, after)[ball])
+        if depth > scene.arena.overlap + depth_rounding(scene):
+            raise SandboxError(f"ball {ball} would overlap wall {number} by {_shown(scene, depth)}")
+    check_overlaps(after.position, scene.bodies)
+
+
+def check_wall_fits(wall: int, before: Situation | None, after: Situation) -> None:
+    """Raise SandboxError if a ball is deeper in a wall of the scene than before, when there was none if None."""
+    depth = _depths_in_wall(wall, after)
+    earlier = np.full(len(depth), after.scene.arena.overlap)
+    into = _deepest(depth, np.maximum(earlier, _depths_in_wall(wall, before)) if before else earlier, after.scene)
+    if into is not None:
+        raise SandboxError(f"wall {wall} would overlap ball {into} by {_shown(after.scene, depth[into])}")
+
+
+def _shown(scene: Scene, depth: float) -> str:
+    return scene.units.text(Dimension.LENGTH, "{:.3g}", depth)
+
+
+def _deepest(depth: Floats, before: Floats, scene: Scene) -> int | None:
+    """Return where a depth has grown most, by more than rounding; None if nowhere. depth, before: (k,) px."""
+    grown = depth - np.maximum(before, 0.0)
+    deepest = int(grown.argmax())
+    return deepest if grown[deepest] > depth_rounding(scene) else None
+
+
+def _depths_of_ball(ball: int, situation: Situation) -> Floats:
+    """Return how deep a ball is in each ball, then in each wall by its number: px, negative if they are apart."""
+    scene, position = situation
+    here, radius, filters = position[ball], scene.bodies.radius, scene.bodies.filters
+    in_balls = radius + radius[ball] - length(position - here)
+    in_balls[pass_through(filters[ball], filters.T)] = in_balls[ball] = -np.inf
+    width, height = scene.arena.size
+    beyond = radius[ball] - np.array([here[0], here[1], width - here[0], height - here[1]])  # in the order of walls
+    in_arena = beyond if scene.arena.walls else np.full(len(ARENA_WALLS), -np.inf)
+    return np.concatenate([in_balls, in_arena, [_depths_in_wall(k, situation)[ball] for k in range(len(scene.walls))]])
+
+
+def _depths_in_wall(wall: int, situation: Situation) -> Floats:
+    """Return how deep each ball is in a wall of the scene: (n,) px, negative if they are apart."""
+    return depths_in_wall(situation.scene.walls[wall], situation.position, situation.scene.bodies.radius)

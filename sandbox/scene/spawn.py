@@ -67,7 +67,7 @@ def _spawn(scene: Scene) -> State:
         if group.x and scene.walls:
             places = _outside_walls(scene, index, places)
         # zip alternates the draws of place, velocity and spin.
-        balls = zip(places, group.throw.velocities(rng), group.spins(rng), strict=False)
+        balls = zip(places, group.thrown(rng), group.spins(rng), strict=False)
         for place, thrown, turning in islice(balls, group.ball_count):
             position.append(place)
             velocity.append(thrown)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Final, TypeVar
+from typing import Final, Self, TypeVar
 
 import numpy as np
 
@@ -24,43 +24,35 @@ T = TypeVar("T", bound=float | Numbers)
 
 
 class ExpectedQuantity(Enum):
-    """A quantity that can be expected; the values are the keys of `[[expect]]`."""
+    """A quantity that can be expected: its key in `[[expect]]`, its dimension, and whether it is of one ball."""
 
-    POSITION = "position"
-    VELOCITY = "velocity"
-    ENERGY_RATIO = "energy_ratio"
-    MOMENTUM = "momentum"
-    CENTRE_OF_MASS = "centre_of_mass"
-    OVERLAP = "overlap"
-    COLUMNS = "columns"
-    SPIN = "spin"
+    POSITION = "position", Dimension.LENGTH, True
+    VELOCITY = "velocity", Dimension.VELOCITY, True
+    ENERGY_RATIO = "energy_ratio", Dimension.NUMBER, False
+    MOMENTUM = "momentum", Dimension.MOMENTUM, False
+    CENTRE_OF_MASS = "centre_of_mass", Dimension.LENGTH, False
+    OVERLAP = "overlap", Dimension.LENGTH, False
+    COLUMNS = "columns", Dimension.NUMBER, False
+    SPIN = "spin", Dimension.SPIN, True
+
+    dimension: Dimension
+    of_ball: bool
+
+    def __new__(cls, key: str, dimension: Dimension, of_ball: bool) -> Self:
+        """Return a quantity, whose value is its key."""
+        quantity = object.__new__(cls)
+        quantity._value_, quantity.dimension, quantity.of_ball = key, dimension, of_ball
+        return quantity
 
     @property
     def label(self) -> str:
         """The quantity in words."""
-        return self.value.replace("_", " ")
-
-    @property
-    def dimension(self) -> Dimension:
-        """The dimension."""
-        dimensions = {
-            ExpectedQuantity.VELOCITY: Dimension.VELOCITY,
-            ExpectedQuantity.SPIN: Dimension.SPIN,
-            ExpectedQuantity.MOMENTUM: Dimension.MOMENTUM,
-            ExpectedQuantity.ENERGY_RATIO: Dimension.NUMBER,
-            ExpectedQuantity.COLUMNS: Dimension.NUMBER,
-        }
-        return dimensions.get(self, Dimension.LENGTH)
+        return str(self.value).replace("_", " ")
 
     @property
     def unit(self) -> str:
         """The unit in the scene's file; empty for a ratio."""
         return self.dimension.value
-
-    @property
-    def of_ball(self) -> bool:
-        """Whether it is of one ball, not of all together."""
-        return self in (ExpectedQuantity.POSITION, ExpectedQuantity.VELOCITY, ExpectedQuantity.SPIN)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from enum import Enum
 from itertools import chain, count
 from typing import Any, Final
+from xml.etree import ElementTree
 
 from sandbox.engines import REFERENCE, check_name
 from sandbox.errors import EngineError, LimitReached, Refused, SandboxError
@@ -15,9 +16,8 @@ from sandbox.scene.model import MAX_STEPS, Scene
 from sandbox.scene.spawn import spawn
 from sandbox.scores.energy_scale import EnergyScale
 from sandbox.scores.expectations import Miss, Score, finite, relative_error, score, steps_around, worst
-from sandbox.scores.junit import Ending, TestCase, junit_xml
 from sandbox.state import State, States
-from sandbox.text import printable
+from sandbox.text import printable, xml_text
 
 MAX_ROWS: Final = 256  # states of an engine that are computed in one call, and not kept
 
@@ -273,28 +273,33 @@ def tally(board: Board) -> dict[str, dict[Outcome, int]]:
     }
 
 
-_ENDINGS: Final = {
-    Outcome.MET: Ending.PASSED,
-    Outcome.MISSED: Ending.FAILURE,
-    Outcome.BROKE: Ending.ERROR,
-    Outcome.SKIPPED: Ending.SKIPPED,
-    Outcome.REFUSED: Ending.SKIPPED,
-    Outcome.NOT_RUN: Ending.SKIPPED,
+_JUNIT_ELEMENTS: Final = {  # in the test case of an outcome
+    Outcome.MISSED: "failure",
+    Outcome.BROKE: "error",
+    Outcome.SKIPPED: "skipped",
+    Outcome.REFUSED: "skipped",
+    Outcome.NOT_RUN: "skipped",
 }
 
 
 def as_junit(board: Board) -> str:
-    """Return what `--junit` writes: XML with a test case for each scene and engine."""
-    return junit_xml(
-        "sandbox verify",
-        (
-            TestCase(
-                engine, scene, _ENDINGS[result.outcome], result.lines[0], result.details or "\n".join(result.lines)
-            )
-            for scene, row in board.items()
-            for engine, result in row.items()
-        ),
-    )
+    """Return what `--junit` writes: XML with a test case for each scene and engine, for continuous integration."""
+    root = ElementTree.Element("testsuites")
+    suite = ElementTree.SubElement(root, "testsuite", name="sandbox verify")
+    elements = Counter[str]()
+    for scene, row in board.items():
+        for engine, result in row.items():
+            case = ElementTree.SubElement(suite, "testcase", classname=engine, name=scene)
+            if element := _JUNIT_ELEMENTS.get(result.outcome):
+                details = ElementTree.SubElement(case, element, message=result.lines[0])
+                details.text = result.details or "\n".join(result.lines)
+            elements[element or "passed"] += 1
+    for key, element in (("failures", "failure"), ("errors", "error"), ("skipped", "skipped")):
+        suite.set(key, str(elements[element]))
+    suite.set("tests", str(elements.total()))
+    ElementTree.indent(root)
+    xml: bytes = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
+    return xml_text(xml.decode()) + "\n"
 
 
 def all_passed(board: Board, engines: Sequence[str] | None) -> bool:

@@ -9,8 +9,8 @@ import numpy as np
 
 from sandbox.analysis.comparison import compare
 from sandbox.engines import REFERENCE, Engine
-from sandbox.engines.recorded import RecordedEngine
 from sandbox.engines.space_reader import ContactReader, Solved
+from sandbox.engines.stand_ins import RecordedEngine
 from sandbox.errors import SandboxError, shown
 from sandbox.quantity import energy
 from sandbox.run.inputs import Kick

@@ -1,4 +1,4 @@
-"""An engine beside the loop: a thread computes its steps, and nothing waits for them.
+"""What a moment has of the engines of one lockstep, and a lockstep beside the loop: a thread computes its steps.
 
 The thread is given the same steps and inputs in the same order as the other engines, so its states are the same bytes
 as in a lockstep with them. Its kernels release Python's global lock, so they run on another core.
@@ -9,11 +9,56 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from threading import Event
+from typing import NamedTuple
 
+from sandbox.analysis.gas import wall_impulse
 from sandbox.run.inputs import Input
 from sandbox.run.lockstep import Lockstep
-from sandbox.session.parts import Part, PartReader
 from sandbox.signals import abandon_at
+from sandbox.state import Contacts, State, no_contacts
+
+
+class Part(NamedTuple):
+    """The engines of one lockstep at a step, see `Moment`."""
+
+    states: dict[str, State]
+    contacts: dict[str, Contacts]
+    counts: dict[str, int]
+    energy: dict[str, float]
+    work: dict[str, float]
+    wall_impulse: dict[str, float]
+    standing: frozenset[str]
+
+
+class PartReader:
+    """Reads the engines of a lockstep step by step, and counts their contacts from its start."""
+
+    def __init__(self, lockstep: Lockstep) -> None:
+        self._lockstep = lockstep
+        self._counts = dict.fromkeys(lockstep.engines, 0)
+        self._wall_impulse = dict.fromkeys(lockstep.engines, 0.0)
+        for runner in lockstep.engines.values():
+            runner.record_contacts()
+
+    def read(self) -> Part:
+        """Return what a moment has of the engines now, with the contacts since the last call."""
+        lockstep = self._lockstep
+        contacts = {name: runner.contacts() for name, runner in lockstep.engines.items()}
+        for name, resolved in contacts.items():
+            if len(resolved):
+                self._counts[name] += len(resolved)
+                self._wall_impulse[name] += wall_impulse(resolved, lockstep.scene.arena.size)
+        states = lockstep.states()
+        return Part(
+            states,
+            # after an edit, the balls of these contacts may have other numbers
+            dict.fromkeys(contacts, no_contacts()) if lockstep.edited else contacts,
+            dict(self._counts),
+            lockstep.energies(states),
+            dict(lockstep.work),
+            dict(self._wall_impulse),
+            frozenset(lockstep.limits()),
+        )
 
 
 class Beside:
@@ -46,17 +91,13 @@ class Beside:
 
     def wait(self) -> None:
         """Return when all is done that was asked for. Raises SandboxError if that has failed."""
-        self._thread.submit(_nothing).result()
+        self._thread.submit(bool).result()  # after all else
         for task in self._tasks:
             task.result()
 
     def stop(self) -> None:
         """Abandon what is asked for and not done; what is being done ends soon."""
         _stop(self._thread, self._abandoned)
-
-
-def _nothing() -> None:
-    """Do nothing, after all that was to be done."""
 
 
 def _result(part: "Future[Part]", tasks: "list[Future[None]]", seconds: float | None) -> Part:

@@ -22,9 +22,8 @@ from sandbox.scene.balls import BallGroup
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.scores.energy_scale import EnergyScale
-from sandbox.session.beside import Beside
+from sandbox.session.beside import Beside, Part, PartReader
 from sandbox.session.history import MAX_BYTES_KEPT, MAX_RECENT, History, Moment
-from sandbox.session.parts import Part, PartReader
 from sandbox.session.samples import Samples
 from sandbox.state import States
 

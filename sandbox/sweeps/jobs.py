@@ -1,5 +1,6 @@
 """The jobs of a sweep, and the row that each yields."""
 
+import math
 import platform
 import time
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,7 +22,7 @@ from sandbox.engines.article import pow_variant
 from sandbox.engines.specs import Value, format_settings, parse_settings
 from sandbox.errors import EngineError, SandboxError, suggestion
 from sandbox.quantity import length
-from sandbox.scene.keys import OF_CONTACTS, with_value
+from sandbox.run.edits import with_every_contact
 from sandbox.scene.model import PymunkSettings, Scene
 from sandbox.scene.spawn import spawn
 
@@ -30,6 +31,7 @@ Row = dict[str, Any]  # column -> value
 LIBRARIES: Final = {"sandbox": "pymunk-sandbox", "pymunk": "pymunk", "numpy": "numpy", "numba": "numba"}
 MAX_ROWS: Final = 1_000_000  # in memory
 MAX_REFERENCE_BYTES: Final = 256_000_000  # of positions: a longer run is not shared, but run again for each row
+OF_CONTACTS: Final = {"elasticity": 1.0, "friction": math.inf}  # keys of every contact -> the largest value
 OF_PYMUNK: Final = tuple(PymunkSettings.model_fields)
 UNTUNED: Final = (REFERENCE, *TEXTBOOK_ENGINES)  # engines that do not read Pymunk's settings
 SPEED_CLASSES: Final = 20  # equally likely under the law of speeds, for counting final speeds
@@ -141,6 +143,44 @@ def scene_of_job(scene: Scene, job: Job) -> Scene:
             scene = with_value(scene, key, value)
     pymunk = scene.pymunk.model_dump(exclude_unset=True) | tuning
     return scene.changed(seed=job.seed, rate=job.rate, pymunk=pymunk)
+
+
+def with_value(scene: Scene, key: str, value: object) -> Scene:
+    """Return a scene with another value, and without its expectations.
+
+    key: with dots between its parts, and numbers from 0 in lists, such as balls.0.radius or gravity.1; or elasticity or
+    friction, for that of every contact. Raises SandboxError if there is no such key, or the value is not valid.
+    """
+    if key in OF_CONTACTS:
+        if not isinstance(value, int | float) or not 0 <= value <= OF_CONTACTS[key] or math.isinf(value):
+            most = "a number from 0 to 1" if OF_CONTACTS[key] == 1 else "a number of at least 0"
+            raise SandboxError(f"{key} must be {most}, got {value}")
+        return with_every_contact(scene, key, value)
+    table, *path = key.split(".")
+    if table not in (known := type(scene).model_fields):
+        raise SandboxError(f"{key}: is not a key of the scene; {suggestion(table, [*known, *OF_CONTACTS])}")
+    if path:
+        document = scene.model_dump(
+            mode="json", by_alias=True, include={table}, exclude_unset=table in scene.model_fields_set
+        )
+        value = _replaced(document[table], path, value, key)
+    return scene.changed(**{"expect": (), table: value})
+
+
+def _replaced(document: Any, path: list[str], value: object, key: str) -> Any:
+    """Return a part of a document with another value at a path in it."""
+    if not path:
+        return value
+    part, *rest = path
+    if isinstance(document, list):
+        if not part.isdecimal() or int(part) >= len(document):
+            most = f"must be a number from 0 to {len(document) - 1}" if document else "is in an empty list"
+            raise SandboxError(f"{key}: {part} {most}")
+        index = int(part)
+        return [*document[:index], _replaced(document[index], rest, value, key), *document[index + 1 :]]
+    if not isinstance(document, dict):
+        raise SandboxError(f"{key}: has no key {part}; it is a single value")
+    return document | {part: _replaced(document.get(part, {}), rest, value, key)}
 
 
 def reference_job(against: str, job: Job) -> Job:

@@ -10,7 +10,7 @@ from pygame import Color, Rect, Surface
 
 from sandbox.engines import REFERENCE, Engine, default_engines
 from sandbox.engines.pymunk import PymunkEngine
-from sandbox.engines.stopping import StoppedEngine, StoppingEngine
+from sandbox.engines.stand_ins import StoppingEngine
 from sandbox.errors import EngineError
 from sandbox.report.run_so_far import Marks
 from sandbox.run.edits import edited_scenes
@@ -70,7 +70,7 @@ class Pane:
         for one in moments if afresh else moments[-1:]:
             self.trail.add(one.states[self.name])
         self._live = live
-        self.failure = engine.error if isinstance(engine, StoppingEngine | StoppedEngine) else None
+        self.failure = engine.error if isinstance(engine, StoppingEngine) else None
         if isinstance(engine, PymunkEngine) and engine is not self._drawn:
             ink = palette(moment.scene.arena.background).wall
             self._drawn, self.debug_draw = engine, DebugDraw(engine.space, moment.scene.colors, ink)

@@ -14,7 +14,7 @@ from sandbox.analysis.comparison import compare
 from sandbox.analysis.reference import Twins
 from sandbox.engines import create
 from sandbox.engines.exact import ExactEngine
-from sandbox.engines.renumbered import RenumberedEngine
+from sandbox.engines.stand_ins import RenumberedEngine
 from sandbox.judge.causes import Cause
 from sandbox.run.edits import SetVelocity
 from sandbox.run.inputs import Grab, Input, Kick, Move, Release

@@ -80,8 +80,9 @@ def test_a_much_heavier_disc_comes_to_rest_on_a_light_one(e: float, ratio: float
 
 @pytest.mark.parametrize("masses", [(1000.0, 1.0, 1000.0), (1e6, 1.0, 2e6), (500.0, 1.0, 30.0)])
 @pytest.mark.parametrize("e", [0.25, 0.5])
+@pytest.mark.parametrize("walls", ["true", "false"])
 def test_a_light_disc_between_heavy_ones_leaves_them_their_momentum_alone(
-    masses: tuple[float, float, float], e: float
+    masses: tuple[float, float, float], e: float, walls: str
 ) -> None:
     kind = f"radius = 10\nelasticity = {e}\n"
     velocities = (130.0, 0.0, -70.0)
@@ -89,7 +90,7 @@ def test_a_light_disc_between_heavy_ones_leaves_them_their_momentum_alone(
         f"[[balls]]\n{kind}mass = {mass}\nposition = [{380 + 20 * k}, 300]\nvelocity = [{v}, 0]\n"
         for k, (mass, v) in enumerate(zip(masses, velocities, strict=True))
     )
-    state, _ = after_a_step(parse(f"[arena]\nsize = [800, 600]\n{balls}", "test"))
+    state, _ = after_a_step(parse(f"[arena]\nsize = [800, 600]\nwalls = {walls}\n{balls}", "test"))
     common = np.dot(masses, velocities) / sum(masses)
     assert state.velocity[:, 0] == pytest.approx([common] * 3, abs=200 * CLOSE)
 

@@ -25,7 +25,6 @@ bear a load against each other between walls, are recognised by impulses that do
 """
 
 import math
-from enum import IntEnum
 from typing import Final
 
 import numpy as np
@@ -51,7 +50,7 @@ from sandbox.engines.exact.support import MAX_SUPPORTS, normal_to, report_suppor
 from sandbox.engines.exact.touching import gap_to_piece
 from sandbox.engines.exact.world import Motion, World, meet, motion, move_to_now, release, seen_from
 from sandbox.engines.laws import friction_impulse
-from sandbox.state import CONTACT, Bools, Contacts, Floats, Integers, no_contacts
+from sandbox.state import CONTACT, Contacts, Floats, Integers, no_contacts
 
 GAP_ROUNDING: Final = 1e-14  # relative, of coordinates, 45 units in the last place: gaps within it are closed
 CLOCK_ROUNDING: Final = 1e-15  # relative, of the time, 5 units in the last place
@@ -76,28 +75,23 @@ RESIDUAL: Final = 4  # times an approach that is left: what contacts among the s
 SQUEEZE: Final = 1e-6
 REST: Final = 1e-13  # of the group's speeds before: a slower approach counts as rest
 
-MEMBER: Final = np.dtype(  # a disc of a group
+MEMBER: Final = np.dtype(  # a body of a group; a wall is a member for each of its contacts
     [
-        ("disc", "i8"),
-        ("per_mass", "f8"),  # 1/kg, 0 in a static island
+        ("disc", "i8"),  # or ~piece of wall
+        ("per_mass", "f8"),  # 1/kg, 0 of a wall and in a static island
         ("vx", "f8"),  # px/s
         ("vy", "f8"),
         ("rim", "f8"),  # px/s, radius times spin
         ("is_hit", "i8"),  # whether an impact of the sequence changed these
-        ("dvx", "f8"),  # px/s, by which a continued sequence changes them
-        ("dvy", "f8"),
-        ("drim", "f8"),
     ]
 )
 
 LINK: Final = np.dtype(  # a contact of a group
     [
         ("first", "i8"),  # member, the ball that precedes in the scene
-        ("second", "i8"),  # member, or ~piece of wall
+        ("second", "i8"),  # member
         ("nx", "f8"),  # unit normal from first to second
         ("ny", "f8"),
-        ("wall_vx", "f8"),  # px/s, of the wall if the second is one, or 0
-        ("wall_vy", "f8"),
         ("depth", "f8"),  # px
         ("elasticity", "f8"),
         ("friction", "f8"),
@@ -112,64 +106,49 @@ LINK: Final = np.dtype(  # a contact of a group
 )
 
 
-class Outcome(IntEnum):
-    """How a sequence of impacts ends."""
-
-    PARTED = 0
-    ENDLESS = 1
-    UNFINISHED = 2
-
-
-PARTED: Final = int(Outcome.PARTED)  # as kernels read them
-ENDLESS: Final = int(Outcome.ENDLESS)
-UNFINISHED: Final = int(Outcome.UNFINISHED)
+PARTED: Final = 0  # outcomes of a sequence: no contact closes,
+ENDLESS: Final = 1  # impulses that do not fall,
+UNFINISHED: Final = 2  # or neither so far
 
 
 @kernel
 def _closing(member: NDArray[np.void], link: Record) -> float:
     """Return the speed at which a contact closes, px/s."""
-    a = member[link.first]
-    closing = a.vx * link.nx + a.vy * link.ny
-    if link.second >= 0:
-        b = member[link.second]
-        return closing - (b.vx * link.nx + b.vy * link.ny)
-    return closing - (link.wall_vx * link.nx + link.wall_vy * link.ny)
+    a, b = member[link.first], member[link.second]
+    return a.vx * link.nx + a.vy * link.ny - (b.vx * link.nx + b.vy * link.ny)
 
 
 @kernel
 def _slip(member: NDArray[np.void], link: Record) -> float:
     """Return the slip of a contact, px/s."""
-    a = member[link.first]
-    slip = a.vy * link.nx - a.vx * link.ny + a.rim
-    if link.second >= 0:
-        b = member[link.second]
-        return slip + (b.rim - (b.vy * link.nx - b.vx * link.ny))
-    return slip - (link.wall_vy * link.nx - link.wall_vx * link.ny)
+    a, b = member[link.first], member[link.second]
+    return a.vy * link.nx - a.vx * link.ny + a.rim + (b.rim - (b.vy * link.nx - b.vx * link.ny))
 
 
 @kernel
-def _changes(member: NDArray[np.void], link: Record) -> tuple[float, float]:
-    """Return by how much a continued sequence changes the closing speed and the slip of a contact, px/s."""
-    a = member[link.first]
-    closing = a.dvx * link.nx + a.dvy * link.ny
-    slip = a.dvy * link.nx - a.dvx * link.ny + a.drim
-    if link.second >= 0:
-        b = member[link.second]
-        closing -= b.dvx * link.nx + b.dvy * link.ny
-        slip += b.drim - (b.dvy * link.nx - b.dvx * link.ny)
-    return closing, slip
+def _speed(member: NDArray[np.void], link: Record) -> float:
+    """Return the speeds of a contact's bodies, added up, px/s."""
+    a, b = member[link.first], member[link.second]
+    return abs(a.vx) + abs(a.vy) + (abs(b.vx) + abs(b.vy))
 
 
 @kernel
-def _scale(member: NDArray[np.void], link: Record) -> tuple[float, float]:
-    """Return the speeds of a contact's bodies, added up (px/s), and the sum of their inverse masses (1/kg)."""
-    a = member[link.first]
-    speed, per_mass = abs(a.vx) + abs(a.vy) + abs(link.wall_vx) + abs(link.wall_vy), a.per_mass
-    if link.second >= 0:
-        b = member[link.second]
-        speed += abs(b.vx) + abs(b.vy)
-        per_mass += b.per_mass
-    return speed, per_mass
+def _per_mass(member: NDArray[np.void], link: Record) -> float:
+    """Return the sum of the inverse masses of a contact's bodies, 1/kg."""
+    return member[link.first].per_mass + member[link.second].per_mass
+
+
+@kernel
+def _push(member: NDArray[np.void], link: Record, impulse: float, tangential: float) -> None:
+    """Change the velocities of a contact's bodies by its impulse along the normal and the tangent, kg px/s."""
+    x, y = impulse * link.nx - tangential * link.ny, impulse * link.ny + tangential * link.nx
+    a, b = member[link.first], member[link.second]
+    a.vx -= x * a.per_mass
+    a.vy -= y * a.per_mass
+    a.rim -= 2 * tangential * a.per_mass
+    b.vx += x * b.per_mass
+    b.vy += y * b.per_mass
+    b.rim -= 2 * tangential * b.per_mass
 
 
 @kernel
@@ -178,9 +157,8 @@ def _sweep(member: NDArray[np.void], link: NDArray[np.void], still: float, is_ro
     impacts = 0
     for k in range(len(link)):
         c = link[k]
-        closing = _closing(member, c)
-        speed, per_mass = _scale(member, c)
-        if closing + c.hop <= max(still, MIN_APPROACH * speed):
+        closing, per_mass = _closing(member, c), _per_mass(member, c)
+        if closing + c.hop <= max(still, MIN_APPROACH * _speed(member, c)):
             continue
         impacts += 1
         impulse, tangential = (closing + max(c.elasticity * closing, c.hop)) / per_mass, 0.0
@@ -193,16 +171,7 @@ def _sweep(member: NDArray[np.void], link: NDArray[np.void], still: float, is_ro
         c.tangential += tangential
         c.block_impulse += impulse
         c.block_tangential += tangential
-        x, y = impulse * c.nx - tangential * c.ny, impulse * c.ny + tangential * c.nx
-        a = member[c.first]
-        a.vx -= x * a.per_mass
-        a.vy -= y * a.per_mass
-        a.rim -= 2 * tangential * a.per_mass
-        if c.second >= 0:
-            b = member[c.second]
-            b.vx += x * b.per_mass
-            b.vy += y * b.per_mass
-            b.rim -= 2 * tangential * b.per_mass
+        _push(member, c, impulse, tangential)
     return impacts
 
 
@@ -214,13 +183,12 @@ def _ratio(member: NDArray[np.void], link: NDArray[np.void]) -> tuple[float, boo
         total += link[k].block_impulse
         last += link[k].last_impulse
         largest = max(largest, link[k].block_impulse)
-        fastest = max(fastest, _scale(member, link[k])[0])
+        fastest = max(fastest, _speed(member, link[k]))
     if last == 0:
         return 0.0, False
     ratio = total / last
     for k in range(len(link)):
-        per_mass = _scale(member, link[k])[1]
-        tolerance = STEADY * largest + IMPULSE_ROUNDING * fastest / per_mass
+        tolerance = STEADY * largest + IMPULSE_ROUNDING * fastest / _per_mass(member, link[k])
         if abs(link[k].block_impulse - ratio * link[k].last_impulse) > tolerance:
             return ratio, False
     return ratio, True
@@ -237,47 +205,42 @@ def _loss(link: NDArray[np.void]) -> float:
 
 
 @kernel
-def _continue_geometrically(member: NDArray[np.void], link: NDArray[np.void], ratio: float) -> None:
-    """Give at once what a sequence still adds up to, as long as contacts go on to slip as they do, and none closes."""
+def _continue_geometrically(
+    member: NDArray[np.void], change: NDArray[np.void], link: NDArray[np.void], ratio: float
+) -> None:
+    """Give at once what a sequence still adds up to, as long as contacts go on to slip as they do, and none closes.
+
+    change: copies of the members, for the changes of their velocities.
+    """
     rest = ratio / (1 - ratio)
-    for i in range(len(member)):
-        member[i].dvx = member[i].dvy = member[i].drim = 0.0
+    for i in range(len(change)):
+        change[i].vx = change[i].vy = change[i].rim = 0.0
     for k in range(len(link)):
-        c = link[k]
-        impulse, tangential = rest * c.block_impulse, rest * c.block_tangential
-        x, y = impulse * c.nx - tangential * c.ny, impulse * c.ny + tangential * c.nx
-        a = member[c.first]
-        a.dvx -= x * a.per_mass
-        a.dvy -= y * a.per_mass
-        a.drim -= 2 * tangential * a.per_mass
-        if c.second >= 0:
-            b = member[c.second]
-            b.dvx += x * b.per_mass
-            b.dvy += y * b.per_mass
-            b.drim -= 2 * tangential * b.per_mass
+        _push(change, link[k], rest * link[k].block_impulse, rest * link[k].block_tangential)
     share = SHARE_AT_ONCE
     for k in range(len(link)):
         c = link[k]
         closing, slip = _closing(member, c) + c.hop, _slip(member, c)
-        more_closing, more_slip = _changes(member, c)
+        more_closing, more_slip = _closing(change, c), _slip(change, c)
         if c.block_impulse == 0 and closing <= 0 < closing + more_closing:
             share = min(share, -closing / more_closing)
         slips = c.block_impulse > 0 and abs(c.block_tangential) >= (1 - STEADY) * c.friction * c.block_impulse
         if slips and slip * (slip + more_slip) < 0:
             share = min(share, SHARE_AT_ONCE * slip / -more_slip)
     for i in range(len(member)):
-        m = member[i]
-        m.vx += share * m.dvx
-        m.vy += share * m.dvy
-        m.rim += share * m.drim
+        member[i].vx += share * change[i].vx
+        member[i].vy += share * change[i].vy
+        member[i].rim += share * change[i].rim
     for k in range(len(link)):
         link[k].impulse += share * rest * link[k].block_impulse
         link[k].tangential += share * rest * link[k].block_tangential
 
 
 @entry
-def _continue(member: NDArray[np.void], link: NDArray[np.void], still: float, is_rough: bool) -> tuple[int, int]:
-    """Continue a sequence of impacts. Returns its outcome, as in `Outcome`, and the number of impacts."""
+def _continue(
+    member: NDArray[np.void], change: NDArray[np.void], link: NDArray[np.void], still: float, is_rough: bool
+) -> tuple[int, int]:
+    """Continue a sequence of impacts. Returns its outcome and the number of impacts."""
     impacts, level = 0, 0
     while impacts < IMPACTS_PER_CALL:
         for k in range(len(link)):
@@ -292,7 +255,7 @@ def _continue(member: NDArray[np.void], link: NDArray[np.void], still: float, is
         if (is_steady and ratio >= ENDLESS_RATIO) or level * _loss(link) >= LEVEL_BLOCKS:
             return ENDLESS, impacts
         if is_steady:
-            _continue_geometrically(member, link, ratio)
+            _continue_geometrically(member, change, link, ratio)
         for k in range(len(link)):
             link[k].last_impulse = 0.0 if is_steady else link[k].block_impulse
     return UNFINISHED, impacts
@@ -331,10 +294,19 @@ def _slack(world: World, i: int, closing: float, way: float, now: float) -> floa
 
 
 @kernel
-def _link_pieces(world: World, at: int, i: int, way: float, now: float, link: NDArray[np.void], links: int) -> int:
-    """Add the contacts of disc i, which is member `at`, with walls. Returns the number of contacts."""
-    m = motion(world, i, now)
-    cell, grid = world.event[i].cell, world.grid
+def _add_walls(
+    world: World,
+    at: int,
+    way: float,
+    now: float,
+    member: NDArray[np.void],
+    members: int,
+    link: NDArray[np.void],
+    links: int,
+) -> tuple[int, int]:
+    """Add the walls that member `at` touches, and its contacts with them. Returns the numbers as `_gather` does."""
+    i = np.int64(member[at].disc)
+    m, cell, grid = motion(world, i, now), world.event[i].cell, world.grid
     for k in range(grid.cell[cell].begin, grid.cell[cell + 1].begin):
         p = np.int64(grid.piece[k])
         piece, relative = world.piece[p], seen_from(world.piece[p], m, now)
@@ -342,10 +314,12 @@ def _link_pieces(world: World, at: int, i: int, way: float, now: float, link: ND
         nx, ny, _ = normal_to(relative, piece)
         rounding = CLOCK_ROUNDING * now * (abs(piece.vx) + abs(piece.vy))
         if gap <= rounding + _slack(world, i, relative.vx * nx + relative.vy * ny, way, now):
-            links = _add_link(link, links, at, ~p, nx, ny, -gap)
-            if links <= len(link):
-                link[links - 1].wall_vx, link[links - 1].wall_vy = piece.vx, piece.vy
-    return links
+            if members < len(member):
+                new = member[members]
+                new.disc, new.vx, new.vy = ~p, piece.vx, piece.vy
+            links = _add_link(link, links, at, members, nx, ny, -gap)
+            members += 1
+    return members, links
 
 
 @kernel
@@ -359,7 +333,7 @@ def _gap(world: World, i: int, j: int, m: Motion, o: Motion) -> float:
 def _gather(
     world: World, seed: int, way: float, now: float, place: Integers, member: NDArray[np.void], link: NDArray[np.void]
 ) -> tuple[int, int]:
-    """Collect the discs that touch a disc now, those that touch these, and so on, and their contacts.
+    """Collect the discs that touch a disc now, those that touch these, and so on, with the walls, and their contacts.
 
     Stops at static islands, and where there is no room. Returns the number of members and of contacts, with the first
     that had no room.
@@ -393,7 +367,7 @@ def _gather(
                             a, b, sign = (at - 1, place[j] - 1, 1.0) if is_first else (place[j] - 1, at - 1, -1.0)
                             links = _add_link(link, links, a, b, sign * nx, sign * ny, -gap)
                     j = np.int64(world.disc[j].next)
-        links = _link_pieces(world, at - 1, i, way, now, link, links)
+        members, links = _add_walls(world, at - 1, way, now, member, members, link, links)
     return members, links
 
 
@@ -401,7 +375,8 @@ def _gather(
 def _leave(place: Integers, member: NDArray[np.void]) -> None:
     """Forget the members of a group."""
     for k in range(len(member)):
-        place[member[k].disc] = 0
+        if member[k].disc >= 0:
+            place[member[k].disc] = 0
 
 
 @kernel
@@ -420,17 +395,18 @@ def _set_course(world: World, m: Record, residual: float, since: float, now: flo
 
 
 @kernel
-def _note_contact(world: World, c: Record, m: Record, sign: float, count: int, now: float) -> None:
+def _note_contact(world: World, c: Record, m: Record, sign: float, partner: int, count: int, now: float) -> None:
     """Note what contact c of a group has done to one of its members.
 
-    sign: 1 if that is the second, else -1; count: of contacts that it stands for.
+    sign: 1 if that is the second, else -1; partner: a ball, or ~wall, as the second in CONTACT; count: of contacts that
+    it stands for.
     """
     i = np.int64(m.disc)
     if m.per_mass == 0:
         give(world, i, sign * (c.impulse * c.nx - c.tangential * c.ny), sign * (c.impulse * c.ny + c.tangential * c.nx))
         return
     body = world.body[i]
-    if c.second >= 0:
+    if partner >= 0:
         body.last_disc_contact = now
     if c.hop > 0:
         lean_until(world, i, world.hop_time, now)
@@ -448,9 +424,7 @@ def _write_back(
     """
     for k in range(len(link)):
         if link[k].impulse != 0:
-            member[link[k].first].is_hit = 1
-            if link[k].second >= 0:
-                member[link[k].second].is_hit = 1
+            member[link[k].first].is_hit = member[link[k].second].is_hit = 1
     for k in range(len(member)):
         if member[k].is_hit and member[k].per_mass > 0:
             _set_course(world, member[k], residual, since, now, log)
@@ -459,14 +433,12 @@ def _write_back(
         c = link[k]
         if c.impulse == 0:
             continue
-        first = member[c.first]
-        _note_contact(world, c, first, -1.0, count, now)
-        if c.second >= 0:
-            second = member[c.second]
-            _note_contact(world, c, second, 1.0, count, now)
-            partner = np.int64(world.event[second.disc].ball)
-        else:
-            partner = ~world.piece[~c.second].wall
+        first, second = member[c.first], member[c.second]
+        is_wall = second.disc < 0
+        partner = ~world.piece[~second.disc].wall if is_wall else np.int64(world.event[second.disc].ball)
+        _note_contact(world, c, first, -1.0, partner, count, now)
+        if not is_wall:
+            _note_contact(world, c, second, 1.0, partner, count, now)
         ball = np.int64(world.event[first.disc].ball)
         log_contact(log, now, ball, partner, c.nx, c.ny, c.impulse, c.depth, c.tangential, c.slip)
     for k in range(len(member)):
@@ -476,9 +448,8 @@ def _write_back(
 
 def _closings(member: NDArray[np.void], link: NDArray[np.void]) -> Floats:
     """Return the speeds at which contacts close, (k,) px/s."""
-    first, second = member[link["first"]], member[np.maximum(link["second"], 0)]
-    at_wall = link["second"] < 0
-    vx, vy = (first[key] - np.where(at_wall, link[f"wall_{key}"], second[key]) for key in ("vx", "vy"))
+    first, second = member[link["first"]], member[link["second"]]
+    vx, vy = (first[key] - second[key] for key in ("vx", "vy"))
     closing: Floats = vx * link["nx"] + vy * link["ny"]
     return closing
 
@@ -504,15 +475,15 @@ class Collapses:
             # A sequence that was as slow as hops from its start is resolved across gaps too short for contacts of their
             # own. One that has slowed down to this ends before bodies meet that are apart.
             member, link = self._group(seed, CONTACT_TIME * world.hop_speed, now)
-        speeds = (member["vx"], member["vy"], member["rim"], link["wall_vx"], link["wall_vy"])
-        still = REST * max(*(np.abs(speed).max(initial=0.0) for speed in speeds), world.hop_speed)
+        speeds = (np.abs(member[key]).max() for key in ("vx", "vy", "rim"))
+        still = REST * max(*speeds, world.hop_speed)
         fastest = _closings(member, link).max(initial=0.0)
         outcome = self._continue(member, link, still, SLOWED * fastest)
-        has_room = outcome == Outcome.PARTED
-        if outcome == Outcome.ENDLESS:
+        has_room = outcome == PARTED
+        if outcome == ENDLESS:
             link["elasticity"] = 0.0
             outcome = self._continue(member, link, still, SLOWED * fastest)
-        if outcome != Outcome.PARTED:
+        if outcome != PARTED:
             self._stop(member, link)
             if _closings(member, link).max() > SQUEEZE * np.abs(world.frames).max() > 0:
                 self._give_way(member)
@@ -544,39 +515,38 @@ class Collapses:
                 break
             self._member, self._link = np.empty(2 * len(self._member), MEMBER), np.empty(2 * len(self._link), LINK)
         member, link = self._member[:members], self._link[:links]
-        ball = self._world.event["ball"][member["disc"]]
-        at_wall = link["second"] < 0
-        partner = np.where(at_wall, link["second"], ball[np.maximum(link["second"], 0)])
         self._set_law(member, link)
-        return member, link[np.lexsort((partner, ball[link["first"]]))]
+        disc = member["disc"]
+        number = np.where(disc < 0, disc, self._world.event["ball"][np.maximum(disc, 0)])
+        return member, link[np.lexsort((number[link["second"]], number[link["first"]]))]
 
     def _is_slow(self, member: NDArray[np.void], link: NDArray[np.void], now: float) -> bool:
         """Return whether the contacts of a group are as slow as hops, and so were those of its discs' streaks."""
-        body = self._world.body[member["disc"]]
-        streaks = body["fastest"][(now - body["last_contact"] < CONTACT_TIME) & (member["per_mass"] > 0)]
+        body = self._world.body[member["disc"][member["per_mass"] > 0]]
+        streaks = body["fastest"][now - body["last_contact"] < CONTACT_TIME]
         slow = SLOW_HOPS * self._world.hop_speed
         return bool(max(np.abs(_closings(member, link)).max(initial=0.0), streaks.max(initial=0.0)) < slow)
 
     def _set_law(self, member: NDArray[np.void], link: NDArray[np.void]) -> None:
         """Set the elasticity and the friction of contacts."""
-        world, at_wall = self._world, link["second"] < 0
-        first, second = member["disc"][link["first"]], member["disc"][np.maximum(link["second"], 0)]
-        piece = ~np.minimum(link["second"], NONE)
-        for key, of_disc in (("elasticity", world.body), ("friction", world.turn)):
-            factor = of_disc[key]
-            link[key] = factor[first] * (np.where(at_wall, world.piece[key][piece], factor[second]))
+        is_wall = member["disc"] < 0
+        disc, piece = member["disc"][~is_wall], ~member["disc"][is_wall]
+        for key, of_disc in (("elasticity", self._world.body), ("friction", self._world.turn)):
+            factor = np.empty(len(member))
+            factor[~is_wall], factor[is_wall] = of_disc[key][disc], self._world.piece[key][piece]
+            link[key] = factor[link["first"]] * factor[link["second"]]
 
-    def _continue(self, member: NDArray[np.void], link: NDArray[np.void], still: float, slow: float) -> Outcome:
+    def _continue(self, member: NDArray[np.void], link: NDArray[np.void], still: float, slow: float) -> int:
         """Continue a sequence of impacts until it ends, or shows that it does not, or has hardly an effect."""
         link["last_impulse"], impacts = 0.0, 0
         while impacts < MAX_IMPACTS:
-            outcome, more = _continue(member, link, still, self._world.is_rough)
+            outcome, more = _continue(member, member.copy(), link, still, self._world.is_rough)
             impacts += more
             if outcome != UNFINISHED:
-                return Outcome(outcome)
+                return int(outcome)
             if _closings(member, link).max() < slow:
                 break
-        return Outcome.UNFINISHED
+        return UNFINISHED
 
     def _stop(self, member: NDArray[np.void], link: NDArray[np.void]) -> None:
         """Solve all contacts of a group together, with restitution 0 and without friction.
@@ -587,12 +557,13 @@ class Collapses:
         member_before, link_before = member.copy(), link.copy()
         moves = member["per_mass"] > 0
         number = np.where(moves, np.cumsum(moves) - 1, NONE)
-        first, second = number[link["first"]], np.where(link["second"] < 0, NONE, number[np.maximum(link["second"], 0)])
+        first, second = number[link["first"]], number[link["second"]]
         normal = np.stack([link["nx"], link["ny"]], axis=1)
         swaps = first == NONE  # only the first of a column moves
         normal[swaps] *= -1
         first, second = np.where(swaps, second, first), np.where(swaps, NONE, second)
-        driven = self._driven(member, link, swaps) * (second == NONE)
+        driver = member[np.where(swaps, link["first"], link["second"])]  # a wall, or part of a static island
+        driven = np.stack([driver["vx"], driver["vy"]]) * (second == NONE)
         columns = columns_of(first, second, normal, np.zeros(len(link)))
         mass = np.repeat(1 / member["per_mass"][moves, None], 2, axis=1)
         before = np.stack([member["vx"], member["vy"]], axis=1)[moves]
@@ -608,31 +579,23 @@ class Collapses:
 
     def _give_way(self, member: NDArray[np.void]) -> None:
         """Have an island woken, which counts as infinitely heavy, where walls close on discs; if none is there, end."""
-        plan, islands = self._world.rest.plan, member["disc"][member["per_mass"] == 0]
+        plan, islands = self._world.rest.plan, member["disc"][(member["per_mass"] == 0) & (member["disc"] >= 0)]
         if len(islands):
             plan["wake_request"] = islands[0]
         else:
             plan["dead_end"] = 1
 
-    def _driven(self, member: NDArray[np.void], link: NDArray[np.void], swaps: Bools) -> Floats:
-        """Return the velocity of the second of each contact or, if it `swaps` them, of the first: (2, k) px/s."""
-        first, second = member[link["first"]], member[np.maximum(link["second"], 0)]
-        at_wall = link["second"] < 0
-        return np.stack(
-            [np.where(swaps, first[key], np.where(at_wall, link[f"wall_{key}"], second[key])) for key in ("vx", "vy")]
-        )
-
     def _part(self, member: NDArray[np.void], link: NDArray[np.void], still: float) -> None:
         """Let bodies that still touch part at the speed of rounding, but for discs that gravity presses on walls."""
-        at_wall = link["second"] < 0
+        at_wall = member["disc"][link["second"]] < 0
         pull = link["nx"] * self._world.gravity[0] + link["ny"] * self._world.gravity[1]
-        of_walls = (np.abs(link["wall_vx"]) + np.abs(link["wall_vy"])).max(initial=0.0)
-        fastest = max(2 * (np.abs(member["vx"]) + np.abs(member["vy"])).max(), of_walls)
+        share = np.where(member["disc"] < 0, 1, 2)  # two discs can be as fast as the fastest
+        fastest = (share * (np.abs(member["vx"]) + np.abs(member["vy"]))).max()
         rounding = 2 * max(still, MIN_APPROACH * fastest)  # so that what is parted is beyond rounding
         touches = (link["impulse"] > 0) & ~(at_wall & (pull > self._world.min_pull))
         before, links_before = member.copy(), link.copy()
         link["elasticity"], link["hop"] = 0.0, np.where(touches, rounding, 0.0)
-        if _continue(member, link, still, self._world.is_rough)[0] != PARTED:
+        if _continue(member, member.copy(), link, still, self._world.is_rough)[0] != PARTED:
             member[:], link[:] = before, links_before
         link["elasticity"], link["hop"] = links_before["elasticity"], 0.0
 
@@ -643,7 +606,7 @@ class Collapses:
         before, links_before = member.copy(), link.copy()
         while hop.any():
             link["hop"], link["last_impulse"] = hop, 0.0
-            outcome = _continue(member, link, still, self._world.is_rough)[0]
+            outcome = _continue(member, member.copy(), link, still, self._world.is_rough)[0]
             gained = max(np.abs(member[key] - before[key]).max() for key in ("vx", "vy"))
             if outcome == PARTED and gained <= hop.sum():
                 break
@@ -653,18 +616,15 @@ class Collapses:
 
     def _hops(self, member: NDArray[np.void], link: NDArray[np.void]) -> Floats:
         """Return the least speeds at which contacts part, (k,) px/s, so that what presses them takes a hop time."""
-        world, at_wall = self._world, link["second"] < 0
+        world, disc = self._world, member["disc"][link["second"]]
+        at_wall = disc < 0
+        at_face = at_wall.copy()
+        at_face[at_wall] = world.piece["length"][~disc[at_wall]] > 0
         normal = np.stack([link["nx"], link["ny"]], axis=1)
         pull = np.where(member["per_mass"][:, None] > 0, world.gravity, 0.0)
-        for k in np.flatnonzero(at_wall & self._has_face(link)):  # which carries the disc
+        for k in np.flatnonzero(at_face):  # which carries the disc
             into = pull[link["first"][k]] @ normal[k]
             pull[link["first"][k]] -= max(0.0, into) * normal[k]
-        relative = pull[link["first"]] - np.where(at_wall[:, None], 0.0, pull[np.maximum(link["second"], 0)])
-        pressing = (relative * normal).sum(axis=1)
+        pressing = ((pull[link["first"]] - pull[link["second"]]) * normal).sum(axis=1)
         hop = np.where(at_wall, hop_round_end(world, pressing), pressing * world.hop_time / 2)
-        return np.where((pressing > world.min_pull) & ~(at_wall & self._has_face(link)), hop, 0.0)
-
-    def _has_face(self, link: NDArray[np.void]) -> Bools:
-        """Return whether contacts, (k,), if with a wall, are with its face."""
-        has_face: Bools = self._world.piece["length"][~np.minimum(link["second"], NONE)] > 0
-        return has_face
+        return np.where((pressing > world.min_pull) & ~at_face, hop, 0.0)

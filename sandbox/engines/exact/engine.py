@@ -1,4 +1,5 @@
 """The exact engine: builds the arrays of the event loop from a scene, runs it, and collects its contacts."""
+# ruff: noqa: D102 (the interface of an engine documents the methods)
 
 import math
 from typing import Final
@@ -106,17 +107,14 @@ class ExactEngine:
         return states.state(0, self._now)
 
     def record_contacts(self) -> None:
-        """Start to record contacts."""
         if not self._contacts.recording:
             self._islands.begin_reports()
             self._contacts.recording = True
 
     def contacts(self) -> Contacts:
-        """Return the contacts since the last call."""
         return self._contacts.take()
 
     def kick(self, ball: int, dv: Vector) -> None:
-        """Add dv (px/s) to a ball's velocity."""
         disc, x, y = int(self._disc_of_ball[ball]), float(dv[0]), float(dv[1])
         if not self._islands.absorb(disc, x, y):
             self._report(self._islands.wake(disc, self._now, self._now))

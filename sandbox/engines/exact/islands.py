@@ -66,7 +66,7 @@ class Heap(NamedTuple):
 
 
 class Island(NamedTuple):
-    """A heap that is frozen. support: (c,) SUPPORT, of its contacts."""
+    """A heap that is frozen. support: (c,) SUPPORT, of its contacts; a part of what the event loop reads."""
 
     heap: Heap
     support: NDArray[np.void]
@@ -180,10 +180,8 @@ class Islands:
         if plan["wake_request"] != NONE:
             return self.wake(int(plan["wake_request"]), since, now)
         if plan["pending_momentum"]:
-            self._read_supports()
             for island in self._islands:
                 self._pass_on(island)
-            self._write_supports()
             plan["pending_momentum"] = 0
         return no_contacts()
 
@@ -303,7 +301,7 @@ class Islands:
 
         carried: (n,); force: (c, 2), of the contacts.
         """
-        group, frozen = groups(touching, len(carried)), carried.copy()
+        group, frozen, islands = groups(touching, len(carried)), carried.copy(), list(self._islands)
         for number in np.unique(group[carried]):
             members = carried & (group == number)
             body = self._world.body[number]
@@ -313,18 +311,17 @@ class Islands:
                 continue
             heap = self._heap(members, touching)
             support = self._supports(heap.touching, force[group[touching.first] == number], now)
-            self._islands.append(Island(heap, support))
-        self._write_supports()
+            islands.append(Island(heap, support))
+        self._keep(islands)
         return frozen
 
     def _close(self, closed: list[Island], since: float, now: float) -> Contacts:
         """Remove islands, whose discs stay where they are, and return what they must report."""
-        self._read_supports()
         for island in closed:
             self._pass_on(island)
-        self._islands = [island for island in self._islands if not any(island is gone for gone in closed)]
-        self._write_supports()
-        return np.concatenate([no_contacts(), *(_report(island.support, since, now) for island in closed)])
+        reports = [_report(island.support, since, now) for island in closed]
+        self._keep([island for island in self._islands if not any(island is gone for gone in closed)])
+        return np.concatenate([no_contacts(), *reports])
 
     def _pass_on(self, island: Island) -> None:
         """Pass on what an island was given, through its contacts to the walls: pulling only as far as pushing fails."""
@@ -353,19 +350,15 @@ class Islands:
         support["since"] = now
         return support
 
-    def _write_supports(self) -> None:
-        """Write what islands carry to where the event loop reads it."""
+    def _keep(self, islands: list[Island]) -> None:
+        """Keep some islands, and write what they carry to where the event loop reads it."""
         rest = self._world.rest
-        support = np.concatenate([np.empty(0, SUPPORT), *(island.support for island in self._islands)])
+        support = np.concatenate([np.empty(0, SUPPORT), *(island.support for island in islands)])
         rest.support[: len(support)] = support
         rest.plan["supports"] = len(support)
-
-    def _read_supports(self) -> None:
-        """Read back what is not reported yet."""
-        row = 0
-        for island in self._islands:
-            island.support[:] = self._world.rest.support[row : row + len(island.support)]
-            row += len(island.support)
+        ends = np.cumsum([len(island.support) for island in islands], dtype=int)
+        parts = np.split(rest.support[: len(support)], ends[:-1])
+        self._islands = [Island(island.heap, part) for island, part in zip(islands, parts, strict=False)]
 
 
 def _report(support: NDArray[np.void], since: float, now: float) -> Contacts:

@@ -1,0 +1,145 @@
+"""Engines in the place of others: with other numbers inside, from a recording, or standing still after a failure."""
+# ruff: noqa: D102 (the interface of an engine documents the methods)
+
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
+
+import numpy as np
+
+from sandbox.engines.engine import Engine, Traits, advance, traits_of
+from sandbox.errors import EngineError, LimitReached
+from sandbox.scene.clock import Clock
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import Scene
+from sandbox.state import Contacts, Damping, Floats, State, States, no_contacts
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+class RenumberedEngine:
+    """Runs a scene in an engine with its balls in reverse order; outside, they have the scene's numbers.
+
+    build: builds the engine from a scene and a state. Wherever the engine does not depend on the numbers, it does the
+    same to the bit.
+    """
+
+    def __init__(self, build: Callable[[Scene, State], Engine], scene: Scene, initial: State) -> None:
+        # A group's balls are all of one kind, so that groups in reverse order are balls in reverse order.
+        reverse = scene.changed(balls=scene.balls[::-1], expect=())
+        self._engine = build(reverse, _reversed(initial))
+        self.traits = traits_of(self._engine)
+        self._last = len(initial.position) - 1
+
+    def step(self) -> None:
+        self._engine.step()
+
+    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
+        inside = States.empty(steps, self._last + 1)
+        advance(self._engine, inside)
+        for outside, part in zip((position, velocity, angle, spin), inside, strict=True):
+            outside[:] = part[:, ::-1]
+
+    def state(self) -> State:
+        return _reversed(self._engine.state())
+
+    def record_contacts(self) -> None:
+        self._engine.record_contacts()
+
+    def contacts(self) -> Contacts:
+        contacts = self._engine.contacts().copy()
+        first, second = contacts["first"].copy(), contacts["second"].copy()
+        between = second >= 0  # then the second ball has the lower number outside
+        contacts["first"] = self._last - np.where(between, second, first)
+        contacts["second"] = np.where(between, self._last - first, second)
+        contacts["normal"][between] *= -1
+        return contacts
+
+    def kick(self, ball: int, dv: Vector) -> None:
+        self._engine.kick(self._last - ball, dv)
+
+
+class RecordedEngine:
+    """Repeats a run that was recorded with the same kicks.
+
+    states: of steps + 1 rows; contacts: in order of time; clock: of the steps; damping: in flight. The contacts of a
+    step are all solved together.
+    """
+
+    def __init__(self, states: States, contacts: Contacts, clock: Clock, damping: Damping) -> None:
+        self._states, self._contacts, self._clock = states, contacts, clock
+        self.traits = Traits(together=True, damping=damping)
+        ends = clock.times(np.arange(len(states.position)))
+        self._until = np.searchsorted(contacts["time"], ends, side="right")  # contacts, after each step
+        self._steps = 0
+        self._returned = 0
+
+    def step(self) -> None:
+        self._steps += 1
+
+    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
+        rows = slice(self._steps + 1, self._steps + 1 + steps)
+        for ours, recorded in zip((position, velocity, angle, spin), self._states.rows(rows), strict=True):
+            ours[:] = recorded
+        self._steps += steps
+
+    def state(self) -> State:
+        return self._states.state(self._steps, self._clock.time(self._steps)).copy()
+
+    def record_contacts(self) -> None:
+        """Start to return contacts, from this step on."""
+        self._returned = int(self._until[self._steps])
+
+    def contacts(self) -> Contacts:
+        since, self._returned = self._returned, int(self._until[self._steps])
+        return self._contacts[since : self._returned].copy()
+
+    def kick(self, ball: int, dv: Vector) -> None:
+        """Do nothing: what the kick did is recorded."""
+
+
+class StoppingEngine:
+    """Runs an engine until it raises EngineError. Then its balls stand still in the state that it had before.
+
+    state: of the engine; error: why it stands still, None before, or a limit that it has reached.
+    """
+
+    def __init__(self, engine: Engine, state: State, error: EngineError | LimitReached | None = None) -> None:
+        self.traits = traits_of(engine)
+        self.error = error
+        self._engine = engine
+        self._state = state
+
+    def step(self) -> None:
+        self._attempt(self._engine.step)
+        self._read()
+
+    def state(self) -> State:
+        return self._state.copy()
+
+    def record_contacts(self) -> None:
+        self._attempt(self._engine.record_contacts)
+
+    def contacts(self) -> Contacts:
+        contacts = self._attempt(self._engine.contacts)
+        return no_contacts() if contacts is None else contacts
+
+    def kick(self, ball: int, dv: Vector) -> None:
+        self._attempt(self._engine.kick, ball, dv)
+        self._read()
+
+    def _read(self) -> None:
+        self._state = self._attempt(self._engine.state) or self._state
+
+    def _attempt(self, method: Callable[P, T], *arguments: P.args, **keywords: P.kwargs) -> T | None:
+        """Call a method of the engine, unless it stands still; return None then."""
+        if self.error is None:
+            try:
+                return method(*arguments, **keywords)
+            except EngineError as error:
+                self.error = error
+        return None
+
+
+def _reversed(state: State) -> State:
+    return State(state.time, *(getattr(state, name)[::-1].copy() for name in States._fields))
