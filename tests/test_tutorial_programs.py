@@ -298,6 +298,13 @@ def test_where_a_ball_found_in_a_wall_goes(name: str, place: float) -> None:
     assert end.velocity[12, 0, 0] == pytest.approx(FAST)
 
 
+def test_a_move_into_a_wall_is_undone_or_only_across_the_wall() -> None:
+    """41 px from the wall, 3 px deep after step 11: back to 1 px from it, and along it by 2 px or not."""
+    scene = to_the_wall(1, 41, along=120)
+    ends = [run(name, scene, 11).position[11, 0] for name in ("move_undone", "move_undone_on_an_axis")]
+    assert ends == pytest.approx(np.array([[21, 120], [21, 122]]))
+
+
 def test_substeps_find_a_wall_a_quarter_of_a_step_late() -> None:
     """42.5 px from the wall, at 1 px a substep: half a px deep after 43 of them, and so half a px out after 44."""
     places = [run(name, to_the_wall(1, 42.5), 11).position[11, 0, 0] - 20 for name in ("substeps", "textbook")]

@@ -202,8 +202,8 @@ PROGRAMS: Final = {
         _program("whole_pixels", _BOX, "placed"),
         # Walls
         _program("walls_that_clamp", _BOX, "overshoot"),
-        _program("move_undone", _TWO_IN_A_BOX, "overshoot", "late pushed"),
-        _program("move_undone_on_an_axis", _BOX, "overshoot"),
+        _program("move_undone", _TWO_IN_A_BOX.replace("[230, 40]", "[460, 80]"), "overshoot", "late pushed"),
+        _program("move_undone_on_an_axis", _BOX.replace("[230, 170]", "[460, 340]"), "overshoot"),
         _program("walls_that_flip", "bouncing", "turned"),
         _program("walls_at_centres", _BOX, "late missed", "", 20),
         _program("walls_without_elasticity", _TWO_IN_A_BOX, "large", "", 1, 1.1111, 11.11, 1.25),

@@ -36,7 +36,7 @@ TOUCH: Final = np.dtype(
         ("wish", "f8"),  # px/s, the closing speed that is to become 0
         ("slide_wish", "f8"),  # px/s, the slip that is
         ("place", "i8"),  # in linear equations
-        ("old", "f8"),  # kg px/s, impulses to go back to
+        ("old", "f8"),  # kg px/s, impulses of before
         ("old_tangential", "f8"),
         ("old_aside", "f8"),
         ("way", "f8"),  # kg px/s, direction in which the impulses change
@@ -383,6 +383,8 @@ def _fit_by_gradients(ball: NDArray[Any], touch: NDArray[Any], turns: bool, only
         if slope <= SOLVED * first or largest_speed(ball) <= enough:
             return
         response = _set_directions(ball, touch, slope / before if turn > 0 else 0.0, turns)
+        if response <= 0:
+            return
         _go(ball, touch, slope / response)
         before = slope
 

@@ -507,6 +507,13 @@ def handler_that_brakes() -> Game:
     return handled(halve, "post_solve", elasticity=0.9)
 
 
+def one_way_as_before_pymunk_7() -> Game:
+    space = ground(30)
+    ball(space, 0, 100)
+    space.on_collision(0, 0, begin=lambda _arbiter, _space, _data: False)
+    return Game(space, 30)
+
+
 FAULTS: dict[Callable[[], Game], str] = {
     wrong_moment_of_a_ball: "moment",
     wrong_moment_of_a_box: "moment",
@@ -561,6 +568,7 @@ FAULTS: dict[Callable[[], Game], str] = {
     handler_that_changes_friction: "set-by-handler",
     handler_that_drives: "set-by-handler",
     handler_that_brakes: "other-bounce",
+    one_way_as_before_pymunk_7: "return-ignored",
 }
 
 
