@@ -59,7 +59,10 @@ def progress_bar(title: str) -> Iterator[Callable[[float], object] | None]:
 
 
 def terminal_bar(*columns: "str | ProgressColumn", transient: bool = True) -> "Progress":
-    """Return a bar that is shown on a terminal only. columns: by default those of rich; transient: whether it ends."""
+    """Return a bar that is shown on a terminal only.
+
+    columns: by default those of rich; transient: whether it disappears at the end.
+    """
     from rich.progress import Progress
 
     terminal = console(stderr=True)

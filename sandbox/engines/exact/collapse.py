@@ -106,9 +106,10 @@ LINK: Final = np.dtype(  # a contact of a group
 )
 
 
-PARTED: Final = 0  # outcomes of a sequence: no contact closes,
-ENDLESS: Final = 1  # impulses that do not fall,
-UNFINISHED: Final = 2  # or neither so far
+# The outcomes of a sequence of impacts.
+PARTED: Final = 0  # no contact closes
+ENDLESS: Final = 1  # its impulses do not fall
+UNFINISHED: Final = 2  # neither, so far
 
 
 @kernel
