@@ -453,7 +453,7 @@ def could_explain_anything(ball: NDArray[Any], touch: NDArray[Any]) -> bool:
         b = ball[i]
         b.vx, b.vy, b.spin = math.sin(1.0 + 9 * i), math.sin(2.0 + 7 * i * i), math.sin(3.0 + 5 * i) / b.radius
     fit_freely(ball, touch)
-    return largest_speed(ball) <= 0.01
+    return bool(largest_speed(ball) <= 0.01)
 
 
 @kernel

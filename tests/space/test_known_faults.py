@@ -508,9 +508,12 @@ def handler_that_brakes() -> Game:
 
 
 def one_way_as_before_pymunk_7() -> Game:
+    def ignore(_arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> Any:
+        return False
+
     space = ground(30)
     ball(space, 0, 100)
-    space.on_collision(0, 0, begin=lambda _arbiter, _space, _data: False)
+    space.on_collision(0, 0, begin=ignore)
     return Game(space, 30)
 
 

@@ -211,8 +211,12 @@ def not_a_number(space: pymunk.Space) -> None:
     body_of(disc(space, 200)).velocity = math.nan, 0
 
 
+def ignore(_arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> Any:  # mypy would find a bool
+    return False
+
+
 def as_before_pymunk_7(space: pymunk.Space) -> None:
-    space.on_collision(1, 2, begin=lambda _arbiter, _space, _data: False)
+    space.on_collision(1, 2, begin=ignore)
 
 
 FAULTS: dict[Callable[[pymunk.Space], None], tuple[str, str]] = {
@@ -318,7 +322,7 @@ class Game:
         arbiter.process_collision = arbiter.normal.y > 0
         return arbiter.normal.y > 0
 
-    def count(self, _arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> bool:
+    def count(self, _arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> Any:
         self.hits += 1
         return True
 
@@ -329,7 +333,7 @@ class Game:
 )
 def test_a_callback_that_returns_whether_two_collide_is_named(callback: Callable[..., Any], says: str | None) -> None:
     space = sound_space()
-    space.on_collision(1, None, pre_solve=callback, post_solve=lambda _arbiter, _space, _data: False)
+    space.on_collision(1, None, pre_solve=callback, post_solve=ignore)
     space.on_collision(3, 4, begin=Game().count)
     found = [(finding.rule, finding.symptom) for finding in sandbox.lint(space)]
     expected = f"Bodies collide that a callback shall let pass: it returns {says}"
