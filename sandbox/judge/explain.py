@@ -796,6 +796,52 @@ def _write(f: Flown, remains: Remains, step: int, members: Integers, part: Recor
             f.exact.spin[step, i] = remains.solved[step, i, 2]
 
 
+@kernel
+def _explain_parts(
+    f: Flown,
+    ball: NDArray[Any],
+    laws: NDArray[Any],
+    bases: int,
+    desk: Desk,
+    scratch: Scratch,
+    remains: Remains,
+    group: Record,
+    members: Integers,
+    parts: NDArray[Any],
+    count: int,
+) -> tuple[int, bool]:
+    """Explain the parts of a group, of which `count` are before. Returns how many then are, and whether they are apart.
+
+    They are not if the exact step of one of them alone is another than that of the group.
+    """
+    at, apart, step, leans, k = 0, True, group.step, group.ended == 0, len(members)
+    while at < k and apart:
+        size, part = _size_of_part(desk.label[at:k]), parts[count]
+        of_part = members[at : at + size]
+        part.step, part.begin, part.size = step, group.begin + at, size
+        _fill(f, desk.mine, desk.after, ball, step, of_part)
+        _explain(desk, Group(desk.mine[:size], f.piece, f.dt[step]), laws, bases, scratch, part, f.floor)
+        apart = size == k or leans or _is_apart(f, desk, step, of_part, f.floor)
+        _save(desk, remains, step, of_part, part)
+        at += size
+        count += 1
+    return count, apart
+
+
+@kernel
+def _write_parts(
+    f: Flown, remains: Remains, elastic: Floats, group: Record, member: Integers, parts: NDArray[Any]
+) -> None:
+    """Write the exact step of a group that is the parts of it that are explained."""
+    step = group.step
+    elastic[step] -= 0.0 if group.ended == 0 else group.elastic
+    for p in range(len(parts)):
+        part = parts[p]
+        if part.kind != UNCOMPUTED:
+            _write(f, remains, step, member[part.begin : part.begin + part.size], part)
+            elastic[step] += part.elastic
+
+
 @entry
 def explain(
     f: Flown,
@@ -830,28 +876,13 @@ def explain(
         _fill(f, desk.ball, desk.after, ball, step, members)
         leans = found[g].ended == 0
         _order_parts(f, desk, Group(desk.ball[:k], f.piece, f.dt[step]), laws[0], step, leans, whole, members)
-        at, apart = 0, True
-        while at < k and apart:
-            size, part = _size_of_part(desk.label[at:k]), parts[count]
-            of_part = members[at : at + size]
-            part.step, part.begin, part.size = step, begin + at, size
-            _fill(f, desk.mine, desk.after, ball, step, of_part)
-            _explain(desk, Group(desk.mine[:size], f.piece, f.dt[step]), laws, bases, scratch, part, f.floor)
-            apart = size == k or leans or _is_apart(f, desk, step, of_part, f.floor)
-            _save(desk, remains, step, of_part, part)
-            at += size
-            count += 1
+        count, apart = _explain_parts(f, ball, laws, bases, desk, scratch, remains, found[g], members, parts, first)
         whole = not apart
-        if whole:  # balls that meet only as others lead them to
+        if apart:
+            _write_parts(f, remains, elastic, found[g], member, parts[first:count])
+            g += 1
+        else:  # balls that meet only as others lead them to
             count = first
-            continue
-        elastic[step] -= 0.0 if leans else found[g].elastic
-        for p in range(first, count):
-            part = parts[p]
-            if part.kind != UNCOMPUTED:
-                _write(f, remains, step, member[part.begin : part.begin + part.size], part)
-                elastic[step] += part.elastic
-        g += 1
     return count
 
 

@@ -390,14 +390,19 @@ def screen(
                 contacts[0] += w.met[r]
                 if not _any_differs(f, ball, w, step, k):
                     continue
-            g = found[rows]
-            g.step, g.begin, g.count = step, filled, k
-            g.ended, g.frame, g.elastic = w.ended[r], w.frame[r], w.elastic[r]
-            for a in range(k):
-                member[filled + a] = w.members[a]
+            _note_group(w, r, step, found[rows], filled, member[filled : filled + k])
             rows += 1
             filled += k
     return rows
+
+
+@kernel
+def _note_group(w: Work, r: int, step: int, group: Record, begin: int, members: Integers) -> None:
+    """Note the group of a root, and its members, (k,) written, of which the first is at `begin`."""
+    group.step, group.begin, group.count = step, begin, len(members)
+    group.ended, group.frame, group.elastic = w.ended[r], w.frame[r], w.elastic[r]
+    for a in range(len(members)):
+        members[a] = w.members[a]
 
 
 @kernel

@@ -5,7 +5,7 @@ the models that leave nothing over. The ledger of a step is the exact step's own
 """
 
 from collections import Counter
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from copy import copy, deepcopy
 from itertools import chain
 from typing import Final, NamedTuple
@@ -180,13 +180,7 @@ class Judge:
         before, after = states.after_pushes(pushes).rows(slice(-1)), states.rows(slice(1, None))
         floor, times = noise_of(states, dt), self._begun + np.cumsum(dt) - dt
         if not self._knows_flight:
-            flies = free_balls(self.scene, (before, times), (after, times + dt))
-            moves = np.maximum(length(before.velocity), length(after.velocity)) * dt[:, None] > floor
-            if (flies & moves).any() or not any(self._gravity):  # what stays where it is may be held there
-                flies &= moves
-            flights = Flights(self.scene.units, self._own_ball, self._gravity, before, after, dt, floor, flies)
-            habit = find_habit(flights, self._damping.per_second)
-            self._experience.habit, self._knows_flight = habit or Habit({}), habit is not None
+            self._find_habit(before, after, dt, floor, times)
         exact, usual = (flown(self._own_ball, before, dt, self._gravity, fields) for fields in ({}, self.habit.fields))
         strange = self._strays(after, usual, dt, floor)
         frame = np.zeros(strange.shape, np.int64)
@@ -212,18 +206,36 @@ class Judge:
         for step, of_step in errors.items():
             errors[step] = self._judge_joined(f, step, of_step, elastic)
         self.measure.set_gained(f, self.habit)
-        of_block = []
-        if not self.measure.steps:
-            self._start_overlaps = StartOverlaps(self.scene, states.position[0], self.touches)
-        for step in range(len(dt)):
-            of_step = self._missed.follow(views, step, self.measure.steps + step + 1, errors.get(step, []))
-            self._start_overlaps.follow(views, step, of_step)
-            of_block += of_step
+        of_block = self._follow(views, errors)
         self.errors += of_block
         self._explain_again()
         self._enter(states, f, elastic, of_block)
         self.measure.steps += len(dt)
         self._begun += float(dt.sum())
+
+    def _follow(self, views: Sequence[Flown], errors: Mapping[int, list[StepError]]) -> list[StepError]:
+        """Return the errors of a block in order, also of contacts that are missed, and of overlaps from the start.
+
+        views: of the block; errors: of each of its steps.
+        """
+        of_block = list[StepError]()
+        if not self.measure.steps:
+            self._start_overlaps = StartOverlaps(self.scene, views[0].before.position[0], self.touches)
+        for step in range(len(views[0].dt)):
+            of_step = self._missed.follow(views, step, self.measure.steps + step + 1, errors.get(step, []))
+            self._start_overlaps.follow(views, step, of_step)
+            of_block += of_step
+        return of_block
+
+    def _find_habit(self, before: States, after: States, dt: Floats, floor: float, times: Floats) -> None:
+        """Find how the engine flies, from balls that touch nothing."""
+        flies = free_balls(self.scene, (before, times), (after, times + dt))
+        moves = np.maximum(length(before.velocity), length(after.velocity)) * dt[:, None] > floor
+        if (flies & moves).any() or not any(self._gravity):  # what stays where it is may be held there
+            flies &= moves
+        flights = Flights(self.scene.units, self._own_ball, self._gravity, before, after, dt, floor, flies)
+        habit = find_habit(flights, self._damping.per_second)
+        self._experience.habit, self._knows_flight = habit or Habit({}), habit is not None
 
     def _judge_groups(
         self,
