@@ -29,6 +29,7 @@ from sandbox.judge.together import (
     fit_impulses,
     largest_speed,
     solve_together,
+    square_of,
 )
 from sandbox.quantity import pass_through
 from sandbox.state import Floats, Integers
@@ -289,12 +290,10 @@ def _shift_of(desk: Desk, group: Group, law: Record, how: int, shift: Floats) ->
 @kernel
 def _is_explained(work: NDArray[Any], touch: NDArray[Any], enough: float) -> bool:
     """Return whether nothing is left over of places, and no contact pulls."""
-    fits = True
-    for i in range(len(work)):
-        fits = fits and max(abs(work[i].vx), abs(work[i].vy)) <= enough
+    fits = largest_speed(work) <= enough
     for c in range(len(touch)):
         fits = fits and touch[c].impulse * touch[c].per_mass >= -enough
-    return fits
+    return bool(fits)
 
 
 @kernel
@@ -328,12 +327,12 @@ def _unpush(
     if found == 0 or found > len(scratch.touch):
         return 0
     touch, enough = scratch.touch[:found], max(2 * floor, LEFT_OVER * largest)
-    for directly in range(2):
+    for only_pushing in (False, True):
         _begin_pushes(work[:k], touch, shift, way // PUSHED_WAYS)
-        if directly == 0:
-            fit_freely(work[:k], touch)
-        else:
+        if only_pushing:
             fit_impulses(work[:k], touch, True, enough)
+        else:
+            fit_freely(work[:k], touch)
         if _is_explained(work[:k], touch, enough):
             return int(_note_push(group, touch, shift, way, enough, part))
     return 0
@@ -533,8 +532,7 @@ def _keeps_energy(group: Group, law: Record, end: Floats, part: Record) -> bool:
     change, scale, lossy, pull = 0.0, 0.0, False, (law.gx * law.gx + law.gy * law.gy) * group.dt * group.dt
     for i in range(len(group.ball)):
         b = group.ball[i]
-        before = b.mass * (b.vx * b.vx + b.vy * b.vy + (b.radius * b.spin) ** 2 / 2) / 2
-        after = b.mass * (end[i, 2] ** 2 + end[i, 3] ** 2 + (b.radius * end[i, 4]) ** 2 / 2) / 2
+        before, after = square_of(b, b.vx, b.vy, b.spin) / 2, square_of(b, end[i, 2], end[i, 3], end[i, 4]) / 2
         fallen = b.mass * (law.gx * (end[i, 0] - b.x) + law.gy * (end[i, 1] - b.y))
         change += after - before - fallen
         scale += 1e-6 * (after + before + abs(fallen)) + LEAN_LEFT_OVER * b.mass * pull / 2
@@ -598,27 +596,20 @@ def _leans_in_time(desk: Desk, group: Group, law: Record, scratch: Scratch, part
     Its velocities and places change by impulses that push along what touches in the step, and give no energy; nothing
     overlaps. A contact's normal is between that before the step and that after it.
     """
-    k, dt, work = len(group.ball), group.dt, desk.work
-    largest = 0.0
+    work, enough = desk.work[: len(group.ball)], 0.0
     _set_gaps(desk, group, law, floor)
-    for i in range(k):
-        b = group.ball[i]
-        vx, vy = desk.after[i, 2] - b.vx - law.gx * dt, desk.after[i, 3] - b.vy - law.gy * dt
-        largest = max(largest, abs(vx), abs(vy), abs(desk.after[i, 4] - b.spin) * b.radius)
     found = _find_drifting(desk, group, scratch)
     if found > len(scratch.touch):
         return False
     for c in range(found):
         if scratch.touch[c].depth > 3 * floor + NEGLIGIBLE * work[scratch.touch[c].first].radius:
             return False
-    enough = max(2 * floor / dt, LEAN_LEFT_OVER * largest)
-    for of_places in range(2):
-        _set_wanted(desk, group, law, of_places == 1)
-        fit_impulses(work[:k], scratch.touch[:found], of_places == 0, enough)
-        for i in range(k):
-            of_spin = abs(work[i].spin) * work[i].radius if of_places == 0 else 0.0
-            if max(abs(work[i].vx), abs(work[i].vy), of_spin) > enough:
-                return False
+    for of_places in (False, True):
+        _set_wanted(desk, group, law, of_places)
+        enough = enough if of_places else max(2 * floor / group.dt, LEAN_LEFT_OVER * largest_speed(work))
+        fit_impulses(work, scratch.touch[:found], not of_places, enough)
+        if largest_speed(work) > enough:
+            return False
     return bool(_keeps_energy(group, law, desk.after, part))
 
 

@@ -740,7 +740,7 @@ class Judge:
         """Return the errors of a group that no model explains: of each ball alone, if it can have had no contact."""
         off = np.abs((problem.after - problem.exact.after) * problem.scale) > f.floor
         if (far := self.measure.far_off(f, step, balls)).any():
-            errors = self.measure.alone(f, step, balls[far], far[far], self.habit)
+            errors = self.measure.alone(f, step, balls[far], ~far[far], self.habit)
             if (others := balls[off.any(axis=1) & ~far]).size:
                 errors.append(self.measure.error(f, step, others, None, Cause.UNKNOWN, NO_SINGLE_ERROR))
             return errors

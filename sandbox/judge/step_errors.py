@@ -195,12 +195,12 @@ class Measure:
             alone = np.flatnonzero(off[step] & strange[step])
             slower = length(f.after.velocity[step, alone] - f.exact.velocity[step, alone])
             spun = np.abs(f.after.spin[step, alone] - f.exact.spin[step, alone]) * self._bodies.radius[alone]
-            errors += self.alone(f, step, alone, np.maximum(slower, spun) * f.dt[step] > f.floor, habit)
+            kicked = (np.maximum(slower, spun) * f.dt[step] > f.floor) & ~self.far_off(f, step, alone)
+            errors += self.alone(f, step, alone, kicked, habit)
         return errors
 
     def alone(self, f: Flown, step: int, balls: Integers, kicked: Bools, habit: Habit) -> list[StepError]:
-        """Return the errors of balls that touch nothing. kicked: (k,), whether a velocity or spin is wrong."""
-        kicked = kicked & ~self.far_off(f, step, balls)
+        """Return the errors of balls that touch nothing. kicked: (k,), whether they are so by velocity or spin."""
         beside, errors = kicked & self._beside(f, step, balls, habit), list[StepError]()
         if (met := balls[beside]).size:
             errors.append(self._of_flights(f, step, met, Cause.UNKNOWN, NO_SINGLE_ERROR))

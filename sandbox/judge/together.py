@@ -317,6 +317,12 @@ def largest_speed(ball: NDArray[Any]) -> float:
 
 
 @kernel
+def square_of(b: Record, vx: float, vy: float, spin: float) -> float:
+    """Return the square of a velocity and a spin of a ball: twice the energy, kg px²/s²."""
+    return float(b.mass * (vx * vx + vy * vy + (b.radius * spin) ** 2 / 2))
+
+
+@kernel
 def solve_together(
     ball: NDArray[Any], touch: NDArray[Any], fall_x: float, fall_y: float, kept: float, room: Room
 ) -> None:
@@ -391,17 +397,14 @@ def _fit_by_gradients(ball: NDArray[Any], touch: NDArray[Any], turns: bool, only
 
 @kernel
 def _set_slopes(ball: NDArray[Any], touch: NDArray[Any], only_pushing: bool) -> float:
-    """Set the impulses by which each contact alone would explain most: `wish`, `slide_wish`. Returns what they would.
-
-    That is in kg px²/s².
-    """
+    """Set what impulses along each contact are to change: `wish`, `slide_wish`. Returns the square, kg px²/s²."""
     slope = 0.0
     for c in range(len(touch)):
         t = touch[c]
         closing, slip = closing_speed(ball, t), slip_speed(ball, t) if t.mu > 0 else 0.0
         if only_pushing and t.impulse <= 0:
             closing = slip = 0.0
-        t.wish, t.slide_wish = -closing / t.per_mass, -slip / (3 * t.per_mass)
+        t.wish, t.slide_wish = -closing, -slip
         slope += closing * closing / t.per_mass + slip * slip / (3 * t.per_mass)
     return slope
 
@@ -416,7 +419,8 @@ def _set_directions(ball: NDArray[Any], touch: NDArray[Any], share: float, turns
         ball[i].ax = ball[i].ay = ball[i].turning = 0.0
     for c in range(len(touch)):
         t = touch[c]
-        t.way, t.slide_way = t.wish + share * t.way, t.slide_wish + share * t.slide_way
+        t.way = t.wish / t.per_mass + share * t.way
+        t.slide_way = t.slide_wish / (3 * t.per_mass) + share * t.slide_way
         x, y = t.way * t.nx - t.slide_way * t.ny, t.way * t.ny + t.slide_way * t.nx
         for end in range(2 if t.second >= 0 else 1):
             b, sign = ball[t.second if end else t.first], 1.0 if end else -1.0
@@ -426,7 +430,7 @@ def _set_directions(ball: NDArray[Any], touch: NDArray[Any], share: float, turns
     square = 0.0
     for i in range(len(ball)):
         b = ball[i]
-        square += b.mass * (b.ax * b.ax + b.ay * b.ay + (b.radius * b.turning) ** 2 / 2)
+        square += square_of(b, b.ax, b.ay, b.turning)
     return square
 
 
@@ -453,7 +457,7 @@ def could_explain_anything(ball: NDArray[Any], touch: NDArray[Any]) -> bool:
         b = ball[i]
         b.vx, b.vy, b.spin = math.sin(1.0 + 9 * i), math.sin(2.0 + 7 * i * i), math.sin(3.0 + 5 * i) / b.radius
     fit_freely(ball, touch)
-    return bool(largest_speed(ball) <= 0.01)
+    return bool(largest_speed(ball) <= 0.01)  # of 1
 
 
 @kernel
@@ -493,7 +497,9 @@ def _fit_in_turn(ball: NDArray[Any], touch: NDArray[Any], turns: bool, enough: f
             changed = max(changed, _fit_one(ball, touch[k], turns))
         if changed <= 0.01 * enough:
             return
-        left = _square(ball)
+        left = 0.0
+        for i in range(len(ball)):
+            left += square_of(ball[i], ball[i].vx, ball[i].vy, ball[i].spin)
         grown = (1 + math.sqrt(1 + 4 * momentum * momentum)) / 2
         share = (momentum - 1) / grown if left < before else 0.0
         momentum, before = grown if left < before else 1.0, left
@@ -508,16 +514,6 @@ def _fit_in_turn(ball: NDArray[Any], touch: NDArray[Any], turns: bool, enough: f
                 t.old_tangential + share * tangential,
                 t.old_aside + share * aside,
             )
-
-
-@kernel
-def _square(ball: NDArray[Any]) -> float:
-    """Return the square of velocities and spins, weighted by masses, kg px²/s²."""
-    square = 0.0
-    for i in range(len(ball)):
-        b = ball[i]
-        square += b.mass * (b.vx * b.vx + b.vy * b.vy + (b.radius * b.spin) ** 2 / 2)
-    return square
 
 
 @kernel
