@@ -12,6 +12,7 @@ from sandbox.analysis.figures import Run
 from sandbox.analysis.reference import Trust
 from sandbox.analysis.verdict import key_figures, mark_words, reference_words, trust_words, verdict
 from sandbox.judge.causes import Cause, Entry
+from sandbox.judge.timeline import Suffered
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.files import load
 
@@ -353,3 +354,16 @@ def test_energy_lost_to_the_scene_s_elasticity_is_no_error() -> None:
     run = compare(scene, ["pymunk", "exact"]).runs["pymunk"]
     assert run.figures.energy_ratio == pytest.approx(0.25)
     assert run.figures.energy_error == pytest.approx(0)
+
+
+def test_what_else_is_wrong_with_a_fifth_of_an_error_is_said_and_nothing_less() -> None:
+    comparison = compare(load("head-on"), ["pymunk", "exact"])
+    shares = {"Deep.": 0.5, "Slow.": 0.2, "Late.": 0.199, "Soft.": 0.101}
+    suffered = tuple(Suffered(Cause.LATE, because, 3, share) for because, share in shares.items())
+    run = replace(comparison.runs["pymunk"], suffered=suffered)
+    said = verdict(replace(comparison, runs={**comparison.runs, "pymunk": run})).split("\n\n")[0]
+    assert said.startswith(
+        "pymunk, 3 times, 50 % of its error: deep. Also, 3 times, 20 % of its error: slow. pymunk is"
+    )
+    assert "late." not in said
+    assert "soft." not in said
