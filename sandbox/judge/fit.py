@@ -5,7 +5,7 @@ explains goes to the noise floor, and that of one which it does not explain stay
 """
 
 from collections.abc import Hashable, Mapping, Sequence
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -88,6 +88,9 @@ class Trial(NamedTuple):
         return scope == Scope.ALL or (scope == Scope.PAIRS) == (second >= 0)
 
 
+PLAIN: Final = Trial({})
+
+
 class Outcome(NamedTuple):
     """What a step comes to by a trial.
 
@@ -123,12 +126,16 @@ class Problem:
         dt, radius = group.dt, group.ball["radius"]
         self.scale = np.empty_like(after)
         self.scale[:, :2], self.scale[:, 2:4], self.scale[:, 4] = 1.0, dt, radius * dt
-        self.before = np.column_stack([group.ball[name] for name in ("x", "y", "vx", "vy", "spin")])
         if exact is None:
-            self.exact = self.outcomes([Trial({})])[0]
+            [self.exact] = self.outcomes_of([PLAIN], _exact_laws(gravity))
         else:  # whose contacts are not known
-            self.exact = Outcome(Trial({}), float(np.abs(self.residuals(exact[None])).max()), np.empty(0, MET), exact)
+            self.exact = Outcome(PLAIN, float(np.abs(self.residuals(exact[None])).max()), np.empty(0, MET), exact)
         self.size = self.exact.left
+
+    @property
+    def before(self) -> Floats:
+        """The state before the step: (k, 5)."""
+        return np.column_stack([self.group.ball[name] for name in ("x", "y", "vx", "vy", "spin")])
 
     @cached_property
     def _soft_scratch(self) -> SoftScratch:
@@ -196,23 +203,40 @@ class Problem:
         """Fit the parameters of trials, and return what they come to."""
         if not trials:
             return []
-        models = [BY_NAME[trial.fault] for trial in trials]
-        base = self.laws(trials)
-        low, high = self._ranges(models)
+        low, high = self._ranges([BY_NAME[trial.fault] for trial in trials])
         grid = np.linspace(low, high, GRID, axis=1) + 1e-3 * (high - low)[:, None] / GRID  # off the right value
-        after, _, _ = self.run(_set(np.repeat(base, GRID), _places(models, GRID), grid.ravel()))
-        left = np.linalg.norm(self.residuals(after), axis=1).reshape(grid.shape)
-        left[np.isnan(left)] = np.inf
-        flat = np.isclose(left[:, 1:], left[:, :-1], rtol=1e-9, atol=0)
-        left[:, 1:][flat] = np.inf  # a contact that has moved to the start of the step no longer depends on the value
-        best = np.argsort(left, axis=1)[:, :STARTS]
-        value = np.take_along_axis(grid, best, axis=1).ravel()
-        models = [model for model in models for _ in range(STARTS)]
-        laws, trials = np.repeat(base, STARTS), [trial for trial in trials for _ in range(STARTS)]
+        laws = self.laws(trials)
+        chosen, value = self._starts(trials, laws, grid)
+        if not chosen:
+            return []
+        trials, laws = [trials[k] for k in chosen], laws[chosen]
+        models = [BY_NAME[trial.fault] for trial in trials]
         value = self._refine(laws, models, value)
         fitted = [trial._replace(value=float(v)) for trial, v in zip(trials, value, strict=True)]
-        outcomes = self.outcomes_of(fitted, _set(laws, _places(models), value))
-        return [min(outcomes[k : k + STARTS], key=lambda o: o.left) for k in range(0, len(outcomes), STARTS)]
+        best: dict[int, Outcome] = {}
+        for k, outcome in zip(chosen, self.outcomes_of(fitted, _set(laws, _places(models), value)), strict=True):
+            best[k] = min(best.get(k, outcome), outcome, key=lambda o: o.left)
+        return list(best.values())
+
+    def _starts(self, trials: Sequence[Trial], laws: Laws, grid: Floats) -> tuple[list[int], Floats]:
+        """Return from where fits may begin: the numbers of trials, and values of their parameters.
+
+        Only where the residual changes by half of itself or more from one point of the grid to the next: elsewhere, no
+        value near by brings it to nothing. grid: (trials, points).
+        """
+        points, models = grid.shape[1], [BY_NAME[trial.fault] for trial in trials]
+        after, _, _ = self.run(_set(np.repeat(laws, points), _places(models, points), grid.ravel()))
+        residuals = self.residuals(after).reshape(*grid.shape, -1)
+        left, change = np.linalg.norm(residuals, axis=2), np.linalg.norm(np.diff(residuals, axis=1), axis=2)
+        left[np.isnan(left)] = np.inf
+        change[np.isnan(change)] = np.inf  # next to a step that has no end
+        flat = change <= 1e-9 * left[:, 1:]  # a contact that has moved to the start of the step does not depend on it
+        around = np.maximum(np.pad(change, ((0, 0), (1, 0))), np.pad(change, ((0, 0), (0, 1))))
+        left[around < left / 2] = np.inf
+        left[:, 1:][flat] = np.inf
+        best = np.argsort(left, axis=1)[:, :STARTS]
+        chosen, places = np.nonzero(np.isfinite(np.take_along_axis(left, best, axis=1)))
+        return chosen.tolist(), grid[chosen, best[chosen, places]]
 
     def _ranges(self, models: Sequence[Fault]) -> tuple[Floats, Floats]:
         """Return the least and the largest values of the models' parameters, (k,) each."""
@@ -253,6 +277,11 @@ def laws_of(trials: Sequence[Trial], gravity: tuple[float, float]) -> Laws:
     for name, values in fields.items():
         laws[name][list(values)] = list(values.values())
     return laws
+
+
+@cache
+def _exact_laws(gravity: tuple[float, float]) -> Laws:
+    return laws_of([PLAIN], gravity)
 
 
 def _places(models: Sequence[Fault], times: int = 1) -> dict[str, Integers]:

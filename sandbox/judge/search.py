@@ -11,7 +11,7 @@ import numpy as np
 
 from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.judge.explain import PUSHED_WAYS, Part
-from sandbox.judge.fit import Outcome, Problem, Trial, laws_of
+from sandbox.judge.fit import PLAIN, Outcome, Problem, Trial, laws_of
 from sandbox.judge.law import UNDONE, Laws, Order, Parting, Place, Scope
 from sandbox.judge.models import BY_NAME, FAULTS, FRICTION, Fault, Fields, rules, scopes
 from sandbox.judge.soft_contacts import SoftMemory, cause_of_soft
@@ -19,7 +19,6 @@ from sandbox.judge.soft_contacts import SoftMemory, cause_of_soft
 MAX_WAYS: Final = 16  # rules with a fault each, of those that come to different results
 MAX_VARIED: Final = 4  # faults that are tried by all rules, of those that have explained most steps
 MAX_KEPT: Final = 64  # faults whose laws by all rules are kept
-PLAIN: Final = Trial({})
 OFFSET: Final = BY_NAME["offset"]
 EARLY: Final = (0.055, 0.11, 0.33, 0.55, 1.1)  # radii, at which contacts are looked for that are found early
 

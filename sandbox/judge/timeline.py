@@ -5,7 +5,7 @@ same value of its parameter. If that does not decide, the sentence names them, a
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -68,24 +68,19 @@ class Timeline:
         support = Counter(key for error in self.errors for key in {o.trial.model for o, _ in error.candidates})
         against = self._judge.against
         refuted = {key for key, times in support.items() if against[key[0]] > times}
+        ranked: dict[tuple[tuple[int, Cause], ...], list[int]] = {}  # many steps have the same candidates
         for error in self.errors:
             if not error.candidates or error.cause == Cause.LATE:
                 continue
-            most = max(support[o.trial.model] for o, _ in error.candidates)
-            best = [(o, c) for o, c in error.candidates if support[o.trial.model] == most]
-            best = [(o, c) for o, c in best if not o.trial.is_fitted] or best
-            best = [(o, c) for o, c in best if not o.trial.is_odd] or best
-            best.sort(key=lambda candidate: MODELS.index(candidate[0].trial.fault))
-            if {c for _, c in best} == {
-                Cause.POSITION_CORRECTION,
-                Cause.OVERSHOOT,
-            }:  # put where the two touch, it is both
-                best = [(o, c) for o, c in best if c == Cause.OVERSHOOT]
+            key = tuple((id(o.trial), cause) for o, cause in error.candidates)
+            if key not in ranked:
+                ranked[key] = _likeliest(error.candidates, support)
+            best = [error.candidates[k] for k in ranked[key]]
             causes = list(dict.fromkeys(c for _, c in best))
             outcome, cause = best[0]
             if outcome.trial.model in refuted:
                 error.cause, error.because = Cause.UNKNOWN, NO_SINGLE_ERROR
-            elif most < 2 and error.numbers <= _freedom(outcome):
+            elif support[outcome.trial.model] < 2 and error.numbers <= _freedom(outcome):
                 said = self.touches.said(error)
                 error.cause, error.because = Cause.UNKNOWN, f"{said} Nothing else in the run confirms that."
             elif len(causes) > 1:
@@ -149,6 +144,18 @@ class Timeline:
         sizes = [(e.speed if kicks else e.displacement) / e.times for e in errors]
         alike = of_kicks(scene.units, should, after) if kicks else ""
         return alike or of_changes(scene, cause, errors[0].because, sizes)
+
+
+def _likeliest(candidates: Sequence[tuple[Outcome, Cause]], support: Mapping[tuple[str, Hashable], int]) -> list[int]:
+    """Return the numbers of the likeliest of what explains a step, the best first. support: of models, in steps."""
+    most = max(support[o.trial.model] for o, _ in candidates)
+    best = [k for k, (o, _) in enumerate(candidates) if support[o.trial.model] == most]
+    best = [k for k in best if not candidates[k][0].trial.is_fitted] or best
+    best = [k for k in best if not candidates[k][0].trial.is_odd] or best
+    best.sort(key=lambda k: MODELS.index(candidates[k][0].trial.fault))
+    if {candidates[k][1] for k in best} == {Cause.POSITION_CORRECTION, Cause.OVERSHOOT}:
+        best = [k for k in best if candidates[k][1] == Cause.OVERSHOOT]  # put where the two touch, it is both
+    return best
 
 
 def _model(error: StepError) -> str:

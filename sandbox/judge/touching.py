@@ -1,7 +1,7 @@
 """What bodies that touch did in several steps: overlaps at the start, contacts missed and found late, springs."""
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations
+from itertools import chain, combinations
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -361,7 +361,7 @@ class Springs:
     def before(self, step: int, balls: Sequence[int]) -> list[tuple[int, int]]:
         """Return the contacts of some balls, with each other or walls, that may be springs since the step before."""
         self._go_to(step)
-        near = dict.fromkeys(pair for ball in balls for pair in self._of_ball.get(ball, ()))
+        near = dict.fromkeys(chain.from_iterable(self._of_ball.get(ball, ()) for ball in balls))
         return [pair for pair in near if pair[0] in balls and (pair[1] < 0 or pair[1] in balls)]
 
     def follow(self, touches: Sequence[Touch], step: int, errors: list[StepError]) -> None:
