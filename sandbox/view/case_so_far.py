@@ -1,6 +1,7 @@
 """What is to be said of a run, as far as a process beside the window has compared it."""
 
 import webbrowser
+from dataclasses import replace
 from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -18,6 +19,9 @@ from sandbox.view.notice import Kind, Notice
 
 DIED = "the process that compares has died"
 MAX_REST: Final = 2.0  # s; until then, the worker is busy for half of the time at most
+ANSWER_TIME: Final = 2.0  # s, in which the worker should answer: it compares as much of a run at a time
+MIN_TIME: Final = 1e-3  # s, of an answer, which a clock may not show
+FIRST_STEPS: Final = 60  # that it compares before it is known how long that takes
 
 
 class CaseWorker:
@@ -77,7 +81,7 @@ def answer(so_far: ComparisonSoFar, task: tuple[RunSoFar, str | None]) -> Case |
 
 
 class CaseSoFar:
-    """What a worker finds out about the run of a session, again and again while the run goes on.
+    """What a worker finds out about the run of a session, part by part, while the run goes on.
 
     case: the latest, None until there is one; compared: the run that it is about; is_current: whether that is all of
     the run. error: why there is no newer one. is_warm: whether the worker has answered once.
@@ -90,6 +94,7 @@ class CaseSoFar:
         self._page = ""  # the file that it writes meanwhile
         self._page_wanted = ""  # the file to be written next
         self._asked_at = self._rests_until = 0.0  # s
+        self._steps_at_once = FIRST_STEPS
         self.is_warm = False
         self.forget()
 
@@ -133,7 +138,10 @@ class CaseSoFar:
 
     def _note(self, run: RunSoFar, answer: Case | SandboxError) -> None:
         now = monotonic()
-        self._rests_until = now + min(now - self._asked_at, MAX_REST)
+        took, steps = now - self._asked_at, run.steps - self._compared_steps
+        if not self._page:
+            self._steps_at_once = max(FIRST_STEPS, round(steps * ANSWER_TIME / max(took, MIN_TIME)))
+        self._rests_until = now + min(took, MAX_REST)
         self._asked = None
         self.compared = run
         if isinstance(answer, SandboxError):
@@ -147,14 +155,20 @@ class CaseSoFar:
             self._notice.show_saved(page)
             webbrowser.open(Path(page).absolute().as_uri())
 
+    @property
+    def _compared_steps(self) -> int:
+        return self.compared.steps if self.compared else 0
+
     def _ask(self, run: RunSoFar) -> None:
-        """Let the worker compare a run, unless it has just done so."""
-        if self._page_wanted or (run != self.compared and monotonic() >= self._rests_until):
+        """Let the worker compare more of a run, unless it has compared all of it. Only pages are of all at once."""
+        most = self._compared_steps + self._steps_at_once
+        is_behind = run.steps > most
+        if self._page_wanted or (run != self.compared and (is_behind or monotonic() >= self._rests_until)):
             self._page, self._page_wanted = self._page_wanted, ""
-            self._asked, self._asked_at = run, monotonic()
-            self._worker.ask(run, self._page or None)
+            self._asked, self._asked_at = run if self._page else replace(run, steps=min(run.steps, most)), monotonic()
+            self._worker.ask(self._asked, self._page or None)
 
     def stop(self) -> None:
         """End what the worker does."""
         self._worker.stop()
-        self._asked, self._page, self.is_warm = None, "", False
+        self._asked, self._page, self.is_warm, self._steps_at_once = None, "", False, FIRST_STEPS

@@ -2,6 +2,7 @@
 
 import math
 import time
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +45,7 @@ def window_of(scene: Scene, engines: list[str], steps: int) -> Window:
     window.playback.paused = True
     run(window, steps)
     press(window, "w")
-    for _ in range(3):
+    for _ in range(5):
         window.frame(1 / 60)
     return window
 
@@ -124,6 +125,22 @@ def test_an_answer_that_took_longer_than_the_run_before_it_is_not_shown_while_th
     assert "Comparing \N{HORIZONTAL ELLIPSIS}" in words(window)
     window.frame(1 / 60)
     assert "Compared with exact up to 1.00 s." in words(window)
+
+
+def test_a_long_run_is_compared_in_parts_of_two_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each answer takes a second, so that the second part may be twice the first, of 60 steps."""
+    clock = count()
+    monkeypatch.setattr("sandbox.view.case_so_far.monotonic", lambda: float(next(clock)))
+    window = Window(load("bouncing"), ["pymunk"])
+    window.playback.paused = True
+    run(window, 300)
+    press(window, "w")
+    compared = list[str]()
+    for _ in range(6):
+        compared += [text for text in words(window) if text.startswith("Compared") and text not in compared]
+        window.frame(1 / 60)
+    assert compared == [f"Compared with exact up to {text}." for text in ("1.00 s so far", "3.00 s so far", "5.00 s")]
+    assert window.why.case.case == expected(window)
 
 
 def test_the_headline_says_what_the_title_says_at_any_step(article: Window) -> None:
