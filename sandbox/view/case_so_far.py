@@ -19,9 +19,7 @@ from sandbox.view.notice import Kind, Notice
 
 DIED = "the process that compares has died"
 MAX_REST: Final = 2.0  # s; until then, the worker is busy for half of the time at most
-ANSWER_TIME: Final = 2.0  # s, in which the worker should answer: it compares as much of a run at a time
-MIN_TIME: Final = 1e-3  # s, of an answer, which a clock may not show
-FIRST_STEPS: Final = 60  # that it compares before it is known how long that takes
+FIRST_STEPS: Final = 60  # of a run that it compares at once; then twice as many each time
 
 
 class CaseWorker:
@@ -94,7 +92,6 @@ class CaseSoFar:
         self._page = ""  # the file that it writes meanwhile
         self._page_wanted = ""  # the file to be written next
         self._asked_at = self._rests_until = 0.0  # s
-        self._steps_at_once = FIRST_STEPS
         self.is_warm = False
         self.forget()
 
@@ -138,10 +135,7 @@ class CaseSoFar:
 
     def _note(self, run: RunSoFar, answer: Case | SandboxError) -> None:
         now = monotonic()
-        took, steps = now - self._asked_at, run.steps - self._compared_steps
-        if not self._page:
-            self._steps_at_once = max(FIRST_STEPS, round(steps * ANSWER_TIME / max(took, MIN_TIME)))
-        self._rests_until = now + min(took, MAX_REST)
+        self._rests_until = now + min(now - self._asked_at, MAX_REST)
         self._asked = None
         self.compared = run
         if isinstance(answer, SandboxError):
@@ -155,13 +149,9 @@ class CaseSoFar:
             self._notice.show_saved(page)
             webbrowser.open(Path(page).absolute().as_uri())
 
-    @property
-    def _compared_steps(self) -> int:
-        return self.compared.steps if self.compared else 0
-
     def _ask(self, run: RunSoFar) -> None:
         """Let the worker compare more of a run, unless it has compared all of it. Only pages are of all at once."""
-        most = self._compared_steps + self._steps_at_once
+        most = max(FIRST_STEPS, 2 * self.compared.steps if self.compared else 0)
         is_behind = run.steps > most
         if self._page_wanted or (run != self.compared and (is_behind or monotonic() >= self._rests_until)):
             self._page, self._page_wanted = self._page_wanted, ""
@@ -171,4 +161,4 @@ class CaseSoFar:
     def stop(self) -> None:
         """End what the worker does."""
         self._worker.stop()
-        self._asked, self._page, self.is_warm, self._steps_at_once = None, "", False, FIRST_STEPS
+        self._asked, self._page, self.is_warm = None, "", False
