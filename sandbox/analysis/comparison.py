@@ -452,7 +452,7 @@ class _Segment:
         for number, expect in enumerate(self.expect):
             if expect.at <= seconds and steps_around(expect.at, self.scene.rate)[1] > steps:
                 for measurement in self.measurements.values():
-                    measurement.skip(number, expect)
+                    measurement.expect(number, expect, ())
         disturbed = bool(self.disturbed)
         if self.reference:
             trust, reference = self.reference.alone.trust, self.reference.alone.runs[self.against]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from sandbox.analysis.difference import Difference, difference_at_start, differences, passages
 from sandbox.analysis.figures import Course, Escape, Run, keeps_energy
-from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
+from sandbox.analysis.gas import TheoryRow, measure_gas, why_lawless, why_no_gas
 from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, impacts_in
 from sandbox.analysis.misreports import Reports
 from sandbox.judge.causes import NEGLIGIBLE, entries_of
@@ -61,12 +61,11 @@ class Measurement:
         self._apart: tuple[float, int] | None = None  # s, ball
         self._furthest_outside = np.zeros(n)  # px from the arena, of each ball
         self._first_outside: tuple[float, int] | None = None  # s, ball
-        self._obeys_laws = obeys_laws(scene)
+        self._obeys_laws = not why_lawless(scene)
         self._velocities: list[Floats] = []  # at some times, of a scene that theory applies to
         self._velocity_stride = max(1, steps // SPEED_SAMPLES)
         self._path: list[NDArray[np.float32]] = []
-        self._expected: dict[int, tuple[Expect, State, State]] = {}  # with the states before and after its time
-        self._skipped: dict[int, Score] = {}
+        self._expected: dict[int, tuple[Expect, list[State]]] = {}  # with the states before and after its time
 
     def measure(self, rows: slice, reference: Floats | None) -> None:
         """Measure some of the states.
@@ -117,14 +116,10 @@ class Measurement:
             self._first_outside = self._scene.clock.time(first + step), ball
         self._furthest_outside = np.maximum(self._furthest_outside, away.max(axis=0))
 
-    def expect(self, number: int, expect: Expect, rows: tuple[int, int]) -> None:
-        """Keep the states of the rows around the time of an expectation."""
-        first, last = (self.states.state(row, self._scene.clock.time(self._entered + row)).copy() for row in rows)
-        self._expected[number] = expect, first, last
-
-    def skip(self, number: int, expect: Expect) -> None:
-        """Score an expectation that falls between the last step and the end of the run."""
-        self._skipped[number] = Score(expect, skipped=f"the last step ends before {expect.at:g} s")
+    def expect(self, number: int, expect: Expect, rows: tuple[int, ...]) -> None:
+        """Keep the states of the rows around the time of an expectation; without rows, the run ends before it."""
+        states = [self.states.state(row, self._scene.clock.time(self._entered + row)).copy() for row in rows]
+        self._expected[number] = expect, states
 
     def enter(self, rows: int) -> None:
         """Enter the first rows of the block in the ledger, and begin another block with the last of them."""
@@ -204,7 +199,7 @@ class Measurement:
             suffered=timeline.suffered,
             escape=self._escape(final),
             scores=self._scores(energy_scale),
-            theory=self._theory(final.time) if is_gas(scene) or trusted_until is not None else (),
+            theory=self._theory(final.time) if trusted_until is not None or not why_no_gas(scene) else (),
             path=np.concatenate(self._path),
             start=self.start,
             final=final,
@@ -219,11 +214,12 @@ class Measurement:
 
     def _scores(self, energy_scale: float) -> list[Score]:
         """Return the scores of the expectations that fall into the run, in their order in the scene."""
-        scored = {
-            number: score(self._scene, expect, self.start, before, after, energy_scale)
-            for number, (expect, before, after) in self._expected.items()
-        }
-        return [of_one for _, of_one in sorted((scored | self._skipped).items())]
+        return [
+            score(self._scene, expect, self.start, states[0], states[-1], energy_scale)
+            if states
+            else Score(expect, skipped=f"the last step ends before {expect.at:g} s")
+            for _, (expect, states) in sorted(self._expected.items())
+        ]
 
     def _energy_gap(self, course: Course, reference: Floats, scale: float, until: float) -> Floats:
         """Return `Run.energy_gap`.
@@ -254,7 +250,7 @@ class Measurement:
     def _theory(self, seconds: float) -> tuple[TheoryRow, ...]:
         if not self._obeys_laws or not self._traits.reports_contacts:
             return ()
-        return measure_gas(self._scene, self.contacts, np.concatenate(self._velocities), seconds) or ()
+        return measure_gas(self._scene, self.contacts, np.concatenate(self._velocities), seconds)
 
 
 def path_stride(scene: Scene, steps: int) -> int:
