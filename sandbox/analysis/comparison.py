@@ -71,6 +71,11 @@ class Comparison:
         return self.trust.unresolved
 
     @property
+    def others(self) -> dict[str, Run]:
+        """The runs of all engines but the one that they are measured against."""
+        return {name: run for name, run in self.runs.items() if name != self.against}
+
+    @property
     def reference_until(self) -> float | None:
         """Where the comparison ends early, s; None if it covers the scene's seconds."""
         return float(self.time[-1]) if self.ended else None
@@ -95,19 +100,9 @@ class Comparison:
     @property
     def conditions(self) -> Conditions:
         """What all engines share, as JSON and CSV have it."""
-        return Conditions(
-            scene=self.scene.name,
-            seed=self.scene.seed,
-            rate=self.scene.rate,
-            since=self.since,
-            seconds=float(self.time[-1]),
-            against=self.against,
-            horizon=self.horizon,
-            undecided=self.undecided,
-            unresolved=self.unresolved,
-            reference_until=self.reference_until,
-            energy_scale=self.energy_scale,
-        )
+        scene, seconds = self.scene, float(self.time[-1])
+        shared = scene.name, scene.seed, scene.rate, self.since, seconds, self.against
+        return Conditions(*shared, *self.trust[:3], self.reference_until, self.energy_scale)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each engine, nested figures under dotted names; None where it has no such figure.

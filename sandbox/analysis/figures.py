@@ -12,7 +12,7 @@ from sandbox.analysis.difference import Difference, Passage
 from sandbox.analysis.gas import TheoryRow
 from sandbox.analysis.impacts import Impacts
 from sandbox.analysis.misreports import Misreport
-from sandbox.judge.causes import Entry
+from sandbox.judge.causes import Cause, Entry
 from sandbox.judge.timeline import Suffered
 from sandbox.quantity import length
 from sandbox.scene.model import Scene
@@ -152,6 +152,11 @@ class Run(Course):
         """The energy since the start, as a fraction of the scale: (steps + 1,), NaN if that is 0."""
         change: Floats = (self.energy - self.energy[0]) / (self.energy_scale or np.nan)
         return change
+
+    @property
+    def energy_by_cause(self) -> dict[Cause, float]:
+        """The energy of each line of the ledger, kg px²/s²."""
+        return {entry.cause: entry.energy for entry in self.ledger}
 
     def __repr__(self) -> str:
         return (

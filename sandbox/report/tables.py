@@ -142,12 +142,8 @@ def comparison_rows(comparison: Comparison) -> Iterator[list[str]]:
     yield ["  cause", *(first.cause_label if first else "-" for first in firsts)]
     if any(run.missed for run in runs):
         yield ["missed contacts", *(str(len(run.missed)) for run in runs)]
-    energies = [{entry.cause: entry.energy for entry in run.figures.ledger} for run in runs]
     for cause in Cause:
-        shares = [
-            energy[cause] / run.energy_scale if run.energy_scale and cause in energy else 0.0
-            for energy, run in zip(energies, runs, strict=True)
-        ]
+        shares = [run.energy_by_cause.get(cause, 0.0) / (run.energy_scale or math.inf) for run in runs]
         values = [share_text(share) for share in shares]
         if any(value != NOTHING for value in values):
             yield [f"energy: {cause.label}{ledger_mark(comparison)}", *values]
