@@ -26,15 +26,6 @@ CHUNK_BYTES: Final = 1_000_000  # of an engine's states that are measured togeth
 
 
 @dataclass(frozen=True)
-class LimitCheck:
-    """A figure of an engine, compared with a limit. exceeded: by how much and since when, empty if it is not."""
-
-    engine: str
-    figure: str
-    exceeded: str
-
-
-@dataclass(frozen=True)
 class Comparison:
     """Several engines' runs of one scene.
 
@@ -119,10 +110,10 @@ class Comparison:
         rows = self.rows()
         return csv_text([[*rows[0]], *([*row.values()] for row in rows)])
 
-    def check_limits(
+    def exceeded(
         self, max_gap: float | None = None, max_drift: float | None = None, max_energy_error: float | None = None
-    ) -> Iterator[LimitCheck]:
-        """Compare each engine with each limit that is not None: by how much it exceeds it, and since when.
+    ) -> Iterator[tuple[str, str]]:
+        """Yield each engine that exceeds a limit, of those that are not None, and by how much and since when.
 
         Raises SandboxError if a limit cannot be judged: the engine is alone, or its figure is unknown at all times.
         """
@@ -144,14 +135,10 @@ class Comparison:
                     raise SandboxError(
                         f"{name}: there is no {what} to compare with the limit of {limit:g}: {self.against} {why}"
                     )
-                message = ""
                 if (values > limit).any():
                     since = self.time[int((values > limit).argmax())]
-                    message = (
-                        f"{name}: {what} {np.nanmax(values):.6g}{unit} exceeds the limit of {limit:g}{unit}, "
-                        f"first at {since:.3f} s"
-                    )
-                yield LimitCheck(name, what, message)
+                    largest = f"{np.nanmax(values):.6g}{unit}"
+                    yield name, f"{name}: {what} {largest} exceeds the limit of {limit:g}{unit}, first at {since:.3f} s"
 
 
 def _as_json(run: Run) -> dict[str, Any]:
