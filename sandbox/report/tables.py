@@ -29,13 +29,7 @@ MIN_ENERGY_SHOWN: Final = 5e-7  # fraction of the energy; the table shows millio
 NOTHING: Final = "-"  # in a cell
 FIRST_CONTACTS: Final = 5  # of the only engine, whose motion is shown
 SCORE_WIDTH: Final = len("1.2e+02 MISSED")  # columns
-_KINDS: Final = {
-    Kind.OUTCOME: "",
-    Kind.MISSING: "Missing contact. ",
-    Kind.EXTRA: "Extra contact. ",
-    Kind.FLIGHT: "",
-    Kind.START: "",
-}
+_KINDS: Final = {Kind.MISSING: "Missing contact. ", Kind.EXTRA: "Extra contact. "}
 
 
 def print_comparison(comparison: Comparison, terminal: Console) -> None:
@@ -87,7 +81,7 @@ def _print_first_contacts(scene: Scene, engine: str, run: Run, terminal: Console
 
 def sentence(scene: Scene, difference: Difference) -> str:
     """Return when two bodies differ from the reference, which these are, and why."""
-    what = f"{_KINDS[difference.kind]}{difference.because}"
+    what = _KINDS.get(difference.kind, "") + difference.because
     return f"{difference.time:.3f} s, {pair_name(scene, difference)}: {what}"
 
 
