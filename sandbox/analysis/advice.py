@@ -162,16 +162,23 @@ def try_settings(
     trials: list[Trial] = []
     for number, rate in enumerate(rates):
         group = [changes for changes in tried if changes.get("rate", scene.rate) == rate]
-        done = partial(_show_part, progress, number / len(rates), 1 / len(rates)) if progress else None
-        comparison, names = _run_together(scene, rate, group, against, inputs, done)
+        names = [with_settings(TUNED, {key: n for key, n in changes.items() if key != "rate"}) for changes in group]
+        reference = _reference_at(rate, scene, against)
+        comparison = compare(
+            scene.changed(rate=rate),
+            [*names, reference],
+            against=reference,
+            inputs=at_rate(inputs, scene.rate, rate),
+            progress=partial(_show_part, progress, number, len(rates)) if progress else None,
+        )
         trials += [_trial(comparison, name, changes) for changes, name in zip(group, names, strict=True)]
         if comparison.ended:  # so that all trials are of the same time
             scene = scene.changed(seconds=comparison.since + float(comparison.time[-1]))
     return sorted(trials, key=lambda trial: tried.index(trial.changes))
 
 
-def _show_part(progress: Callable[[float], object], before: float, part: float, done: float) -> None:
-    progress(before + part * done)
+def _show_part(progress: Callable[[float], object], number: int, parts: int, done: float) -> None:
+    progress((number + done) / parts)
 
 
 def _changes(scene: Scene, against: str, inputs: Sequence[Input]) -> Iterator[Changes]:
@@ -214,21 +221,6 @@ def _reference_at(rate: int, scene: Scene, against: str) -> str:
         return against
     name, settings = settings_in(against)
     return with_settings(name, settings | {"substeps": _substeps(scene, against) * scene.rate // rate})
-
-
-def _run_together(
-    scene: Scene,
-    rate: int,
-    group: Sequence[Changes],
-    against: str,
-    inputs: Sequence[Input],
-    progress: Callable[[float], object] | None,
-) -> tuple[Comparison, list[str]]:
-    """Run trials of one rate in one comparison. Return it, and the name of each trial in it."""
-    names = [with_settings(TUNED, {key: n for key, n in changes.items() if key != "rate"}) for changes in group]
-    inputs, against = at_rate(inputs, scene.rate, rate), _reference_at(rate, scene, against)
-    scene = scene.changed(rate=rate)
-    return compare(scene, [*names, against], against=against, inputs=inputs, progress=progress), names
 
 
 def at_rate(inputs: Sequence[Input], old: int, new: int) -> list[Input]:

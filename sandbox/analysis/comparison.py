@@ -3,36 +3,26 @@
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from sandbox.analysis.documents import Conditions, Failure, figure_columns
 from sandbox.analysis.figures import Run
-from sandbox.analysis.measurement import MeasuredReference, Measurement
+from sandbox.analysis.measurement import Measurement
 from sandbox.analysis.reference import Trust, Twins, reference_of
 from sandbox.engines import REFERENCE, Engines, Source, default_engines, named
 from sandbox.errors import EngineError, LimitReached, SandboxError, suggestion
-from sandbox.judge.timeline import Timeline
 from sandbox.run.edits import Edit, edited_scenes
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
 from sandbox.scores.expectations import steps_around
-from sandbox.state import Floats, State
+from sandbox.state import Floats
 from sandbox.text import csv_text
 
 BLOCK_BYTES: Final = 32_000_000  # of an engine's states that are kept, and entered in the ledger together
 CHUNK_BYTES: Final = 1_000_000  # of an engine's states that are measured together: they stay in a core's cache
-
-
-@dataclass(frozen=True)
-class LimitCheck:
-    """A figure of an engine, compared with a limit. exceeded: by how much and since when, empty if it is not."""
-
-    engine: str
-    figure: str
-    exceeded: str
 
 
 @dataclass(frozen=True)
@@ -72,6 +62,11 @@ class Comparison:
         return self.trust.unresolved
 
     @property
+    def others(self) -> dict[str, Run]:
+        """The runs of all engines but the one that they are measured against."""
+        return {name: run for name, run in self.runs.items() if name != self.against}
+
+    @property
     def reference_until(self) -> float | None:
         """Where the comparison ends early, s; None if it covers the scene's seconds."""
         return float(self.time[-1]) if self.ended else None
@@ -96,19 +91,9 @@ class Comparison:
     @property
     def conditions(self) -> Conditions:
         """What all engines share, as JSON and CSV have it."""
-        return Conditions(
-            scene=self.scene.name,
-            seed=self.scene.seed,
-            rate=self.scene.rate,
-            since=self.since,
-            seconds=float(self.time[-1]),
-            against=self.against,
-            horizon=self.horizon,
-            undecided=self.undecided,
-            unresolved=self.unresolved,
-            reference_until=self.reference_until,
-            energy_scale=self.energy_scale,
-        )
+        scene, seconds = self.scene, float(self.time[-1])
+        shared = scene.name, scene.seed, scene.rate, self.since, seconds, self.against
+        return Conditions(*shared, *self.trust[:3], self.reference_until, self.energy_scale)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each engine, nested figures under dotted names; None where it has no such figure.
@@ -125,10 +110,10 @@ class Comparison:
         rows = self.rows()
         return csv_text([[*rows[0]], *([*row.values()] for row in rows)])
 
-    def check_limits(
+    def exceeded(
         self, max_gap: float | None = None, max_drift: float | None = None, max_energy_error: float | None = None
-    ) -> Iterator[LimitCheck]:
-        """Compare each engine with each limit that is not None: by how much it exceeds it, and since when.
+    ) -> Iterator[tuple[str, str]]:
+        """Yield each engine that exceeds a limit, of those that are not None, and by how much and since when.
 
         Raises SandboxError if a limit cannot be judged: the engine is alone, or its figure is unknown at all times.
         """
@@ -150,14 +135,10 @@ class Comparison:
                     raise SandboxError(
                         f"{name}: there is no {what} to compare with the limit of {limit:g}: {self.against} {why}"
                     )
-                message = ""
                 if (values > limit).any():
                     since = self.time[int((values > limit).argmax())]
-                    message = (
-                        f"{name}: {what} {np.nanmax(values):.6g}{unit} exceeds the limit of {limit:g}{unit}, "
-                        f"first at {since:.3f} s"
-                    )
-                yield LimitCheck(name, what, message)
+                    largest = f"{np.nanmax(values):.6g}{unit}"
+                    yield name, f"{name}: {what} {largest} exceeds the limit of {limit:g}{unit}, first at {since:.3f} s"
 
 
 def _as_json(run: Run) -> dict[str, Any]:
@@ -209,7 +190,12 @@ def compare(
     """
     clock = clock_of(scene.clock, inputs)
     steps = clock.step(scene.seconds)
-    sources = named(engines or _default_names(scene, [given for given in inputs if given.step < steps]))
+    if not engines:
+        engines = [
+            *default_engines(*edited_scenes(scene, [given for given in inputs if given.step < steps])),
+            REFERENCE,
+        ]
+    sources = named(engines)
     against = against or reference_of(list(sources))
     if against not in sources:
         hint = suggestion(against, sources)
@@ -283,15 +269,6 @@ class RunningComparison:
         comparison = segment.comparison(self.inputs, seconds)
         return replace(comparison, failed=dict(self._failed), ended=self._ended)
 
-    def reference(self) -> "Reference":
-        """Return the run of the engine that others are measured against, whose positions are kept."""
-        comparison, name = self.result(), self._against
-        assert self._segment is not None
-        assert self._kept is not None
-        measured, position = self._segment.measurements[name], self._kept[: self.steps + 1]
-        run, trust, stride, ended = comparison.runs[name], comparison.trust, comparison.stride, comparison.ended
-        return Reference(name, run, measured.start, measured.timeline, position, trust, stride, ended)
-
     def _begin(self) -> None:
         """Begin at the first step, with the engines that can be built."""
         self._segment: _Segment | None = None
@@ -324,44 +301,17 @@ class RunningComparison:
 
     def _new_segment(self) -> "_Segment":
         planned = max(1, self._planned - self._lockstep.steps)
-        return _Segment(self._lockstep, list(self._engines), self._against, planned, kept=self._kept)
+        return _Segment(self._lockstep, self._against, planned, kept=self._kept)
 
 
-@dataclass(frozen=True)
-class Reference:
+class Reference(NamedTuple):
     """The whole run of the engine that others are measured against, for comparisons that share it.
 
-    start: its first state; timeline: what is wrong with it; position: (steps + 1, n, 2) px; stride: steps between two
-    frames of its path; ended: the limit at which it ends before the scene's seconds, None if at none.
+    alone: the comparison of that engine with nothing; position: (steps + 1, n, 2) px.
     """
 
-    engine: str
-    run: Run
-    start: State
-    timeline: Timeline
+    alone: Comparison
     position: Floats
-    trust: Trust
-    stride: int
-    ended: LimitReached | None
-
-    @property
-    def steps(self) -> int:
-        """The number of steps that it did."""
-        return len(self.position) - 1
-
-    @property
-    def energy(self) -> Floats:
-        """Its energy, (steps + 1,) kg px²/s²."""
-        return self.run.energy
-
-    @property
-    def energy_scale(self) -> float:
-        """The scale of its energy, kg px²/s²."""
-        return self.run.energy_scale
-
-    def positions(self, rows: slice, before: int) -> Floats:
-        """Return where the balls are in some rows of a block that begins after so many steps: (steps, n, 2) px."""
-        return self.position[before + rows.start : before + rows.stop]
 
 
 def run_reference(scene: Scene, engine: str) -> Reference:
@@ -372,44 +322,21 @@ def run_reference(scene: Scene, engine: str) -> Reference:
     kept = np.empty((scene.steps + 1, len(scene.bodies), 2))
     running = RunningComparison(scene, named([engine]), engine, (), scene.steps, kept)
     running.advance(scene.steps)
-    return running.reference()
+    return Reference(running.result(), kept[: running.steps + 1])
 
 
 def compare_with(reference: Reference, scene: Scene, engine: str) -> Comparison:
     """Compare an engine with a reference that ran the scene before, as `compare` does."""
-    steps = reference.steps
-    if engine == reference.engine:
-        time, runs = scene.clock.times(np.arange(steps + 1)), {engine: reference.run}
-        return Comparison(scene, engine, 0.0, time, runs, reference.trust, reference.stride, (), ended=reference.ended)
+    alone, steps = reference.alone, len(reference.position) - 1
+    if engine == alone.against:
+        return replace(alone, scene=scene)
     try:
-        comparison = _Segment(Lockstep(scene, [engine]), [engine], reference.engine, steps, reference).complete()
+        segment = _Segment(Lockstep(scene, [engine]), alone.against, steps, reference)
+        while segment.lockstep.steps < steps:
+            segment.advance(steps)
     except LimitReached:  # so the reference is needed up to there only
-        return compare(scene, [engine, reference.engine], against=reference.engine)
-    return replace(comparison, ended=reference.ended)
-
-
-class _RunningReference:
-    """The reference when it runs along, with its twins. kept: where its positions are kept, (steps + 1, n, 2) px."""
-
-    def __init__(self, lockstep: Lockstep, measurement: Measurement, kept: Floats | None) -> None:
-        self._measurement = measurement
-        self._twins = Twins(lockstep, measurement.runner.name)
-        self._clock = lockstep.scene.clock
-        self._kept = kept
-
-    def positions(self, rows: slice, before: int) -> Floats:
-        """Return as `Reference.positions` does, and let the twins follow. All rows are asked for once, in order."""
-        states, steps = self._measurement.states, slice(max(rows.start, 1), rows.stop)  # no step leads to the first row
-        self._twins.follow(states.rows(steps), self._clock.times(np.arange(before + steps.start, before + steps.stop)))
-        position = states.position[rows]
-        if self._kept is not None:
-            self._kept[before + rows.start : before + rows.stop] = position
-        return position
-
-    @property
-    def trust(self) -> Trust:
-        """Until when its paths mean anything, at the end of the run."""
-        return self._twins.trust(self._measurement.so_far.contacts)
+        return compare(scene, [engine, alone.against], against=alone.against)
+    return replace(segment.comparison((), scene.seconds), ended=alone.ended)
 
 
 class _Segment:
@@ -423,7 +350,6 @@ class _Segment:
     def __init__(
         self,
         lockstep: Lockstep,
-        names: Sequence[str],
         against: str,
         steps: int,
         reference: Reference | None = None,
@@ -438,11 +364,13 @@ class _Segment:
         state_bytes = 4 * 8 * len(self.scene.bodies)
         self.rows = min(max(2, BLOCK_BYTES // state_bytes), steps + 1)
         self.chunk = max(1, CHUNK_BYTES // state_bytes)
-        self.measurements = {name: Measurement(self.scene, lockstep.engines[name], self.rows, steps) for name in names}
+        self.measurements = {
+            name: Measurement(self.scene, runner, self.rows, steps) for name, runner in lockstep.engines.items()
+        }
         self.states = {measurement.runner: measurement.states for measurement in self.measurements.values()}
         self.begun = lockstep.steps
-        self.paths = reference or _RunningReference(lockstep, self.measurements[against], kept)
-        self.reference: MeasuredReference = reference or self.measurements[against]
+        self.reference, self.kept = reference, kept
+        self.twins = None if reference else Twins(lockstep, against)
         self.disturbed: list[int] = []  # steps before which a ball was pushed
         self.before, self.measured, self.filled = 0, 0, 1
 
@@ -465,16 +393,29 @@ class _Segment:
     def _measure(self) -> None:
         """Measure the states that are not measured yet."""
         rows = slice(self.measured, self.filled)
-        reference = self.paths.positions(rows, self.before)
+        reference = self._reference_positions(rows)
         for name, measurement in self.measurements.items():
-            measurement.measure(rows, None if name == self.against else reference, self.before)
+            measurement.measure(rows, None if name == self.against else reference)
         for number, expect in enumerate(self.expect):
             first, last = steps_around(expect.at, self.scene.rate)
             around = first - self.before, last - self.before
             if rows.start <= around[1] < rows.stop and not (self.disturbed and self.disturbed[0] <= last):
                 for measurement in self.measurements.values():
-                    measurement.expect(number, expect, around, self.before)
+                    measurement.expect(number, expect, around)
         self.measured = self.filled
+
+    def _reference_positions(self, rows: slice) -> Floats:
+        """Return where the reference has the balls in the next rows, (steps, n, 2) px; its twins follow it."""
+        steps = slice(self.before + rows.start, self.before + rows.stop)
+        if self.reference:
+            return self.reference.position[steps]
+        assert self.twins
+        states, first = self.measurements[self.against].states, max(rows.start, 1)  # no step leads to the first row
+        time = self.scene.clock.times(np.arange(self.before + first, steps.stop))
+        self.twins.follow(states.rows(slice(first, rows.stop)), time)
+        if self.kept is not None:
+            self.kept[steps] = states.position[rows]
+        return states.position[rows]
 
     def _enter(self) -> None:
         """Enter the block in the ledgers, and begin another."""
@@ -485,12 +426,6 @@ class _Segment:
         self.before += self.filled - 1
         self.measured = self.filled = 1
 
-    def complete(self) -> Comparison:
-        """Run all steps, without inputs, and return the comparison."""
-        while self.lockstep.steps < self.steps:
-            self.advance(self.steps)
-        return self.comparison((), self.scene.seconds)
-
     def comparison(self, inputs: tuple[Input, ...], seconds: float) -> Comparison:
         """Return the comparison so far. seconds: that the whole run is to take, from its start."""
         if self.filled > 1 or not self.before:
@@ -499,18 +434,20 @@ class _Segment:
         for number, expect in enumerate(self.expect):
             if expect.at <= seconds and steps_around(expect.at, self.scene.rate)[1] > steps:
                 for measurement in self.measurements.values():
-                    measurement.skip(number, expect)
-        trust, disturbed = self.paths.trust, np.isin(np.arange(steps + 1), self.disturbed)
+                    measurement.expect(number, expect, ())
+        disturbed = bool(self.disturbed)
+        if self.reference:
+            trust, reference = self.reference.alone.trust, self.reference.alone.runs[self.against]
+        else:
+            assert self.twins
+            measured = self.measurements[self.against]
+            trust = self.twins.trust(measured.contacts)
+            reference = measured.run(None, trust.until, disturbed=disturbed)
         runs = {
-            name: measurement.run(None if name == self.against else self.reference, trust.until, disturbed)
+            name: reference if name == self.against else measurement.run(reference, trust.until, disturbed=disturbed)
             for name, measurement in self.measurements.items()
         }
         time = self.scene.clock.times(np.arange(steps + 1))
         stride = next(iter(self.measurements.values())).stride
         scene = self.scene if self.scene.seconds == seconds else self.scene.changed(seconds=seconds)
         return Comparison(scene, self.against, self.since, time, runs, trust, stride, inputs)
-
-
-def _default_names(scene: Scene, inputs: Sequence[Input]) -> list[str]:
-    scenes = list(edited_scenes(scene, inputs))
-    return [*default_engines(*scenes), REFERENCE]

@@ -1,9 +1,10 @@
 """What is wrong with an engine's steps, beside the exact step from its own state: where, since when, and why."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from sandbox.quantity import length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension, Units
-from sandbox.state import State
+from sandbox.state import Floats, State
 
 MAX_DIFFERENCES: Final = 200  # reported of one engine
 Velocities = tuple[Vector, ...]
@@ -65,6 +66,10 @@ class Difference:
         """The balls that it is about."""
         return [body for body in (self.first, self.second) if body is not None and body >= 0]
 
+    def of_reference(self) -> "Difference":
+        """Return the same, said of the reference."""
+        return replace(self, in_reference=True, because=f"The reference is wrong here. {self.because}")
+
     @property
     def cause_label(self) -> str:
         """The cause in words, and whose it is if it is not the engine's."""
@@ -79,12 +84,6 @@ class Passage(NamedTuple):
     second: int
 
 
-def passages(timeline: Timeline) -> tuple[Passage, ...]:
-    """Return the contacts of a run that did not happen."""
-    missed = (error for error in timeline.errors if error.cause == Cause.MISSED and error.contact)
-    return tuple(Passage(error.step, *error.contact) for error in missed if error.contact)
-
-
 def pair_name(scene: Scene, contact: Difference | Passage) -> str:
     """Name the two bodies of a difference or a passage."""
     return f"ball {contact.first}" if contact.second is None else contact_name(scene, contact.first, contact.second)
@@ -95,7 +94,13 @@ def contact_name(scene: Scene, first: int, second: int) -> str:
     return f"balls {first} and {second}" if second >= 0 else f"ball {first} and {scene.wall_name(~second)}"
 
 
-def differences(scene: Scene, timeline: Timeline, *, in_reference: bool = False) -> tuple[Difference, ...]:
+def passages(timeline: Timeline) -> tuple[Passage, ...]:
+    """Return the contacts of a run that did not happen."""
+    missed = (error for error in timeline.errors if error.cause == Cause.MISSED and error.contact)
+    return tuple(Passage(error.step, *error.contact) for error in missed if error.contact)
+
+
+def differences(scene: Scene, timeline: Timeline) -> tuple[Difference, ...]:
     """Return the steps of an engine that are not as the exact step from the same state is, at most MAX_DIFFERENCES.
 
     What is wrong with all its flights is listed once.
@@ -109,35 +114,37 @@ def differences(scene: Scene, timeline: Timeline, *, in_reference: bool = False)
             flights.add(error.because)
         if len(listed) == MAX_DIFFERENCES:
             break
-    return tuple(_of_step(scene, timeline.touches, error, in_reference=in_reference) for error in listed)
+    return tuple(_of_step(scene, timeline.touches, error) for error in listed)
 
 
-def _of_step(scene: Scene, touches: Touches, error: StepError, *, in_reference: bool) -> Difference:
-    before, after, should = (tuple((x, y) for x, y in v.tolist()) for v in (error.before, error.after, error.should))
-    spin_before, spin_after, should_spin = (tuple(each.tolist()) for each in error.spins)
-    first, second = error.contact or (error.balls[0], None)
-    because, (normal, should_normal) = touches.said(error), touches.normals(error)
+def _of_step(scene: Scene, touches: Touches, error: StepError) -> Difference:
+    (first, second), (spin, spin_after, should_spin) = error.contact or (error.balls[0], None), error.spins
+    normal, should_normal = touches.normals(error)
     return Difference(
         _kind(error),
         scene.clock.time(error.step),
         first,
         second,
         error.cause,
-        f"The reference is wrong here. {because}" if in_reference else because,
-        in_reference=in_reference,
-        before=before,
-        after=after,
-        should_before=before,
-        should_after=should,
-        spin_before=spin_before,
-        spin_after=spin_after,
-        should_spin_before=spin_before,
-        should_spin_after=should_spin,
+        touches.said(error),
+        in_reference=False,
+        **_motion((error.before, error.after, error.before, error.should), (spin, spin_after, spin, should_spin)),
         normal=normal,
         depth=error.depth,
         normal_at_touch=should_normal,
         should_normal=should_normal,
     )
+
+
+def _motion(velocity: Sequence[Floats], spin: Sequence[Floats]) -> dict[str, Any]:
+    """Return the motion of a difference, by the names of its fields.
+
+    velocity, spin: (k, 2) px/s and (k,) rad/s of the balls, before and after, and what both should be.
+    """
+    times = "before", "after", "should_before", "should_after"
+    velocities = {time: tuple((x, y) for x, y in v.tolist()) for time, v in zip(times, velocity, strict=True)}
+    times = "spin_before", "spin_after", "should_spin_before", "should_spin_after"
+    return velocities | {time: tuple(each.tolist()) for time, each in zip(times, spin, strict=True)}
 
 
 def _kind(error: StepError) -> Kind:
@@ -161,11 +168,9 @@ def difference_at_start(scene: Scene, state: State, reference: State) -> Differe
 
 def _start(units: Units, state: State, reference: State, ball: int) -> Difference:
     """Describe that a ball begins elsewhere than in the reference."""
-    states = state, reference
-    away = math.dist(*(state.position[ball] for state in states))
-    slower = math.dist(*(state.velocity[ball] for state in states))
-    velocity, should_velocity = (((float(x), float(y)),) for x, y in (state.velocity[ball] for state in states))
-    spin, should_spin = ((float(state.spin[ball]),) for state in states)
+    away = math.dist(state.position[ball], reference.position[ball])
+    slower = math.dist(state.velocity[ball], reference.velocity[ball])
+    states = state, state, reference, reference
     return Difference(
         Kind.START,
         0.0,
@@ -175,12 +180,5 @@ def _start(units: Units, state: State, reference: State, ball: int) -> Differenc
         f"When the comparison begins, ball {ball} is {units.text(Dimension.LENGTH, '{:.3g}', away)} and "
         f"{units.text(Dimension.VELOCITY, '{:.3g}', slower)} from the reference's: what follows begins with that.",
         in_reference=False,
-        before=velocity,
-        after=velocity,
-        should_before=should_velocity,
-        should_after=should_velocity,
-        spin_before=spin,
-        spin_after=spin,
-        should_spin_before=should_spin,
-        should_spin_after=should_spin,
+        **_motion([each.velocity[[ball]] for each in states], [each.spin[[ball]] for each in states]),
     )

@@ -1,7 +1,9 @@
 """One engine's run in figures, and over time."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cached_property
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,11 +12,12 @@ from sandbox.analysis.difference import Difference, Passage
 from sandbox.analysis.gas import TheoryRow
 from sandbox.analysis.impacts import Impacts
 from sandbox.analysis.misreports import Misreport
-from sandbox.judge.causes import Entry
+from sandbox.judge.causes import Cause, Entry
 from sandbox.judge.timeline import Suffered
+from sandbox.quantity import length
 from sandbox.scene.model import Scene
 from sandbox.scores.expectations import Score
-from sandbox.state import Contacts, Floats, State
+from sandbox.state import Bools, Contacts, Floats, State
 
 
 @dataclass(frozen=True)
@@ -55,51 +58,105 @@ class Escape(NamedTuple):
     left: int  # how many are still outside at the end
 
 
-@dataclass(frozen=True, repr=False)
-class Run:
-    """What one engine did, over time.
+@dataclass(frozen=True)
+class Course:
+    """Values after each step, (steps + 1,) of each.
 
-    energy: (steps + 1,) kg px²/s²; energy_scale: kg px²/s², the `EnergyScale` of the reference, which all shares of
-    energy are of, 0 if nothing moves; energy_gap: (steps + 1,) the difference from the reference's energy as a fraction
-    of the scale, give or take a step, NaN where the reference's energy means nothing and where soft contacts hold part
-    of the engine's; momentum: (steps + 1, 2) kg px/s; angular_momentum: (steps + 1,) kg px²/s, about the arena's
-    centre; centre_of_mass: (steps + 1, 2) px;
-    gap_rms, gap_max: (steps + 1,) px from the reference over the balls;
-    apart: s, when a ball is first more than its radius from the reference's, None if never while the reference's paths
-    mean anything; contacts: as reported, in order of time; impacts: the motion before and after the first MAX_IMPACTS
-    of them; differences: its wrong steps, in order; missed: the contacts that did not happen; escape: the balls that
-    left the arena, None if none did; suffered: what the run suffers from, the worst first; misreport: where the
-    contacts reported are others than what the balls did; scores: for the scene's expectations that fall into the run;
-    theory: figures of a gas, measured and expected; path:
-    (frames, n, 2) px, float32, one frame in every so many steps.
+    energy: kg px²/s²; touching: whether a soft contact holds part of it; momentum: (steps + 1, 2) kg px/s;
+    centre_of_mass: (steps + 1, 2) px; lengths: the sum of the lengths of all momenta, kg px/s; angular_momentum: about
+    the arena's centre, kg px²/s; levers: the most that it can be at these speeds and spins; gap_rms, gap_max: px from
+    the reference over the balls.
     """
 
-    figures: Figures
     energy: Floats
-    energy_scale: float
-    energy_gap: Floats
+    touching: Bools
     momentum: Floats
-    angular_momentum: Floats
     centre_of_mass: Floats
+    lengths: Floats
+    angular_momentum: Floats
+    levers: Floats
     gap_rms: Floats
     gap_max: Floats
+
+    @classmethod
+    def joined(cls, parts: "Sequence[Course]") -> Self:
+        """Return the values of steps that follow one another."""
+        return cls(*map(np.concatenate, zip(*(vars(part).values() for part in parts), strict=True)))
+
+
+@dataclass(frozen=True, repr=False)
+class Run(Course):
+    """What one engine did, over time.
+
+    energy_scale: kg px²/s², the `EnergyScale` of the reference, which all shares of energy are of, 0 if nothing moves;
+    energy_gap: (steps + 1,) the difference from the reference's energy as a fraction of the scale, give or take a step,
+    NaN where the reference's energy means nothing and where soft contacts hold part of the engine's;
+    apart: s, when a ball is first more than its radius from the reference's, None if never while the reference's paths
+    mean anything; max_overlap: px, of two balls after any step; contacts: as reported, in order of time;
+    reports_contacts: whether the engine reports any; impacts: the motion before and after the first MAX_IMPACTS of
+    them; misreport: where they are others than what the balls did; gained: (steps, 3), what nothing outside gave, see
+    `StepError`; ledger: as in `Figures`; errors: the wrong steps, in order; differences: the same, or those of the
+    reference if there are none, after where it begins elsewhere; missed: the contacts that did not happen; suffered:
+    what the run suffers from, the worst first; escape: the balls that left the arena, None if none did; scores: for the
+    scene's expectations that fall into the run; theory: figures of a gas, measured and expected; path: (frames, n, 2)
+    px, float32, one frame in every so many steps; start, final: the first and the last state.
+    """
+
+    energy_scale: float
+    energy_gap: Floats
     apart: float | None
+    max_overlap: float
     contacts: Contacts
+    reports_contacts: bool
     impacts: Impacts
+    misreport: Misreport | None
+    gained: Floats
+    ledger: tuple[Entry, ...]
+    errors: tuple[Difference, ...]
     differences: tuple[Difference, ...]
     missed: tuple[Passage, ...]
-    escape: Escape | None
     suffered: tuple[Suffered, ...]
-    misreport: Misreport | None
+    escape: Escape | None
     scores: list[Score]
     theory: tuple[TheoryRow, ...]
     path: NDArray[np.float32]
+    start: State
     final: State
+
+    @cached_property
+    def figures(self) -> Figures:
+        """The figures of the run."""
+        pairs = int(np.count_nonzero(self.contacts["second"] >= 0))
+        scale, change = self.energy_scale, self.energy_change
+        return Figures(
+            energy_ratio=float(1 + change[-1]) if scale else None,
+            energy_drift=float(np.abs(change)[~self.touching].max(initial=0.0)) if scale else None,
+            energy_error=float(np.nanmax(np.abs(self.energy_gap))) if scale else None,
+            momentum_drift=_largest(length(self.gained[:, :2]), self.lengths),
+            angular_momentum_drift=_largest(np.abs(self.gained[:, 2]), self.levers),
+            gap_rms=float(np.sqrt(np.mean(self.gap_rms**2))),
+            gap_max=float(self.gap_max.max()),
+            pair_contacts=pairs if self.reports_contacts else None,
+            wall_contacts=len(self.contacts) - pairs if self.reports_contacts else None,
+            max_overlap=self.max_overlap,
+            escaped=self.escape.balls if self.escape else 0,
+            expected=sum(not score.skipped for score in self.scores),
+            met=sum(score.passed for score in self.scores if not score.skipped),
+            skipped=sum(bool(score.skipped) for score in self.scores),
+            first_difference=self.differences[0] if self.differences else None,
+            ledger=self.ledger,
+        )
 
     @property
     def energy_change(self) -> Floats:
         """The energy since the start, as a fraction of the scale: (steps + 1,), NaN if that is 0."""
-        return change_of(self.energy, self.energy_scale)
+        change: Floats = (self.energy - self.energy[0]) / (self.energy_scale or np.nan)
+        return change
+
+    @property
+    def energy_by_cause(self) -> dict[Cause, float]:
+        """The energy of each line of the ledger, kg px²/s²."""
+        return {entry.cause: entry.energy for entry in self.ledger}
 
     def __repr__(self) -> str:
         return (
@@ -107,7 +164,6 @@ class Run:
         )
 
 
-def change_of(energy: Floats, scale: float) -> Floats:
-    """Return by how much an energy (kg px²/s²) has changed since its first value, as a fraction of a scale."""
-    change: Floats = (energy - energy[0]) / (scale or np.nan)
-    return change
+def _largest(gained: Floats, scale: Floats) -> float:
+    """Return the largest of what was gained up to each step, as a fraction of the largest of a scale."""
+    return float(gained.max(initial=0.0) / (scale.max() or 1.0))

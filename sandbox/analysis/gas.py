@@ -68,11 +68,6 @@ def speed_distance(velocity: Floats) -> float:
 # Pressure
 
 
-def wall_pressure(contacts: Contacts, size: Sequence[float], seconds: float) -> float:
-    """Return the force per length of the arena's walls, the mean of the four, kg/s². size: of the arena, px."""
-    return wall_impulse(contacts, size) / seconds
-
-
 def wall_impulse(contacts: Contacts, size: Sequence[float]) -> float:
     """Return the momentum per length that the arena's walls took in contacts, the mean of the four, kg/s.
 
@@ -177,11 +172,6 @@ class TheoryRow:
     because: str
 
 
-def obeys_laws(scene: Scene) -> bool:
-    """Return whether the exact laws apply to a scene: equal elastic discs, smooth, within four walls alone."""
-    return not why_lawless(scene)
-
-
 def why_lawless(scene: Scene) -> str:
     """Return why the exact laws do not apply to a scene; nothing if they do."""
     bodies, arena = scene.bodies, scene.arena
@@ -198,11 +188,6 @@ def why_lawless(scene: Scene) -> str:
     return next((why for why, holds in reasons.items() if holds), "")
 
 
-def is_gas(scene: Scene) -> bool:
-    """Return whether the theory of fluids applies to a scene too: many discs, below freezing."""
-    return not why_no_gas(scene)
-
-
 def why_no_gas(scene: Scene) -> str:
     """Return why the theory of fluids does not apply to a scene; nothing if it does."""
     lawless = why_lawless(scene)
@@ -212,37 +197,31 @@ def why_no_gas(scene: Scene) -> str:
     return "" if fluid else "so dense that it freezes"
 
 
-def measure_gas(scene: Scene, contacts: Contacts, velocity: Floats, seconds: float) -> tuple[TheoryRow, ...] | None:
-    """Return a run's figures with those that theory expects; None if no law applies to the scene, or nothing moves.
+def measure_gas(scene: Scene, contacts: Contacts, velocity: Floats, seconds: float) -> tuple[TheoryRow, ...]:
+    """Return a run's figures with those that theory expects; none if no law applies to the scene, or nothing moves.
 
     contacts: all that the run had in `seconds`; velocity: (times, n, 2) px/s, at some times of it. The run must be in
     equilibrium, which takes a few contacts per disc from a start that is not.
     """
     bodies, size = scene.bodies, scene.arena.size
     energies = kinetic_energy(velocity, bodies.mass)
-    if not obeys_laws(scene) or not np.all(energies):
-        return None
-    n, kinetic = len(bodies), float(np.mean(energies))
-    radius, mean_square_speed = float(bodies.radius[0]), 2 * kinetic / float(bodies.mass.sum())
-    pairs = int(np.count_nonzero(contacts["second"] >= 0))
+    if why_lawless(scene) or not np.all(energies):
+        return ()
+    n, radius, kinetic = len(bodies), bodies.radius, float(np.mean(energies))
+    mean_square_speed = 2 * kinetic / float(bodies.mass.sum())
+    by_walls, virial = wall_impulse(contacts, size) / seconds, virial_pressure(contacts, radius, kinetic, size, seconds)
     exact = (
         TheoryRow(SPEEDS, speed_distance(velocity), 0.0, "equal shares of the energy's sphere"),
-        TheoryRow(
-            WALL_PRESSURE,
-            wall_pressure(contacts, size, seconds),
-            virial_pressure(contacts, bodies.radius, kinetic, size, seconds),
-            "virial theorem",
-        ),
+        TheoryRow(WALL_PRESSURE, by_walls, virial, "virial theorem"),
     )
-    if not is_gas(scene):
+    if why_no_gas(scene):
         return exact
+    pairs, expected = int(np.count_nonzero(contacts["second"] >= 0)), compressibility(packing_fraction(radius, size))
+    rate = enskog_rate(n, float(radius[0]), size, mean_square_speed)
     return (
         *exact,
         TheoryRow(
-            COMPRESSIBILITY,
-            pair_compressibility(contacts, bodies.radius, kinetic, seconds),
-            compressibility(packing_fraction(bodies.radius, size)),
-            "Henderson 1975",
+            COMPRESSIBILITY, pair_compressibility(contacts, radius, kinetic, seconds), expected, "Henderson 1975"
         ),
-        TheoryRow(CONTACT_RATE, pairs / seconds, enskog_rate(n, radius, size, mean_square_speed), "Enskog"),
+        TheoryRow(CONTACT_RATE, pairs / seconds, rate, "Enskog"),
     )

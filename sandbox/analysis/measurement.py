@@ -1,15 +1,14 @@
 """Measuring one engine's run, as far as it has come: energy, momentum and gap over time, its ledger, what is wrong."""
 
 import math
-from collections.abc import Sequence
-from typing import Final, NamedTuple, Protocol
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.analysis.difference import Difference, difference_at_start, differences, passages
-from sandbox.analysis.figures import Escape, Figures, Run, change_of, keeps_energy
-from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
+from sandbox.analysis.figures import Course, Escape, Run, keeps_energy
+from sandbox.analysis.gas import TheoryRow, measure_gas, why_lawless, why_no_gas
 from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, impacts_in
 from sandbox.analysis.misreports import Reports
 from sandbox.judge.causes import NEGLIGIBLE, entries_of
@@ -21,56 +20,10 @@ from sandbox.scene.fields import Vector
 from sandbox.scene.model import Expect, Scene
 from sandbox.scores.energy_scale import EnergyScale
 from sandbox.scores.expectations import Score, overlap_in, score
-from sandbox.state import NO_DAMPING, PUSH, Bools, Contacts, Floats, Integers, State, States
+from sandbox.state import NO_DAMPING, PUSH, Contacts, Floats, Integers, State, States
 
 MAX_PATH_BYTES: Final = 20_000_000  # of an engine's positions kept; of a long run, one frame in so many
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law
-
-
-class MeasuredReference(Protocol):
-    """What a run is compared with, as far as both have come.
-
-    start: its first state; energy: (steps + 1,) kg px²/s²; energy_scale: kg px²/s²; timeline: what is wrong with it.
-    """
-
-    @property
-    def start(self) -> State: ...  # noqa: D102  # said above
-
-    @property
-    def energy(self) -> Floats: ...  # noqa: D102
-
-    @property
-    def energy_scale(self) -> float: ...  # noqa: D102
-
-    @property
-    def timeline(self) -> Timeline: ...  # noqa: D102
-
-
-class Course(NamedTuple):
-    """Values after each step.
-
-    energy: kg px²/s²; touching: whether a soft contact holds part of it; momentum: (steps, 2) kg px/s; centre_of_mass:
-    (steps, 2) px; lengths: the sum of the lengths of all momenta, kg px/s; angular_momentum: about the arena's centre,
-    kg px²/s; levers: the most that it can be at these speeds and spins; gap_rms, gap_max: px, from the reference.
-    """
-
-    energy: Floats
-    touching: Bools
-    momentum: Floats
-    centre_of_mass: Floats
-    lengths: Floats
-    angular_momentum: Floats
-    levers: Floats
-    gap_rms: Floats
-    gap_max: Floats
-
-
-class SoFar(NamedTuple):
-    """All steps that are entered: their values, the contacts as reported, by time, and what is wrong with them."""
-
-    course: Course
-    contacts: Contacts
-    timeline: Timeline
 
 
 class Measurement:
@@ -103,29 +56,26 @@ class Measurement:
         traits = self._traits
         self._are_reports_known = traits.reports_contacts and not traits.soft and traits.damping == NO_DAMPING
         self._courses: list[Course] = []
-        self._so_far: SoFar | None = None
-        self._entered = 0  # steps
+        self._entered = 0  # steps, all of which are measured
         self._centre = np.divide(scene.arena.size, 2)
         self._apart: tuple[float, int] | None = None  # s, ball
         self._furthest_outside = np.zeros(n)  # px from the arena, of each ball
         self._first_outside: tuple[float, int] | None = None  # s, ball
-        self._obeys_laws = obeys_laws(scene)
+        self._obeys_laws = not why_lawless(scene)
         self._velocities: list[Floats] = []  # at some times, of a scene that theory applies to
         self._velocity_stride = max(1, steps // SPEED_SAMPLES)
         self._path: list[NDArray[np.float32]] = []
-        self._expected: dict[int, tuple[Expect, State, State]] = {}  # with the states before and after its time
-        self._skipped: dict[int, Score] = {}
+        self._expected: dict[int, tuple[Expect, list[State]]] = {}  # with the states before and after its time
 
-    def measure(self, rows: slice, reference: Floats | None, before: int) -> None:
+    def measure(self, rows: slice, reference: Floats | None) -> None:
         """Measure some of the states.
 
-        reference: (steps, n, 2) px, where the reference has the balls in them, None if this is the reference; before:
-        the steps of the run before the first row of the block.
+        reference: (steps, n, 2) px, where the reference has the balls in them, None if this is the reference.
         """
         scene, bodies = self._scene, self._scene.bodies
         states = self.states.rows(rows)
         position, velocity = states.position, states.velocity
-        first = before + rows.start
+        first = self._entered + rows.start
         gap = np.zeros(position.shape[:2]) if reference is None else length(position - reference)
         self._courses.append(self._course(states, gap, first))
         if self._apart is None and (apart := gap > bodies.radius).any():
@@ -166,14 +116,10 @@ class Measurement:
             self._first_outside = self._scene.clock.time(first + step), ball
         self._furthest_outside = np.maximum(self._furthest_outside, away.max(axis=0))
 
-    def expect(self, number: int, expect: Expect, rows: tuple[int, int], before: int) -> None:
-        """Keep the states of the rows around the time of an expectation; before: as in `measure`."""
-        first, last = (self.states.state(row, self._scene.clock.time(before + row)).copy() for row in rows)
-        self._expected[number] = expect, first, last
-
-    def skip(self, number: int, expect: Expect) -> None:
-        """Score an expectation that falls between the last step and the end of the run."""
-        self._skipped[number] = Score(expect, skipped=f"the last step ends before {expect.at:g} s")
+    def expect(self, number: int, expect: Expect, rows: tuple[int, ...]) -> None:
+        """Keep the states of the rows around the time of an expectation; without rows, the run ends before it."""
+        states = [self.states.state(row, self._scene.clock.time(self._entered + row)).copy() for row in rows]
+        self._expected[number] = expect, states
 
     def enter(self, rows: int) -> None:
         """Enter the first rows of the block in the ledger, and begin another block with the last of them."""
@@ -198,7 +144,6 @@ class Measurement:
         self._entered += rows - 1
         states.fill(0, states.state(-1, 0.0))
         self.pushes.clear()
-        self._so_far = None
 
     def _judge_steps(self, states: States, pushes: NDArray[np.void], dt: Floats) -> None:
         """Judge a block's steps, or their substeps."""
@@ -221,123 +166,62 @@ class Measurement:
         self._impacts.append(impacts_in(self._scene, states, contacts, rows, within, together=together))
 
     @property
-    def so_far(self) -> SoFar:
-        """All steps that are entered, each of which is measured."""
-        if self._so_far is None:
-            course = Course(*map(np.concatenate, zip(*self._courses, strict=True)))
-            self._so_far = SoFar(course, np.concatenate(self._contacts), Timeline(self._judge))
-        return self._so_far
+    def contacts(self) -> Contacts:
+        """The contacts as reported, of all steps that are entered, by time."""
+        return np.concatenate(self._contacts)
 
-    @property
-    def energy(self) -> Floats:
-        """The energy so far, (steps + 1,) kg px²/s²."""
-        return self.so_far.course.energy
-
-    @property
-    def energy_scale(self) -> float:
-        """The scale of energy so far, kg px²/s²."""
-        return self.scale.value
-
-    @property
-    def timeline(self) -> Timeline:
-        """What is wrong with the run so far."""
-        return self.so_far.timeline
-
-    def run(
-        self,
-        reference: "MeasuredReference | None",
-        trusted_until: float | None,
-        disturbed: Bools,
-    ) -> Run:
+    def run(self, reference: Run | None, trusted_until: float | None, *, disturbed: bool) -> Run:
         """Return the run so far.
 
         reference: None for the reference's own run; trusted_until: s, when its paths first mean nothing, None if they
-        do to the end; disturbed: (steps + 1,), whether a ball was pushed in the step that led to each state.
+        do to the end; disturbed: whether a ball was pushed.
         """
-        scene, (course, contacts, timeline) = self._scene, self.so_far
-        final = self.states.state(0, scene.clock.time(self._entered)).copy()
-        energy_scale = reference.energy_scale if reference else self.energy_scale
+        scene, course, timeline = self._scene, Course.joined(self._courses), Timeline(self._judge)
+        errors, final = differences(scene, timeline), self.states.state(0, scene.clock.time(self._entered)).copy()
+        energy_scale = reference.energy_scale if reference else self.scale.value
         trusted = math.inf if trusted_until is None else trusted_until
-        means_energy = math.inf if keeps_energy(scene) and not disturbed.any() else trusted
-        energy_gap = self._energy_gap(reference.energy if reference else self.energy, energy_scale, means_energy)
-        differing = self._differences(reference) if reference else ()
-        scores, escape = self._scores(energy_scale), self._escape(final)
+        means_energy = math.inf if keeps_energy(scene) and not disturbed else trusted
         return Run(
-            figures=self._figures(energy_scale, energy_gap, differing, scores, escape),
-            energy=course.energy,
+            **vars(course),
             energy_scale=energy_scale,
-            energy_gap=energy_gap,
-            momentum=course.momentum,
-            angular_momentum=course.angular_momentum,
-            centre_of_mass=course.centre_of_mass,
-            gap_rms=course.gap_rms,
-            gap_max=course.gap_max,
+            energy_gap=self._energy_gap(course, (reference or course).energy, energy_scale, means_energy),
             apart=self._apart[0] if self._apart and self._apart[0] < trusted else None,
-            contacts=contacts,
+            max_overlap=self._max_overlap,
+            contacts=self.contacts,
+            reports_contacts=self._traits.reports_contacts,
             impacts=np.concatenate(self._impacts),
-            differences=differing,
-            missed=passages(timeline),
-            escape=escape,
-            suffered=timeline.suffered,
             misreport=self._reports.found(timeline.errors),
-            scores=scores,
-            theory=self._theory(contacts, final.time) if is_gas(scene) or trusted_until is not None else (),
+            gained=timeline.gained(self._entered),
+            ledger=entries_of(timeline.sums),
+            errors=errors,
+            differences=self._differences(course, errors, reference) if reference else (),
+            missed=passages(timeline),
+            suffered=timeline.suffered,
+            escape=self._escape(final),
+            scores=self._scores(energy_scale),
+            theory=self._theory(final.time) if trusted_until is not None or not why_no_gas(scene) else (),
             path=np.concatenate(self._path),
+            start=self.start,
             final=final,
         )
 
-    def _figures(
-        self,
-        scale: float,
-        energy_gap: Floats,
-        differing: Sequence[Difference],
-        scores: Sequence[Score],
-        escape: Escape | None,
-    ) -> Figures:
-        """Return the figures of the run. scale: of energy, kg px²/s²; the others: as in `Run`."""
-        course, contacts, timeline = self.so_far
-        pairs = int(np.count_nonzero(contacts["second"] >= 0))
-        change = change_of(course.energy, scale)
-        gained = timeline.gained(self._entered)
-        return Figures(
-            energy_ratio=float(1 + change[-1]) if scale else None,
-            energy_drift=float(np.abs(change)[~course.touching].max(initial=0.0)) if scale else None,
-            energy_error=float(np.nanmax(np.abs(energy_gap))) if scale else None,
-            momentum_drift=_largest(length(gained[:, :2]), course.lengths),
-            angular_momentum_drift=_largest(np.abs(gained[:, 2]), course.levers),
-            gap_rms=float(np.sqrt(np.mean(course.gap_rms**2))),
-            gap_max=float(course.gap_max.max()),
-            pair_contacts=pairs if self._traits.reports_contacts else None,
-            wall_contacts=len(contacts) - pairs if self._traits.reports_contacts else None,
-            max_overlap=self._max_overlap,
-            escaped=escape.balls if escape else 0,
-            expected=sum(not each.skipped for each in scores),
-            met=sum(each.passed for each in scores if not each.skipped),
-            skipped=sum(bool(each.skipped) for each in scores),
-            first_difference=differing[0] if differing else None,
-            ledger=entries_of(timeline.sums),
-        )
-
-    def _differences(self, reference: "MeasuredReference") -> tuple[Difference, ...]:
+    def _differences(self, course: Course, errors: tuple[Difference, ...], reference: Run) -> tuple[Difference, ...]:
         """Return what is wrong with the run; if nothing is, what is wrong with the reference, where the two differ."""
-        start, timeline = difference_at_start(self._scene, self.start, reference.start), self.timeline
-        if not self.so_far.course.gap_max.any() and not start:
+        start = difference_at_start(self._scene, self.start, reference.start)
+        if not course.gap_max.any() and not start:
             return ()
-        if timeline.errors:
-            return (*([start] if start else []), *differences(self._scene, timeline))
-        if start:
-            return (start,)
-        return differences(self._scene, reference.timeline, in_reference=True)
+        return (*([start] if start else []), *errors) or tuple(error.of_reference() for error in reference.errors)
 
     def _scores(self, energy_scale: float) -> list[Score]:
         """Return the scores of the expectations that fall into the run, in their order in the scene."""
-        scored = {
-            number: score(self._scene, expect, self.start, before, after, energy_scale)
-            for number, (expect, before, after) in self._expected.items()
-        }
-        return [of_one for _, of_one in sorted((scored | self._skipped).items())]
+        return [
+            score(self._scene, expect, self.start, states[0], states[-1], energy_scale)
+            if states
+            else Score(expect, skipped=f"the last step ends before {expect.at:g} s")
+            for _, (expect, states) in sorted(self._expected.items())
+        ]
 
-    def _energy_gap(self, reference: Floats, scale: float, until: float) -> Floats:
+    def _energy_gap(self, course: Course, reference: Floats, scale: float, until: float) -> Floats:
         """Return `Run.energy_gap`.
 
         reference: (steps + 1,) kg px²/s²; scale: kg px²/s²; until: s, when the reference's energy first means nothing.
@@ -348,10 +232,10 @@ class Measurement:
         around = np.stack(
             [np.append(reference[:1], reference[:-1]), reference, np.append(reference[1:], reference[-1:])]
         )
-        above = np.maximum(self.energy - around.max(axis=0), 0.0)
-        below = np.minimum(self.energy - around.min(axis=0), 0.0)
+        above = np.maximum(course.energy - around.max(axis=0), 0.0)
+        below = np.minimum(course.energy - around.min(axis=0), 0.0)
         gap: Floats = (above + below) / (scale or np.nan)
-        gap[1:][self.so_far.course.touching[1:]] = np.nan
+        gap[1:][course.touching[1:]] = np.nan
         gap[1:][np.arange(1, len(gap)) >= self._scene.clock.steps(until) * (1 - NEGLIGIBLE)] = np.nan
         return gap
 
@@ -363,15 +247,10 @@ class Measurement:
             *self._first_outside, int(np.count_nonzero(furthest)), float(furthest.max()), int(np.count_nonzero(left))
         )
 
-    def _theory(self, contacts: Contacts, seconds: float) -> tuple[TheoryRow, ...]:
+    def _theory(self, seconds: float) -> tuple[TheoryRow, ...]:
         if not self._obeys_laws or not self._traits.reports_contacts:
             return ()
-        return measure_gas(self._scene, contacts, np.concatenate(self._velocities), seconds) or ()
-
-
-def _largest(gained: Floats, scale: Floats) -> float:
-    """Return the largest of what was gained up to each step, as a fraction of the largest of a scale."""
-    return float(gained.max(initial=0.0) / (scale.max() or 1.0))
+        return measure_gas(self._scene, self.contacts, np.concatenate(self._velocities), seconds)
 
 
 def path_stride(scene: Scene, steps: int) -> int:

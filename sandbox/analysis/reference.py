@@ -128,12 +128,9 @@ class Twins:
         self.runners = [*self._shifted, *searching, *self._finer]
 
     def trust(self, contacts: Contacts) -> Trust:
-        """Return what is found so far. contacts: of the original, at least those since the last call."""
-        ties = [tie for search in self._searches if (tie := search.tie(contacts))]
-        if not ties:
-            return Trust(self._horizon, None, self._unresolved)
-        time, *tied = min(ties)
-        return Trust(self._horizon, time, self._unresolved, (tied[0], tied[1], tied[2]))
+        """Return what is found so far. contacts: all of the original."""
+        tie = min((tie for search in self._searches if (tie := search.tie(contacts))), default=None)
+        return Trust(self._horizon, tie and tie.time, self._unresolved, tie and tie[1:])
 
     def _is_away(self, original: States, twin: States) -> Bools:
         """Return whether a ball is more than its radius away, (steps,)."""
@@ -156,10 +153,8 @@ class _TieSearch:
         self._radius, self._clock = scene.bodies.radius, scene.clock
         self._resting = RESTING * math.hypot(*scene.gravity) * shortest * float(scene.bodies.mass.min())
         runner.engine.record_contacts()
-        self._theirs = self._mine = no_contacts()  # of the twin and the original in that step
+        self._theirs = no_contacts()  # contacts of the twin in that step
         self._compared = 0  # steps
-        self._searched = 0, 0  # contacts of both when a tie was searched for last
-        self._tie: Tie | None = None
 
     @property
     def is_done(self) -> bool:
@@ -178,20 +173,10 @@ class _TieSearch:
             self._compared = self._clock.step(time[-1])
 
     def tie(self, contacts: Contacts) -> Tie | None:
-        """Return the tie at which the twin parts, if that is the reason.
-
-        contacts: of the original; those of earlier calls may be among them.
-        """
+        """Return the tie at which the twin parts, if that is the reason. contacts: all of the original so far."""
         if self.parted is None:
             return None
-        hits = self._hits(contacts)
-        if len(hits) and len(self._mine):
-            hits = hits[hits["time"] > self._mine["time"][-1]]
-        self._mine = np.concatenate([self._mine, hits])
-        if self._searched != (len(self._mine), len(self._theirs)):
-            self._searched = len(self._mine), len(self._theirs)
-            self._tie = find_tie(self._mine, self._theirs, together=self.runner.traits.together)
-        tie = self._tie
+        tie = find_tie(self._hits(contacts), self._theirs, together=self.runner.traits.together)
         return tie if tie and (self.is_done or not self._is_cut(tie.time)) else None
 
     def _is_cut(self, time: Floats | float) -> Bools:

@@ -1,6 +1,6 @@
 """A comparison over time: the quantities of each engine after every step, as lines of charts and as CSV."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
@@ -13,18 +13,16 @@ from sandbox.scene.units import Dimension
 from sandbox.state import Floats
 from sandbox.text import csv_text
 
-SERIES_COLUMNS: Final = (
-    "time",  # s
-    "engine",
-    "energy",  # kg px²/s², of flight, spin and gravity
-    "gap_rms",  # px
-    "gap_max",  # px
-    "momentum_x",  # kg px/s
-    "momentum_y",
-    "angular_momentum",  # kg px²/s, about the arena's centre
-    "centre_of_mass_height",  # px above the arena's lower edge
-    "contacts",  # so far
-)
+SERIES: Final[dict[str, Callable[[Comparison, Run], np.ndarray[Any, Any]]]] = {  # column -> its values, (steps + 1,)
+    "energy": lambda _, run: run.energy,  # kg px²/s², of flight, spin and gravity
+    "gap_rms": lambda _, run: run.gap_rms,  # px
+    "gap_max": lambda _, run: run.gap_max,
+    "momentum_x": lambda _, run: run.momentum[:, 0],  # kg px/s
+    "momentum_y": lambda _, run: run.momentum[:, 1],
+    "angular_momentum": lambda _, run: run.angular_momentum,  # kg px²/s, about the arena's centre
+    "centre_of_mass_height": lambda comparison, run: height(run.centre_of_mass, comparison.scene.arena.size),  # px
+    "contacts": lambda comparison, run: contacts_by(comparison.time, run).astype(int),  # so far
+}
 BLOCK_STEPS: Final = 10_000  # that are written together
 MAX_POINTS: Final = 2_000  # of a line, about; screens have fewer columns
 
@@ -34,28 +32,18 @@ def write_series(comparison: Comparison, path: str) -> None:
 
     Within a step, the engines come in the comparison's order.
     """
-    series = {name: _series(comparison, run) for name, run in comparison.runs.items()}
+    series = [[column(comparison, run) for column in SERIES.values()] for run in comparison.runs.values()]
     with whole_file(path) as file:
-        file.write(csv_text([SERIES_COLUMNS]).encode())
+        file.write(csv_text([("time", "engine", *SERIES)]).encode())
         for start in range(0, len(comparison.time), BLOCK_STEPS):
             steps = slice(start, start + BLOCK_STEPS)
-            block = {name: [values[steps] for values in columns] for name, columns in series.items()}
-            file.write(csv_text(_rows(comparison.time[steps], block)).encode())
-
-
-def _series(comparison: Comparison, run: Run) -> list[np.ndarray[Any, Any]]:
-    """Return the columns of an engine after its name, each (steps + 1,)."""
-    above = height(run.centre_of_mass, comparison.scene.arena.size)
-    contacts = contacts_by(comparison.time, run).astype(int)
-    return [run.energy, run.gap_rms, run.gap_max, *run.momentum.T, run.angular_momentum, above, contacts]
-
-
-def _rows(time: Floats, series: Mapping[str, Sequence[np.ndarray[Any, Any]]]) -> Iterator[list[object]]:
-    """Yield a row for each step and engine. time: (steps,) s; series: engine -> its columns, each (steps,)."""
-    engines = [zip(*(values.tolist() for values in columns), strict=True) for columns in series.values()]
-    for moment, *of_step in zip(time.tolist(), *engines, strict=True):
-        for name, values in zip(series, of_step, strict=True):
-            yield [moment, name, *values]
+            block = [zip(*(values[steps].tolist() for values in columns), strict=True) for columns in series]
+            rows = (
+                (time, name, *values)
+                for time, *of_step in zip(comparison.time[steps].tolist(), *block, strict=True)
+                for name, values in zip(comparison.runs, of_step, strict=True)
+            )
+            file.write(csv_text(rows).encode())
 
 
 def energies(comparison: Comparison) -> tuple[dict[str, Floats], str]:

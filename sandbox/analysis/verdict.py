@@ -10,11 +10,12 @@ from typing import Final
 import numpy as np
 
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.difference import pair_name
+from sandbox.analysis.difference import contact_name, pair_name
 from sandbox.analysis.figures import Figures, Run, keeps_energy
 from sandbox.analysis.gas import TheoryRow
 from sandbox.engines import REFERENCE, TUNED, settings_in
-from sandbox.judge.causes import NEGLIGIBLE, Cause, Entry
+from sandbox.judge.causes import NEGLIGIBLE, Cause
+from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension
 from sandbox.scores.expectations import overlap_in, worst
 from sandbox.text import counted, listed
@@ -117,7 +118,7 @@ def trust_words(comparison: Comparison) -> str:
 
 def reference_words(comparison: Comparison) -> str:
     """Say what several engines are measured against, and until when the reference's paths mean anything."""
-    against = f"measured against {comparison.against}; " if _others(comparison) else ""
+    against = f"measured against {comparison.against}; " if comparison.others else ""
     return against + trust_words(comparison)
 
 
@@ -133,7 +134,7 @@ def verdict_parts(comparison: Comparison) -> list[str]:
 
 def findings(comparison: Comparison) -> list[str]:
     """Return what is wrong with most of each engine's steps, and with the first, for each engine that has errors."""
-    names = _others(comparison) or comparison.runs
+    names = comparison.others or comparison.runs
     return [said for name in names if (said := _suffered(comparison, name))]
 
 
@@ -146,22 +147,18 @@ def _assessment(comparison: Comparison) -> list[str]:
         _failures,
         _misreports,
         _paths,
-        _expectations,
+        _of_each("Expectations missed", _missed_expectations),
         _trust,
         _errors_of_reference,
         _energy,
         _damping,
-        _passages,
-        _escapes,
+        _of_each("Passages through walls", _passages),
+        _of_each("Escaped balls", _escapes),
         _statistics,
         _remedies,
     )
     sentences = [sentence for part in parts if (sentence := part(comparison))]
     return [f"T{said[1:]}" if said.startswith("the reference") else said for said in sentences]  # names stay
-
-
-def _others(comparison: Comparison) -> dict[str, Run]:
-    return {name: run for name, run in comparison.runs.items() if name != comparison.against}
 
 
 def _reference(comparison: Comparison) -> str:
@@ -174,7 +171,7 @@ def _reference(comparison: Comparison) -> str:
 
 def _alone(comparison: Comparison) -> str:
     """Say that an engine is measured against nothing if it is the only one, and what would measure it."""
-    if _others(comparison):
+    if comparison.others:
         return ""
     name = comparison.against
     hint = "" if name == REFERENCE else f"; --engines {shlex.quote(f'{name},{REFERENCE}')} has a reference"
@@ -190,30 +187,20 @@ def _end(comparison: Comparison) -> str:
 
 
 def _start(comparison: Comparison) -> str:
-    """Say which engines begin elsewhere than the reference, as after edits, and which with what overlaps."""
-    return " ".join(filter(None, (_apart_at_start(comparison), _overlapping(comparison))))
-
-
-def _overlapping(comparison: Comparison) -> str:
-    """Say how deep bodies overlap at the start."""
-    start = comparison.runs[comparison.against].path[0].astype(float) if comparison.against in comparison.runs else None
-    deepest = 0.0 if start is None else overlap_in(comparison.scene, start, comparison.since)
-    if deepest <= SEEN_AT_START * float(comparison.scene.bodies.radius.min()):
-        return ""
-    by = comparison.scene.units.text(Dimension.LENGTH, "{:.3g}", deepest)
-    return f"At the start, bodies overlap by up to {by}, which engines part in different ways."
-
-
-def _apart_at_start(comparison: Comparison) -> str:
-    """Say which engines begin elsewhere than the reference, as after edits of a run in which they were apart."""
-    largest = SEEN_AT_START * float(comparison.scene.bodies.radius.min())
-    away = {name: run.gap_max[0] for name, run in _others(comparison).items() if run.gap_max[0] > largest}
-    if not away:
-        return ""
-    length = partial(comparison.scene.units.text, Dimension.LENGTH, "{:.4g}")
-    gaps = ", ".join(f"{name} up to {length(gap)}" for name, gap in away.items())
-    against = _reference(comparison)
-    return f"At the start, balls are elsewhere than in {against}: in {gaps}. Later differences may come from that."
+    """Say which engines begin elsewhere than the reference, as after edits, and how deep bodies overlap then."""
+    scene, against, sentences = comparison.scene, _reference(comparison), []
+    least, length = SEEN_AT_START * float(scene.bodies.radius.min()), partial(scene.units.text, Dimension.LENGTH)
+    away = {name: run.gap_max[0] for name, run in comparison.others.items() if run.gap_max[0] > least}
+    if away:
+        gaps = ", ".join(f"{name} up to {length('{:.4g}', gap)}" for name, gap in away.items())
+        sentences.append(
+            f"At the start, balls are elsewhere than in {against}: in {gaps}. Later differences may come from that."
+        )
+    deepest = overlap_in(scene, comparison.runs[comparison.against].start.position, comparison.since)
+    if deepest > least:
+        by = length("{:.3g}", deepest)
+        sentences.append(f"At the start, bodies overlap by up to {by}, which engines part in different ways.")
+    return " ".join(sentences)
 
 
 def _failures(comparison: Comparison) -> str:
@@ -265,7 +252,7 @@ def _lower(sentence: str) -> str:
 
 def _paths(comparison: Comparison) -> str:
     """Say how long each engine has every ball within its radius of the reference's, the longest first."""
-    runs = [(name, run.apart) for name, run in _others(comparison).items() if run.apart != 0.0]
+    runs = [(name, run.apart) for name, run in comparison.others.items() if run.apart != 0.0]
     if not runs or comparison.trusted_until == 0.0:
         return ""
     runs.sort(key=lambda item: -(math.inf if item[1] is None else item[1]))
@@ -276,22 +263,29 @@ def _paths(comparison: Comparison) -> str:
     return "".join([sentence, *(f", in {listed(names)} {time}" for names, time in others), "."])
 
 
-def _expectations(comparison: Comparison) -> str:
-    """Say how many of the scene's expectations each engine misses, and by how much at most."""
-    sentences = []
-    for name, run in comparison.runs.items():
-        missed = [score for score in run.scores if score.missed]
-        if missed:
-            furthest = worst(missed)
-            deviation = furthest.missed[0]
-            units, dimension = comparison.scene.units, deviation.quantity.dimension
-            off = units.text(dimension, "{:.2g}", deviation.error)
-            [tolerance] = units.scaled(dimension, furthest.expect.tolerance)
-            sentences.append(
-                f"{len(missed)} of {run.figures.expected} in {name}, in {deviation.quantity.label} by up to {off} "
-                f"(tolerance {tolerance:g})"
-            )
-    return f"Expectations missed: {'; '.join(sentences)}." if sentences else ""
+def _of_each(title: str, clause: Callable[[Comparison, str], str]) -> Callable[[Comparison], str]:
+    """Return a part of the verdict that lists the engines of which there is something to say."""
+
+    def part(comparison: Comparison) -> str:
+        clauses = [said for name in comparison.runs if (said := clause(comparison, name))]
+        return f"{title}: {'; '.join(clauses)}." if clauses else ""
+
+    return part
+
+
+def _missed_expectations(comparison: Comparison, name: str) -> str:
+    """Say how many of the scene's expectations an engine misses, and by how much at most."""
+    run = comparison.runs[name]
+    missed = [score for score in run.scores if score.missed]
+    if not missed:
+        return ""
+    furthest = worst(missed)
+    deviation = furthest.missed[0]
+    units, dimension = comparison.scene.units, deviation.quantity.dimension
+    off = units.text(dimension, "{:.2g}", deviation.error)
+    [tolerance] = units.scaled(dimension, furthest.expect.tolerance)
+    share = f"{len(missed)} of {run.figures.expected} in {name}"
+    return f"{share}, in {deviation.quantity.label} by up to {off} (tolerance {tolerance:g})"
 
 
 def until_words(comparison: Comparison) -> str:
@@ -314,8 +308,8 @@ def _trust(comparison: Comparison) -> str:
             if comparison.against != REFERENCE:
                 when, reason = "in the same step", "the result depends on which has the lower number"
             return (
-                f"{against} is undecided from {trust.undecided:.2f} s: {_tied(comparison)} touch ball "
-                f"{trust.tied[2]} {when}, and {reason}. From then on compare statistics only."
+                f"{against} is undecided from {trust.undecided:.2f} s: {_tied(comparison.scene, *trust.tied[:2])} "
+                f"touch ball {trust.tied[2]} {when}, and {reason}. From then on compare statistics only."
             )
         case "unresolved":
             return (
@@ -330,13 +324,11 @@ def _trust(comparison: Comparison) -> str:
     return ""
 
 
-def _tied(comparison: Comparison) -> str:
+def _tied(scene: Scene, *bodies: int) -> str:
     """Name the two bodies that touch a ball in an order that is undecided."""
-    assert comparison.trust.tied
-    first, second = sorted(comparison.trust.tied[:2], key=lambda body: (body < 0, abs(body)))
-    if second >= 0:
-        return f"balls {first} and {second}"
-    return " and ".join(f"ball {body}" if body >= 0 else comparison.scene.wall_name(~body) for body in (first, second))
+    first, second = sorted(bodies, key=lambda body: (body < 0, abs(body)))
+    walls = f"{scene.wall_name(~first)} and {scene.wall_name(~second)}" if first < 0 else ""
+    return walls or contact_name(scene, first, second)
 
 
 # The energy
@@ -349,13 +341,11 @@ def _errors_of_reference(comparison: Comparison) -> str:
     line of gravity has only what balls at rest lose as they settle.
     """
     run = comparison.runs[comparison.against]
-    rightful = [*_of_damping(run)]  # a setting, of which the verdict has a sentence
+    rightful = [Cause.DAMPING]  # a setting, of which the verdict has a sentence
     if comparison.against == REFERENCE:
-        rightful += [entry for entry in _errors(run) if entry.cause == Cause.GRAVITY]
-    scale, error = run.energy_scale, sum(entry.energy for entry in _errors(run))
-    error -= sum(entry.energy for entry in rightful)
-    largest = max((abs(entry.energy) for entry in run.figures.ledger), default=0.0)
-    if abs(error) <= MAX_OWN_ERROR * scale or largest > scale:
+        rightful.append(Cause.GRAVITY)
+    scale, error = run.energy_scale, sum(energy for cause, energy in _errors(run).items() if cause not in rightful)
+    if abs(error) <= MAX_OWN_ERROR * scale or max(map(abs, run.energy_by_cause.values())) > scale:
         return ""
     cause = _main_cause(run, error)
     return (
@@ -364,24 +354,25 @@ def _errors_of_reference(comparison: Comparison) -> str:
     )
 
 
-def _errors(run: Run) -> list[Entry]:
-    """Return the lines of an engine's ledger that are its errors."""
-    return [entry for entry in run.figures.ledger if entry.cause not in (*NO_ERROR, *NO_CAUSES)]
+def _errors(run: Run) -> dict[Cause, float]:
+    """Return the energy (kg px²/s²) of the lines of an engine's ledger that are its errors."""
+    return {cause: energy for cause, energy in run.energy_by_cause.items() if cause not in (*NO_ERROR, *NO_CAUSES)}
 
 
 def _main_cause(run: Run, error: float) -> Cause | None:
     """Return the cause of most of an error in energy (kg px²/s²), None if the ledger does not tell it."""
-    alike = [entry for entry in _errors(run) if entry.energy * error > 0]
-    whole, same = sum(entry.energy for entry in _errors(run)), sum(abs(entry.energy) for entry in alike)
+    errors = _errors(run)
+    alike = {cause: abs(energy) for cause, energy in errors.items() if energy * error > 0}
+    whole, same = sum(errors.values()), sum(alike.values())
     if not alike or abs(whole - error) > EXPLAINED * abs(error) or same > MAX_CANCELLED * abs(error):
         return None
-    worst = max(alike, key=lambda entry: abs(entry.energy))
-    return worst.cause if abs(worst.energy) > same / 2 and worst.cause != Cause.UNKNOWN else None
+    largest = max(alike, key=alike.__getitem__)
+    return largest if alike[largest] > same / 2 and largest != Cause.UNKNOWN else None
 
 
 def _energy(comparison: Comparison) -> str:
     """Say what the scene takes from the energy, and which engine is furthest from the reference's."""
-    off = {name: run for name, run in _others(comparison).items() if _energy_error(run) > NEGLIGIBLE_ENERGY}
+    off = {name: run for name, run in comparison.others.items() if _energy_error(run) > NEGLIGIBLE_ENERGY}
     if not off:
         return _rightful(comparison, len(comparison.time) - 1) if comparison.trusted_until is None else ""
     name, run = max(off.items(), key=lambda item: _energy_error(item[1]))
@@ -397,33 +388,28 @@ def _energy(comparison: Comparison) -> str:
 
 def _pushed(comparison: Comparison, name: str) -> str:
     """Say by how much more energy pushes gave an engine than the reference: they act on other velocities there."""
-    mine, reference = (
-        sum(entry.energy for entry in comparison.runs[engine].figures.ledger if entry.cause == Cause.APPLIED)
-        for engine in (name, comparison.against)
-    )
-    scale = comparison.energy_scale
-    if abs(mine - reference) <= NEGLIGIBLE_ENERGY * scale:
+    runs, scale = comparison.runs, comparison.energy_scale
+    given, reference = (runs[engine].energy_by_cause.get(Cause.APPLIED, 0.0) for engine in (name, comparison.against))
+    if abs(given - reference) <= NEGLIGIBLE_ENERGY * scale:
         return ""
-    than = f"{'less' if mine < reference else 'more'} than {_reference(comparison)}"
-    return f" In all, {Cause.APPLIED.label} gave it {100 * abs(mine - reference) / scale:.3g} % {than}."
+    than = f"{'less' if given < reference else 'more'} than {_reference(comparison)}"
+    return f" In all, {Cause.APPLIED.label} gave it {100 * abs(given - reference) / scale:.3g} % {than}."
 
 
 def _damping(comparison: Comparison) -> str:
     """Say how much of the energy damping takes in each engine, and how to turn it off."""
-    taken = []
-    for name, run in comparison.runs.items():
-        energy, scale = sum(entry.energy for entry in _of_damping(run)), run.energy_scale
-        if abs(energy) > NEGLIGIBLE_ENERGY * scale:
-            taken.append((f"{-100 * energy / scale:.3g} % of the energy" if scale else "Energy", name))
-    if not taken:
+    scale = comparison.energy_scale
+    taken = {name: -run.energy_by_cause.get(Cause.DAMPING, 0.0) for name, run in comparison.runs.items()}
+    shares = [
+        (f"{100 * energy / scale:.3g} % of the energy" if scale else "Energy", name)
+        for name, energy in taken.items()
+        if abs(energy) > NEGLIGIBLE_ENERGY * scale
+    ]
+    if not shares:
         return ""
-    (share, name), *others = taken
+    (share, name), *others = shares
     also = "".join(f", {share} in {name}" for share, name in others)
     return f"{share} is taken by damping in {name}{also}; damping = 1 turns it off."
-
-
-def _of_damping(run: Run) -> list[Entry]:
-    return [entry for entry in run.figures.ledger if entry.cause == Cause.DAMPING]
 
 
 def _energy_error(run: Run) -> float:
@@ -438,13 +424,14 @@ def _step_of_energy_error(run: Run) -> int:
 def _rightful(comparison: Comparison, step: int) -> str:
     """Say how much of the energy the scene and the mouse have taken or given by a step, if they have."""
     run = comparison.runs[comparison.against]
-    if not run.energy_scale or not (_others(comparison) or comparison.against == REFERENCE):
+    if not run.energy_scale or not (comparison.others or comparison.against == REFERENCE):
         return ""
     least = NEGLIGIBLE_ENERGY * run.energy_scale
     share = float(run.energy_change[step])
     sign = math.copysign(1.0, share)  # what gave energy is no reason for a loss
-    causes = [entry.cause for entry in run.figures.ledger if entry.cause in NO_ERROR and sign * entry.energy > least]
-    errors = sum(abs(entry.energy) for entry in run.figures.ledger if entry.cause not in NO_ERROR)
+    lines = run.energy_by_cause.items()
+    causes = [cause for cause, energy in lines if cause in NO_ERROR and sign * energy > least]
+    errors = sum(abs(energy) for cause, energy in lines if cause not in NO_ERROR)
     if errors > least and comparison.against != REFERENCE:
         return ""  # part of the change is the reference's own error
     if not causes or abs(share) <= NEGLIGIBLE_ENERGY or (share > 0 and Cause.APPLIED not in causes):
@@ -458,20 +445,14 @@ def _rightful(comparison: Comparison, step: int) -> str:
 
 
 def _reason(comparison: Comparison, causes: Sequence[Cause]) -> str:
-    products = _elasticities(comparison)
+    """Say through what energy is lost or gained; if all contacts have one elasticity, what that leaves."""
+    scene, balls = comparison.scene, np.unique(comparison.scene.bodies.elasticity).tolist()
+    factors = [wall.elasticity for wall in scene.surfaces] + (balls if len(scene.bodies) > 1 else [])
+    products = {round(ball * factor, 12) for ball in balls for factor in factors}
     if [*causes] != [Cause.ELASTICITY] or len(products) > 1:
         return f"through {listed([cause.label for cause in causes])}"
     [e] = products
     return f"an elasticity of {e:g} leaves {e:g} x {e:g} = {e * e:.4g} of the energy of approach at every bounce"
-
-
-def _elasticities(comparison: Comparison) -> set[float]:
-    """Return the elasticities of all contacts of a scene."""
-    scene = comparison.scene
-    balls = np.unique(scene.bodies.elasticity).tolist()
-    others = [wall.elasticity for wall in scene.surfaces]
-    others += balls if len(scene.bodies) > 1 else []
-    return {round(ball * other, 12) for ball in balls for other in others}
 
 
 def _explained(run: Run) -> Cause | None:
@@ -482,27 +463,23 @@ def _explained(run: Run) -> Cause | None:
 # Balls that are where they should not be
 
 
-def _passages(comparison: Comparison) -> str:
-    """Name the engines whose balls went through inner walls."""
-    sentences = []
-    for name, run in comparison.runs.items():
-        through = [passage for passage in run.missed if passage.second < 0]
-        if through:
-            first = f"{pair_name(comparison.scene, through[0])} at {comparison.time[through[0].step]:.3f} s"
-            sentences.append(f"{len(through)} in {name}, the first {first}")
-    return f"Passages through walls: {'; '.join(sentences)}." if sentences else ""
+def _passages(comparison: Comparison, name: str) -> str:
+    """Say how many balls went through inner walls in an engine."""
+    through = [passage for passage in comparison.runs[name].missed if passage.second < 0]
+    if not through:
+        return ""
+    first = f"{pair_name(comparison.scene, through[0])} at {comparison.time[through[0].step]:.3f} s"
+    return f"{len(through)} in {name}, the first {first}"
 
 
-def _escapes(comparison: Comparison) -> str:
-    """Name the engines whose balls left the arena."""
-    sentences = []
-    for name, run in comparison.runs.items():
-        if run.escape:
-            time, ball, balls, furthest, left = run.escape
-            at_end = f", {left} still outside at the end" if left else ""
-            by = comparison.scene.units.text(Dimension.LENGTH, "{:.4g}", furthest)
-            sentences.append(f"{balls} in {name}, the first ball {ball} at {time:.3f} s, by up to {by}{at_end}")
-    return f"Escaped balls: {'; '.join(sentences)}." if sentences else ""
+def _escapes(comparison: Comparison, name: str) -> str:
+    """Say how many balls left the arena in an engine."""
+    if not (escape := comparison.runs[name].escape):
+        return ""
+    at_end = f", {escape.left} still outside at the end" if escape.left else ""
+    by = comparison.scene.units.text(Dimension.LENGTH, "{:.4g}", escape.furthest)
+    first = f"the first ball {escape.ball} at {escape.time:.3f} s"
+    return f"{escape.balls} in {name}, {first}, by up to {by}{at_end}"
 
 
 # Statistics
@@ -575,7 +552,7 @@ def _error(row: TheoryRow) -> float:
 def _remedies(comparison: Comparison) -> str:
     """Say which settings of Pymunk to change."""
     tuned: dict[str, list[str]] = {}  # remedies -> the engines that they are for
-    for name, run in _others(comparison).items():
+    for name, run in comparison.others.items():
         if settings_in(name)[0] == TUNED and (remedies := _remedies_of(run)):
             tuned.setdefault(remedies, []).append(name)
     sentences = [f"For {listed(names)}, {remedies}." for remedies, names in tuned.items()]

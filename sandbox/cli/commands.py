@@ -250,7 +250,7 @@ def compare(
             with progress_bar("Trying other settings") as progress:
                 trials = try_settings(chosen, comparison.against, replayed, progress)
     _write_comparison(comparison, trials, outputs)
-    _exit_of(comparison, [check.exceeded for check in comparison.check_limits(**asdict(limits)) if check.exceeded])
+    _exit_of(comparison, [message for _, message in comparison.exceeded(**asdict(limits))])
 
 
 def _compare(

@@ -76,8 +76,7 @@ def case_of(run: RunSoFar, comparison: Comparison, marks: Marks) -> Case:
                 "" if of_engine.differences else _agrees(comparison, name),
                 tuple(_ledger(comparison, of_engine)),
             )
-            for name, of_engine in comparison.runs.items()
-            if name != comparison.against
+            for name, of_engine in comparison.others.items()
         },
     )
 

@@ -162,7 +162,7 @@ def _styles(comparison: Comparison) -> dict[str, Style]:
 def _gap(comparison: Comparison) -> Chart:
     units = comparison.scene.units
     factor, scale = units.factor(Dimension.LENGTH), gap_scale(units)
-    series = {name: factor * run.gap_max for name, run in comparison.runs.items() if name != comparison.against}
+    series = {name: factor * run.gap_max for name, run in comparison.others.items()}
     plot = _figure(comparison, units.length)
     scale_axis(plot, scale, series.values())
     _draw(plot, comparison, {name: scale.position(values) for name, values in series.items()})
@@ -181,7 +181,7 @@ def _energy(comparison: Comparison) -> Chart:
     runs, against = comparison.runs, comparison.against
     if not comparison.energy_scale:
         return _energy_itself(comparison)
-    others = {name: 100 * run.energy_gap for name, run in runs.items() if name != against}
+    others = {name: 100 * run.energy_gap for name, run in comparison.others.items()}
     series = others or {against: 100 * runs[against].energy_change}
     compared = against if others else "the start"
     plot = _figure(comparison, "% of the energy")

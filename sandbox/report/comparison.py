@@ -70,7 +70,7 @@ def page(comparison: Comparison, trials: Sequence[Trial] = (), *, in_notebook: b
         scene=scene,
         settings=_settings(comparison),
         comparison=comparison,
-        others={name: run for name, run in comparison.runs.items() if name != comparison.against},
+        others=comparison.others,
         ledgers={name: run for name, run in comparison.runs.items() if run.figures.ledger},
         figures=[["", *comparison.runs], *key_figures(comparison)],
         mark=mark_words(comparison),

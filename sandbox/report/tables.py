@@ -29,13 +29,7 @@ MIN_ENERGY_SHOWN: Final = 5e-7  # fraction of the energy; the table shows millio
 NOTHING: Final = "-"  # in a cell
 FIRST_CONTACTS: Final = 5  # of the only engine, whose motion is shown
 SCORE_WIDTH: Final = len("1.2e+02 MISSED")  # columns
-_KINDS: Final = {
-    Kind.OUTCOME: "",
-    Kind.MISSING: "Missing contact. ",
-    Kind.EXTRA: "Extra contact. ",
-    Kind.FLIGHT: "",
-    Kind.START: "",
-}
+_KINDS: Final = {Kind.MISSING: "Missing contact. ", Kind.EXTRA: "Extra contact. "}
 
 
 def print_comparison(comparison: Comparison, terminal: Console) -> None:
@@ -87,7 +81,7 @@ def _print_first_contacts(scene: Scene, engine: str, run: Run, terminal: Console
 
 def sentence(scene: Scene, difference: Difference) -> str:
     """Return when two bodies differ from the reference, which these are, and why."""
-    what = f"{_KINDS[difference.kind]}{difference.because}"
+    what = _KINDS.get(difference.kind, "") + difference.because
     return f"{difference.time:.3f} s, {pair_name(scene, difference)}: {what}"
 
 
@@ -142,12 +136,8 @@ def comparison_rows(comparison: Comparison) -> Iterator[list[str]]:
     yield ["  cause", *(first.cause_label if first else "-" for first in firsts)]
     if any(run.missed for run in runs):
         yield ["missed contacts", *(str(len(run.missed)) for run in runs)]
-    energies = [{entry.cause: entry.energy for entry in run.figures.ledger} for run in runs]
     for cause in Cause:
-        shares = [
-            energy[cause] / run.energy_scale if run.energy_scale and cause in energy else 0.0
-            for energy, run in zip(energies, runs, strict=True)
-        ]
+        shares = [run.energy_by_cause.get(cause, 0.0) / (run.energy_scale or math.inf) for run in runs]
         values = [share_text(share) for share in shares]
         if any(value != NOTHING for value in values):
             yield [f"energy: {cause.label}{ledger_mark(comparison)}", *values]

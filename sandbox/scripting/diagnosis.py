@@ -112,11 +112,7 @@ class Diagnosis:
         """Yield which limits are exceeded, by how much and since when. Raises SandboxError if one cannot be checked."""
         comparison, why_not = self.against_exact.comparison, self.against_exact.why_not
         if comparison:
-            yield from (
-                check.exceeded
-                for check in comparison.check_limits(max_gap, max_drift, max_energy_error)
-                if check.exceeded
-            )
+            yield from (message for _, message in comparison.exceeded(max_gap, max_drift, max_energy_error))
             return
         if max_energy_error is not None:
             raise SandboxError(f"Space {self.number}: the energy error needs a comparison with exact: {why_not}")

@@ -47,8 +47,8 @@ class SandboxCompare:
         comparison = compare(scene, together, against=against, seconds=seconds, seed=seed, rate=rate, inputs=inputs)
         for error in comparison.failed.values():
             pytest.fail(f"{error}\n{error.details}")
-        checks = comparison.check_limits(max_gap, max_drift, max_energy_error)
-        if exceeded := [check.exceeded for check in checks if check.exceeded and check.engine in tested]:
+        checks = comparison.exceeded(max_gap, max_drift, max_energy_error)
+        if exceeded := [message for engine, message in checks if engine in tested]:
             pytest.fail("\n".join([*exceeded, "", comparison.table()]))
         return comparison
 

@@ -7,7 +7,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from sandbox.analysis.gas import fluid_pressure, is_gas
+from sandbox.analysis.gas import fluid_pressure, why_no_gas
 from sandbox.quantity import angular_momentum, centre_of_mass, height, kinetic_energy, length, momentum
 from sandbox.scene.model import Scene
 from sandbox.session.history import History, Moment
@@ -229,7 +229,7 @@ class Samples:
         """Return the pressure that theory expects of a gas with the reference's energy, kg/s²; NaN if it is no gas."""
         scene, reference = moment.scene, _running(moment).get(self.reference)
         if self._gas[0] is not scene:
-            self._gas = scene, is_gas(scene)
+            self._gas = scene, not why_no_gas(scene)
         if not self._gas[1] or reference is None:
             return np.nan
         kinetic = float(kinetic_energy(reference.velocity, scene.bodies.mass))

@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from sandbox.analysis.comparison import run_reference
+from sandbox.analysis.comparison import compare
 from sandbox.analysis.ties import SIMULTANEOUS
 from sandbox.engines import REFERENCE, TUNED, advance, create, resolved
 from sandbox.errors import SandboxError
@@ -148,14 +148,14 @@ def converge(
     scene = scene.changed(expect=())
     for engine in engines:
         create(engine, scene, spawn(scene))
-    reference = run_reference(scene, REFERENCE)
-    until = min(reference.steps / scene.rate, reference.trust.until or np.inf)
+    reference = compare(scene, [REFERENCE])
+    until = min(float(reference.time[-1]), reference.trusted_until or np.inf)
     if until < 2 / rates[0]:
         raise SandboxError(
             f"{scene.name}: the paths of {REFERENCE} mean something for {until:.3g} s only, which is less than two "
             f"steps at {rates[0]} per second"
         )
-    laws = {engine: law_of(engine, scene, reference.run.contacts) for engine in engines}
+    laws = {engine: law_of(engine, scene, reference.runs[REFERENCE].contacts) for engine in engines}
     scene, errors = scene.changed(seconds=until), {engine: np.empty((len(rates), starts)) for engine in engines}
     done, work = 0, starts * sum(rates) * (1 + len(engines))
     for row, rate in enumerate(rates):

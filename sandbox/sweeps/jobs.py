@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from sandbox.analysis.comparison import Comparison, Reference, compare, compare_with, flatten, run_reference
+from sandbox.analysis.comparison import Comparison, Reference, compare, compare_with, run_reference
 from sandbox.analysis.documents import figure_columns
 from sandbox.analysis.figures import Run
 from sandbox.analysis.gas import speed_law
@@ -221,26 +221,14 @@ def run_job(scene: Scene, against: str, job: Job, shared: Shared | None = None) 
     else:
         comparison = compare_with(shared.reference, scene, job.engine)
     wall = time.perf_counter() - start
-    job_run = comparison.runs[job.engine]
-    row = {
-        "scene": scene.name,
-        **job._asdict(),
-        "seconds": float(comparison.time[-1]),
-        "against": against,
-        "horizon": comparison.horizon,
-        "undecided": comparison.undecided,
-        "unresolved": comparison.unresolved,
-        "reference_until": comparison.reference_until,
-        **comparison.as_json()["engines"][job.engine],
-        **versions(),
-        "wall_s": round(wall, 6),
-        "speeds": count_speeds(comparison, job_run),
-    }
-    return {name: value for name, value in flatten(row).items() if value is not None}
+    [figures] = (row for row in comparison.rows() if row["engine"] == job.engine)
+    speeds = count_speeds(comparison, comparison.runs[job.engine])
+    row = figures | job._asdict() | versions() | {"wall_s": round(wall, 6), "speeds": speeds}
+    return {name: row[name] for name in (*COLUMNS, "speeds") if row[name] is not None}
 
 
 @cache
-def versions() -> Mapping[str, str]:
+def versions() -> dict[str, str]:
     """Return the versions that a row records: with other libraries, or another `pow`, results may differ."""
     libraries = {name: version(package) for name, package in LIBRARIES.items()}
     return libraries | {"python": platform.python_version(), "pow": pow_variant()}

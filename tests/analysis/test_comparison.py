@@ -354,7 +354,7 @@ def test_json_and_csv_hold_the_same_figures() -> None:
 
 
 def exceeded(comparison: Comparison, **limits: float) -> list[str]:
-    return [check.exceeded for check in comparison.check_limits(**limits) if check.exceeded]
+    return [message for _, message in comparison.exceeded(**limits)]
 
 
 def test_an_exceeded_limit_is_reported_with_its_value_and_time() -> None:

@@ -87,9 +87,8 @@ def test_engines_that_agree_equally_long_are_named_together() -> None:
 def with_energies(run: Run, gap: float, **lines: float) -> Run:
     """Return a run that began with 100 kg px²/s² and is `gap` per cent off, with these lines in its ledger."""
     ledger = tuple(Entry(cause, 1, lines[cause.key], 0.0, 0.0) for cause in Cause if cause.key in lines)
-    figures = replace(run.figures, ledger=ledger, energy_error=abs(gap) / 100)
     energy, energy_gap = np.array([100.0, 100.0 + gap]), np.array([0.0, gap / 100])
-    return replace(run, energy=energy, energy_scale=100.0, energy_gap=energy_gap, figures=figures)
+    return replace(run, energy=energy, energy_scale=100.0, energy_gap=energy_gap, ledger=ledger)
 
 
 def said_of(**runs: tuple[float, dict[str, float]]) -> str:
@@ -256,7 +255,7 @@ def test_a_heap_is_said_to_be_unresolved_and_the_reference_s_own_errors_are_name
     heap = replace(
         comparison,
         trust=Trust(horizon=1.5, unresolved=1.2),
-        runs=comparison.runs | {"exact": replace(exact, figures=replace(exact.figures, ledger=line))},
+        runs=comparison.runs | {"exact": replace(exact, ledger=line)},
     )
     assert trust_words(heap) == "unresolved from 1.20 s"
     said = verdict(heap)
@@ -272,7 +271,7 @@ def test_lines_that_cancel_each_other_prove_no_error_of_the_reference() -> None:
     exact = comparison.runs["exact"]
     start = float(exact.energy[0])
     lines = (Entry(Cause.ELASTICITY, 1, -9 * start, 0.0, 0.0), Entry(Cause.SMALL, 1, 9 * start, 0.0, 0.0))
-    runs = comparison.runs | {"exact": replace(exact, figures=replace(exact.figures, ledger=lines))}
+    runs = comparison.runs | {"exact": replace(exact, ledger=lines)}
     assert "not free of errors" not in verdict(replace(comparison, runs=runs))
 
 
