@@ -25,8 +25,8 @@ class Experience:
         self._rough = rough
         self.habit = Habit({})
         self.soft = SoftMemory()
-        self._trials: dict[Hashable, Trial] = {}
-        self._times: Counter[Hashable] = Counter()  # how many steps each has explained
+        self._trials: dict[str, Trial] = {}
+        self._times: Counter[str] = Counter()  # how many steps each has explained
         self._fits = self._fruitless = self._vain = 0
 
     def __len__(self) -> int:
@@ -49,7 +49,7 @@ class Experience:
                     best[model] = trial
         self.count(trial.key for trial in best.values())
 
-    def count(self, keys: Iterable[Hashable]) -> None:
+    def count(self, keys: Iterable[str]) -> None:
         """Note that trials have explained one step more. keys: theirs."""
         for key in keys:
             self._times[key] += 1

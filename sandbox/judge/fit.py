@@ -6,7 +6,7 @@ explains goes to the noise floor, and that of one which it does not explain stay
 
 from collections.abc import Hashable, Mapping, Sequence
 from functools import cache, cached_property
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,9 @@ class Trial(NamedTuple):
     scope: Fields = IN_TIME
     value: float = 1.0
 
+    def __deepcopy__(self, memo: object) -> Self:
+        return self  # nothing changes it
+
     @property
     def fields(self) -> dict[str, float]:
         """The fields of LAW that it changes."""
@@ -44,9 +47,9 @@ class Trial(NamedTuple):
         return {**self.scope, **BY_NAME[self.fault].fields_at(self.value)} if self.fault else {}
 
     @property
-    def key(self) -> Hashable:
+    def key(self) -> str:
         """What makes it equal to another, but for what a fit leaves over."""
-        return self.fault, f"{self.value:.6g}", tuple(self.rule.items()), tuple(self.scope.items())
+        return f"{self.fault} {self.value:.6g} {self.rule} {self.scope}"
 
     @property
     def model(self) -> tuple[str, Hashable]:

@@ -101,7 +101,7 @@ class Models(NamedTuple):
     """The known trials that explain a part, the first of each model, with their causes, and the keys of the faulty."""
 
     trials: list[tuple[Trial, Cause]]
-    keys: list[Hashable]
+    keys: list[str]
 
 
 class Judge:
