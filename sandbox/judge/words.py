@@ -184,4 +184,13 @@ def of_turn(late: str, normal: Vector | None, should: Vector | None) -> str:
     turned = abs(
         math.atan2(normal[0] * should[1] - normal[1] * should[0], normal[0] * should[0] + normal[1] * should[1])
     )
-    return f"{late[:-1]}, so the normal is turned by {math.degrees(turned):.2g}°." if turned > NEGLIGIBLE else late
+    return (
+        f"{late[:-1]}, so the normal is turned by {_two_digits(math.degrees(turned))}°."
+        if turned > NEGLIGIBLE
+        else late
+    )
+
+
+def _two_digits(number: float) -> str:
+    """Return a number with two digits that count: 0.014, 1.4 or 140."""
+    return f"{float(f'{number:.2g}'):g}"
