@@ -245,7 +245,8 @@ def _suffered(comparison: Comparison, name: str) -> str:
     first, sentences = run.figures.first_difference, []
     for k, each in enumerate(said):
         often = f"{counted(each.times, 'time')}, {_percent(each.share)} of its error"
-        sentences.append(f"{'Also' if k else name}, {often}: {_lower(each.because)}")
+        example = "for example, " * each.is_example
+        sentences.append(f"{'Also' if k else name}, {often}: {example}{_lower(each.because)}")
     if unknown > UNKNOWN_SHOWN:
         fits_none = f"{_percent(unknown)} of {name}'s error fits no single cause."
         sentences.insert(0 if known and unknown > known[0].share else len(sentences), fits_none)
@@ -346,12 +347,12 @@ def _errors_of_reference(comparison: Comparison) -> str:
     """Say how much of the energy the reference's own ledger has in error.
 
     Lines larger than all of the energy cancel others, and prove nothing. The flights of `exact` are parabolas, so its
-    line of gravity has only what balls at rest lose as they settle.
+    line of gravity has only what balls at rest lose as they settle; nor does it part what overlaps at the start.
     """
     run = comparison.runs[comparison.against]
     rightful = [*_of_damping(run)]  # a setting, of which the verdict has a sentence
     if comparison.against == REFERENCE:
-        rightful += [entry for entry in _errors(run) if entry.cause == Cause.GRAVITY]
+        rightful += [entry for entry in _errors(run) if entry.cause in (Cause.GRAVITY, Cause.OVERLAPPED)]
     scale, error = run.energy_scale, sum(entry.energy for entry in _errors(run))
     error -= sum(entry.energy for entry in rightful)
     largest = max((abs(entry.energy) for entry in run.figures.ledger), default=0.0)
