@@ -141,7 +141,7 @@ class Touches:
         away, by = x - x[ball], way - way[ball]
         square = (by * by).sum(axis=1)
         nearest = np.clip(-(away * by).sum(axis=1) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-        meet = length(away + nearest[:, None] * by) < (1 + FAR) * (bodies.radius + bodies.radius[ball])
+        meet: Bools = length(away + nearest[:, None] * by) < (1 + FAR) * (bodies.radius + bodies.radius[ball])
         meet &= ~pass_through(bodies.filters[ball], bodies.filters.T)
         meet[ball] = False
         return meet
