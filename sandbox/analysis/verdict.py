@@ -232,7 +232,8 @@ def _suffered(comparison: Comparison, name: str) -> str:
     first, sentences = run.figures.first_difference, []
     for k, each in enumerate(said):
         often = f"{counted(each.times, 'time')}, {_percent(each.share)} of its error"
-        sentences.append(f"{'Also' if k else name}, {often}: {_lower(each.because)}")
+        example = "for example, " * each.is_example
+        sentences.append(f"{'Also' if k else name}, {often}: {example}{_lower(each.because)}")
     if unknown > UNKNOWN_SHOWN:
         fits_none = f"{_percent(unknown)} of {name}'s error fits no single cause."
         sentences.insert(0 if known and unknown > known[0].share else len(sentences), fits_none)
@@ -338,12 +339,12 @@ def _errors_of_reference(comparison: Comparison) -> str:
     """Say how much of the energy the reference's own ledger has in error.
 
     Lines larger than all of the energy cancel others, and prove nothing. The flights of `exact` are parabolas, so its
-    line of gravity has only what balls at rest lose as they settle.
+    line of gravity has only what balls at rest lose as they settle; nor does it part what overlaps at the start.
     """
     run = comparison.runs[comparison.against]
     rightful = [Cause.DAMPING]  # a setting, of which the verdict has a sentence
     if comparison.against == REFERENCE:
-        rightful.append(Cause.GRAVITY)
+        rightful += [Cause.GRAVITY, Cause.OVERLAPPED]
     scale, error = run.energy_scale, sum(energy for cause, energy in _errors(run).items() if cause not in rightful)
     if abs(error) <= MAX_OWN_ERROR * scale or max(map(abs, run.energy_by_cause.values())) > scale:
         return ""

@@ -23,12 +23,17 @@ MODELS: Final = ["", *(fault.name for fault in FAULTS)]  # the likelier first, o
 
 
 class Suffered(NamedTuple):
-    """A model that is wrong with steps of a run. times: contacts, or balls in flight; share: of the run's error."""
+    """A model that is wrong with steps of a run.
+
+    times: contacts, or balls in flight; share: of the run's error; is_example: whether `because` is of the first step,
+    and others have other numbers.
+    """
 
     cause: Cause
     because: str
     times: int
     share: float
+    is_example: bool = False
 
 
 class Timeline:
@@ -123,7 +128,7 @@ class Timeline:
     def _suffered(self, cause: Cause, errors: Sequence[StepError], share: float) -> Suffered:
         outcomes = [o for error in errors for o, _ in error.candidates[:1]]
         fault = outcomes[0].trial.fault if outcomes else ""
-        because = self.touches.said(errors[0])
+        because, is_example = self.touches.said(errors[0]), False
         if fault and (BY_NAME[fault].span or (len(errors) > 1 and not errors[0].because)):
             because = summed(self._judge.scene, outcomes)
         elif not fault and cause in (Cause.LATE, Cause.EARLY, Cause.OVERSHOOT):
@@ -132,7 +137,9 @@ class Timeline:
             because = found_range(self._judge.scene, cause, depths) if len(depths) > 1 else because
         elif not fault and cause in (Cause.UNREPORTED, Cause.TELEPORTED):
             because = self._of_changes(cause, errors)
-        return Suffered(cause, because, sum(error.times for error in errors), share)
+        else:
+            is_example = any(self.touches.said(error) != because for error in errors)
+        return Suffered(cause, because, sum(error.times for error in errors), share, is_example)
 
     def _of_changes(self, cause: Cause, errors: Sequence[StepError]) -> str:
         """Return the sentence on changes without a contact: that of a habit, or what they have in common."""

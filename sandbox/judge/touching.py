@@ -80,7 +80,7 @@ class Touch(NamedTuple):
     """Two bodies that overlap before a step, or after it.
 
     depth: px, before; free, after: px/s, how fast they would approach without the contact, and do; pushed: px/s, by
-    which they are pushed apart; central: whether nothing else changed their velocities.
+    which they are pushed apart; central: whether nothing else changed their velocities so that they are.
     """
 
     pair: tuple[int, int]
@@ -126,16 +126,37 @@ class Touches:
         bodies, first = self._scene.bodies, pair[0]
         [free], [change] = self._change(f, row, [first])
         (away, depth), (_, after) = (self._away(states.position[row], pair) for states in (f.before, f.after))
-        near = length(f.before.position[row] - f.before.position[row, first]) < 2 * (
-            bodies.radius + bodies.radius[first]
-        )
-        near[first] = False
+        near = self._may_meet(f, row, first)
         given = (bodies.mass[near, None] * self._change(f, row, near)[1]).sum(axis=0)
         n = away / (float(length(away)) or 1.0)
         pushed, closing = -float(change @ n), float(free @ n)
         alone = bool(length(given) <= bodies.mass[first] * length(change) / 2)
-        central = alone and 2 * pushed * pushed > float(change @ change)
+        central = alone and (pushed >= closing or 2 * pushed * pushed > float(change @ change))
         return Touch(pair, max(depth, after), closing, closing - pushed, pushed, central)
+
+    def _may_meet(self, f: Flown, row: int, ball: int) -> Bools:
+        """Return which others a ball may touch on straight ways in a step: (n,)."""
+        bodies, x = self._scene.bodies, f.before.position[row]
+        way = f.dt[row] * f.before.velocity[row]
+        away, by = x - x[ball], way - way[ball]
+        square = (by * by).sum(axis=1)
+        nearest = np.clip(-(away * by).sum(axis=1) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+        meet: Bools = length(away + nearest[:, None] * by) < (1 + FAR) * (bodies.radius + bodies.radius[ball])
+        meet &= ~pass_through(bodies.filters[ball], bodies.filters.T)
+        meet[ball] = False
+        return meet
+
+    def found(self, f: Flown, row: int, pair: tuple[int, int]) -> Floats:
+        """Return where the balls of a contact were when a step found it, (k, 2) px: before its move, or after.
+
+        That is where the normal is nearer to the push.
+        """
+        balls = [body for body in pair if body >= 0]
+        x, v = f.before.position[row, balls], f.before.velocity[row, balls]
+        change = self._change(f, row, balls)[1]
+        push = (change[1] if len(balls) > 1 else 0.0) - change[0]
+        moved = x + f.dt[row] * (v + f.dt[row] * self._gravity / 2)
+        return max(moved, x, key=lambda at: float(push @ self._normal(at, 0 * v, pair, 0.0)))
 
     def normals(self, error: StepError) -> tuple[Vector | None, Vector | None]:
         """Return the normals of an error's contact, from first to second: where the move ends, and at first touch.
@@ -147,6 +168,8 @@ class Touches:
         end, x, v = error.flown, error.places, error.before - error.frame
         first, last = self._overlap(x, v, error.contact, end)
         at_end = self._normal(x, v, error.contact, end) if first <= end <= last else None
+        if error.found is not None:
+            at_end = self._normal(error.found, 0 * v, error.contact, 0.0)
         at_touch = self._normal(x, v, error.contact, max(first, 0.0)) if first <= end and last >= 0 else None
         return at_end, at_touch
 
@@ -264,13 +287,15 @@ class StartOverlaps:
                 del self._depths[pair]
 
     def _overlap_of(self, error: StepError) -> tuple[int, int] | None:
-        """Return the overlap that an error comes from: of its contact, or of its ball in flight."""
+        """Return the overlap that an error comes from: of its contact, others of its group, or a ball in flight."""
         if error.contact is None:
             return next((pair for pair in self._depths if pair[1] < 0 and error.balls == pair[:1]), None)
-        if error.contact not in self._depths or error.cause not in OF_OVERLAP:
+        if error.cause not in OF_OVERLAP:
             return None
         depth = error.displacement if error.depth is None or error.cause == Cause.TELEPORTED else error.depth
-        return error.contact if depth <= SEVERAL * self._depths[error.contact] else None
+        bodies = {*error.balls, error.contact[1]}
+        deep = [pair for pair in self._depths if bodies.issuperset(pair) and depth <= SEVERAL * self._depths[pair]]
+        return error.contact if error.contact in deep else next(iter(deep), None)
 
     def _because(self, pair: tuple[int, int]) -> str:
         first, second = pair
@@ -319,7 +344,8 @@ class Missed:
         """
         f = views[0]
         for pair, error in list(self._open.items()):
-            touch = self._touches.of(self._touches.seen(views, pair), row, pair)
+            seen = self._touches.seen(views, pair)
+            touch = self._touches.of(seen, row, pair)
             if touch.depth + max(touch.free, 0.0) * f.dt[row] <= f.floor:
                 del self._open[pair]
             elif touch.pushed * f.dt[row] > f.floor and touch.central and touch.free > 0:
@@ -327,6 +353,7 @@ class Missed:
                 error.because = f"Found {late} step{'s' * (late > 1)} late."
                 error.displacement, error.momentum = error.displacement + error.speed * late * float(f.dt[row]), 0.0
                 error.speed, error.flown = 0.0, error.flown + late * float(f.dt[row])
+                error.found = self._touches.found(seen, row, pair)
                 del self._open[pair]
         kept = []
         for error in errors:

@@ -184,4 +184,7 @@ def of_turn(late: str, normal: Vector | None, should: Vector | None) -> str:
     turned = abs(
         math.atan2(normal[0] * should[1] - normal[1] * should[0], normal[0] * should[0] + normal[1] * should[1])
     )
-    return f"{late[:-1]}, so the normal is turned by {math.degrees(turned):.2g}°." if turned > NEGLIGIBLE else late
+    if turned <= NEGLIGIBLE:
+        return late
+    degrees = float(f"{math.degrees(turned):.2g}")  # two digits, of which `g` alone makes 1e+02
+    return f"{late[:-1]}, so the normal is turned by {degrees:g}°."

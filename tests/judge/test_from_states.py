@@ -8,10 +8,12 @@ import pytest
 from conftest import numbers_in, scene_of
 
 from sandbox.analysis.comparison import compare
+from sandbox.analysis.verdict import verdict
 from sandbox.judge.causes import Cause
 from sandbox.judge.judge import Judge
 from sandbox.judge.models import BY_NAME
 from sandbox.judge.timeline import Timeline
+from sandbox.judge.words import of_turn
 from sandbox.run.inputs import Kick
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
@@ -276,3 +278,64 @@ def test_changes_of_velocity_without_a_contact_are_said_with_their_range() -> No
 )
 def test_the_range_of_a_parameter_is_in_the_numbers_of_its_sentence(fault: str, values: Floats, said: str) -> None:
     assert BY_NAME[fault].sentence_of_many(values, PIXELS) == said
+
+
+def found_late(scene: Scene, *rows: Row) -> list[str]:
+    """Judge rows, of which the first step misses contacts. Returns what is said of those that are found late."""
+    timeline = judged(scene, *rows)
+    missed = [error for error in timeline.errors if error.step == 1]
+    assert {error.cause for error in missed} == {Cause.LATE}
+    return [timeline.touches.said(error) for error in missed]
+
+
+def test_the_normal_of_a_ball_that_was_stopped_at_a_wall_is_that_where_it_stands() -> None:
+    """At its speed it would be beyond the middle of the wall when it is found, with the normal turned round."""
+    scene = scene_of("radius = 10\nposition = [380, 300]").changed(walls=[{"from": (400, 0), "to": (400, 600)}])
+    rows: list[Row] = [(((x, 300.0),), ((v, 0.0),)) for x, v in ((380.0, 1200.0), (388.5, 1200.0), (388.5, -1200.0))]
+    assert found_late(scene, *rows) == ["Found 1 step late."]
+
+
+def test_a_ball_that_bounces_beside_another_does_not_hide_that_its_contact_was_found_late() -> None:
+    """Both meet the floor at 580 px, ball 1 in time, in the step in which ball 0 is found."""
+    scene = scene_of("radius = 20\npositions = [[300, 578], [350, 574]]")
+    rows: list[Row] = [
+        (((300.0, 578.0), (350.0, 574.0)), ((0.0, 240.0), (0.0, 240.0))),
+        (((300.0, 582.0), (350.0, 578.0)), ((0.0, 240.0), (0.0, 240.0))),
+        (((300.0, 586.0), (350.0, 578.0)), ((0.0, -240.0), (0.0, -240.0))),
+    ]
+    assert found_late(scene, *rows) == ["Found 1 step late."]
+
+
+def test_a_ball_that_two_walls_push_at_once_was_found_late() -> None:
+    """In the step in which it is found in the right wall, it meets the floor, which pushes it more."""
+    rows: list[Row] = [
+        (((779.0, 574.0),), ((100.0, 240.0),)),
+        (((779.0 + 100 * DT, 578.0),), ((100.0, 240.0),)),
+        (((779.0 + 200 * DT, 578.0),), ((-100.0, -240.0),)),
+    ]
+    assert found_late(scene_of("radius = 20\nposition = [779, 574]"), *rows) == ["Found 1 step late."]
+
+
+def test_what_is_over_where_balls_overlap_from_the_start_is_not_blamed_on_what_they_lean_on() -> None:
+    """`exact` parts no overlap: three balls that lie in each other stay so."""
+    balls = "radius = 20\nelasticity = 0.5\npositions = [[200, 380], [200, 350], [230, 380]]"
+    scene = scene_of(balls, size="[400, 400]", more="gravity = [0, 900]\nseconds = 0.2")
+    comparison = compare(scene, ["exact"])
+    assert {each.cause for each in comparison.runs["exact"].suffered} == {Cause.OVERLAPPED}
+    assert "not free of errors" not in verdict(comparison)
+
+
+def test_the_numbers_of_one_of_several_pushes_are_called_an_example() -> None:
+    """Pymunk leaves a ball of elasticity 0 in the wall, and moves it out by a share of its depth in each step."""
+    scene = scene_of("radius = 20\nelasticity = 0\nposition = [750, 300]\nvelocity = [190, 0]", more="seconds = 1")
+    comparison = compare(scene, ["pymunk", "exact"])
+    pushed = next(each for each in comparison.runs["pymunk"].suffered if each.cause == Cause.POSITION_CORRECTION)
+    assert pushed.is_example
+    assert f"{pushed.times} times" in verdict(comparison)
+    assert "of its error: for example, pushed apart by" in " ".join(verdict(comparison).split())
+
+
+def test_angles_have_two_digits_that_count() -> None:
+    turned = [of_turn("Late.", (1, 0), (math.cos(a), math.sin(a))) for a in np.radians([0.0144, 1.44, 144])]
+    assert [numbers_in(said)[-1] for said in turned] == [0.014, 1.4, 140]
+    assert turned[-1] == "Late, so the normal is turned by 140°."
