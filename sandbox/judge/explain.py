@@ -67,6 +67,7 @@ class Part(NamedTuple):
     second: int
     depth: float  # px
     closing: float  # px/s, before the contacts
+    late: float  # s since the two touched; infinite if they part
     least: float  # px/s, the least of all contacts' closing speeds
     after: float  # px/s, at which it still approaches
     leans: int  # whether the exact step is not known
@@ -255,12 +256,12 @@ def _keep(ball: NDArray[Any], state: Floats) -> None:
 @kernel
 def _note_contact(scratch: Scratch, part: Record) -> None:
     """Note the first contact of a law's step, and how fast that of all contacts closes that closes least."""
-    part.depth = part.closing = 0.0
+    part.depth = part.closing = part.late = 0.0
     part.least = math.inf
     for c in range(min(scratch.tally[0], len(scratch.met))):
         m = scratch.met[c]
         if c == 0 or m.depth > part.depth:
-            part.first, part.second, part.depth, part.closing = m.first, m.second, m.depth, m.closing
+            part.first, part.second, part.depth, part.closing, part.late = m.first, m.second, m.depth, m.closing, m.late
         part.least = min(part.least, m.closing)
 
 
@@ -484,7 +485,7 @@ def _together(
 def _note(group: Group, t: Record, part: Record) -> None:
     """Note a contact as the one that a part is named by."""
     part.first, part.second = _number(group, t.first), _number(group, t.second)
-    part.depth, part.closing = t.depth, t.closing
+    part.depth, part.closing, part.late = t.depth, t.closing, t.late
 
 
 @kernel

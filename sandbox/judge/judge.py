@@ -437,7 +437,7 @@ class Judge:
             return errors
         if fitting.trials:
             return [*self._of_law(f, explained, fitting), *errors]
-        said = of_depth(scene, part.depth, part.closing)
+        said = of_depth(scene, part.depth, part.late)
         late = self.measure.error(f, step, balls, contact, Cause.LATE, said, over, shown=shown)
         late.depth, late.by_rule = part.depth, kind == TOGETHER
         return [late, *errors] if self._shows(f, late) else errors
@@ -806,7 +806,8 @@ def _name(error: StepError, candidates: list[tuple[Outcome, Cause]], problem: Pr
 def _met(part: Part, depth: float) -> NDArray[np.void]:
     """Return the contact that shows how late a part's were found. depth: px."""
     met = np.zeros(1, MET)
-    met["first"], met["second"], met["depth"], met["closing"] = part.first, part.second, depth, part.closing
+    met["first"], met["second"], met["depth"], met["late"] = part.first, part.second, depth, part.late
+    met["closing"] = part.closing
     return met
 
 

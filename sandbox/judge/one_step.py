@@ -17,11 +17,11 @@ from sandbox.engines.exact.friction import friction_on_face
 from sandbox.engines.exact.prediction import time_to_piece
 from sandbox.engines.exact.support import normal_to, unit
 from sandbox.engines.exact.world import Motion
-from sandbox.engines.laws import NEVER, friction_impulse, time_to_touch
+from sandbox.engines.laws import NEVER, friction_impulse, time_since_touch, time_to_touch
 from sandbox.judge.free_flight import kept_in, move, slow
 from sandbox.judge.law import Exchange, Masses, Mixing, Order, Parting, Place, Scope, Slows, When
 from sandbox.judge.thresholds import EVENTS_PER_BALL, MAX_EVENTS, TIE
-from sandbox.judge.together import Room, depth_in, find_touches, solve_together
+from sandbox.judge.together import Room, depth_in, find_touches, reach_of_piece, solve_together
 from sandbox.quantity import pass_through
 from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Floats, Integers
@@ -36,6 +36,7 @@ MET: Final = np.dtype(
         ("closing", "f8"),  # px/s
         ("impulse", "f8"),  # kg px/s
         ("depth", "f8"),  # px
+        ("late", "f8"),  # s since the two touched; infinite if they part
         ("tangential", "f8"),  # kg px/s
         ("elastic", "f8"),  # kg px²/s², what restitution does to the energy
     ]
@@ -331,6 +332,7 @@ def _note(
     closing: float,
     impulse: float,
     depth: float,
+    late: float,
     tangential: float,
     elastic: float,
 ) -> None:
@@ -340,7 +342,7 @@ def _note(
     if count < len(scratch.met):
         m = scratch.met[count]
         m.time, m.first, m.second, m.nx, m.ny, m.closing = time, first, second, nx, ny, closing
-        m.impulse, m.depth, m.tangential, m.elastic = impulse, depth, tangential, elastic
+        m.impulse, m.depth, m.late, m.tangential, m.elastic = impulse, depth, late, tangential, elastic
         scratch.tally[0] = count + 1
 
 
@@ -373,6 +375,12 @@ def _normal_in(law: Record, a: Record, b: Record, pair: bool, nx: float, ny: flo
 
 
 @kernel
+def _reach_of(group: Group, a: Record, b: Record, j: int) -> float:
+    """Return how far the centre of ball a is from that of ball b, or from ~piece j, when they touch, px."""
+    return float(a.radius + b.radius if j >= 0 else reach_of_piece(a, group.piece[~j]))
+
+
+@kernel
 def _resolve(
     group: Group, law: Record, scratch: Scratch, i: int, j: int, nx: float, ny: float, depth: float, time: float
 ) -> float:
@@ -384,6 +392,8 @@ def _resolve(
     nx, ny = _normal_in(here, a, b, pair, nx, ny)
     closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny if pair else a.vx * nx + a.vy * ny
     along = (b.vx - a.vx) * ny - (b.vy - a.vy) * nx if pair else a.vy * nx - a.vx * ny
+    speed = math.hypot(a.vx - b.vx, a.vy - b.vy) if pair else math.hypot(a.vx, a.vy)
+    late = time_since_touch(depth, closing, speed, _reach_of(group, a, b, j))
     other_e = b.elasticity if pair else group.piece[~j].elasticity
     other_mu = b.friction if pair else group.piece[~j].friction
     e = _restitution(here, a.elasticity * other_e)
@@ -409,7 +419,7 @@ def _resolve(
         if pair:
             b.vx, b.vy = here.scaled * b.vx, here.scaled * b.vy
     elastic = -(1 - e * e) * closing * closing / 2 / (per_a + per_b)
-    _note(scratch, time, first, second, nx, ny, closing, impulse, depth, tangential, elastic)
+    _note(scratch, time, first, second, nx, ny, closing, impulse, depth, late, tangential, elastic)
     if here.apart != 0:
         _put_apart(here, a, b, pair, nx, ny)
     return float(parting)
@@ -651,7 +661,8 @@ def _resolve_together(group: Group, law: Record, scratch: Scratch, fall_x: float
         if t.impulse > 0:
             first, second = np.int64(a.number), _number_of(group, t.second, ball)
             elastic = -t.impulse * (t.closing - t.bounce) / 2
-            _note(scratch, group.dt, first, second, t.nx, t.ny, t.closing, t.impulse, t.depth, t.tangential, elastic)
+            met = t.closing, t.impulse, t.depth, t.late, t.tangential
+            _note(scratch, group.dt, first, second, t.nx, t.ny, *met, elastic)
         if t.second >= 0:
             _part(law, a, ball[t.second], t.nx, t.ny, t.depth)
         elif law.wall_place == Place.ON:

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.exact.support import normal_to, unit
-from sandbox.engines.laws import NEVER, time_to_touch
+from sandbox.engines.laws import time_since_touch
 from sandbox.judge.free_flight import BALL
 from sandbox.judge.law import Order
 from sandbox.judge.one_step import Group
 from sandbox.judge.thresholds import EVENTS_PER_BALL
-from sandbox.judge.together import depth_in
+from sandbox.judge.together import depth_in, reach_of_piece
 from sandbox.quantity import pass_through
 from sandbox.state import Floats, Integers
 
@@ -310,11 +310,12 @@ def _stop(group: Group, law: Record, s: SoftScratch, met: NDArray[np.void], note
 @kernel
 def _due(group: Group, c: Record) -> float:
     """Return when two bodies would touch in flight, s since the step began; before it if they overlapped then."""
-    if c.second < 0 or c.depth > 0:
-        return float(-c.depth / c.closing) if c.closing > 0 else NEVER
-    a, b = group.ball[c.first], group.ball[c.second]
-    reach = a.radius + b.radius
-    return float(time_to_touch(b.x - a.x, b.y - a.y, b.vx - a.vx, b.vy - a.vy, 0.0, 0.0, reach, NEVER))
+    a, b = group.ball[c.first], group.ball[max(c.second, 0)]
+    if c.second < 0:
+        speed, reach = math.hypot(a.vx, a.vy), reach_of_piece(a, group.piece[~c.second])
+    else:
+        speed, reach = math.hypot(a.vx - b.vx, a.vy - b.vy), a.radius + b.radius
+    return -float(time_since_touch(c.depth, c.closing, speed, reach))
 
 
 @kernel

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from sandbox.compiled import Record, kernel
 from sandbox.engines.exact.support import normal_to, unit
+from sandbox.engines.laws import time_since_touch
 from sandbox.quantity import pass_through
 from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Floats, Integers
@@ -24,6 +25,8 @@ TOUCH: Final = np.dtype(
         ("nx", "f8"),  # unit normal, from the first to the second
         ("ny", "f8"),
         ("depth", "f8"),  # px
+        ("reach", "f8"),  # px, between the centres when the two touch; infinite for a straight wall
+        ("late", "f8"),  # s since they touched, as the solver gets them; infinite if they part
         ("per_mass", "f8"),  # 1/kg, of both bodies
         ("e", "f8"),
         ("mu", "f8"),
@@ -88,6 +91,12 @@ def depth_in(b: Record, piece: Record) -> float:
 
 
 @kernel
+def reach_of_piece(b: Record, piece: Record) -> float:
+    """Return how far a ball's centre is from a round end of a wall when they touch, px; infinite for a side."""
+    return float(b.radius + piece.half_thickness) if piece.length == 0 else math.inf
+
+
+@kernel
 def find_touches(ball: NDArray[Any], piece: NDArray[Any], gap: Floats, touch: NDArray[Any], count: int) -> int:
     """Find the bodies that overlap, or are apart by less than their gaps, after the first `count` of `touch`.
 
@@ -103,6 +112,7 @@ def find_touches(ball: NDArray[Any], piece: NDArray[Any], gap: Floats, touch: ND
                 t = touch[count]
                 t.first, t.second, t.depth, t.per_mass = i, ~p, depth, 1 / a.mass
                 t.nx, t.ny, _ = normal_to(a, piece[p])
+                t.reach = reach_of_piece(a, piece[p])
                 t.e, t.mu, t.drift = a.elasticity * piece[p].elasticity, a.friction * piece[p].friction, 0.0
             count += 1
         for j in range(i + 1, len(ball)):
@@ -116,7 +126,8 @@ def find_touches(ball: NDArray[Any], piece: NDArray[Any], gap: Floats, touch: ND
                 t = touch[count]
                 t.first, t.second, t.per_mass = i, j, 1 / a.mass + 1 / b.mass
                 t.nx, t.ny, distance = unit(rx, ry)
-                t.depth = a.radius + b.radius - distance
+                t.reach = a.radius + b.radius
+                t.depth = t.reach - distance
                 t.e, t.mu, t.drift = a.elasticity * b.elasticity, a.friction * b.friction, 0.0
             count += 1
     return count
@@ -334,6 +345,9 @@ def solve_together(
     for k in range(len(touch)):
         t = touch[k]
         t.closing = closing_speed(ball, t)
+        a, b = ball[t.first], ball[max(t.second, 0)]
+        speed = math.hypot(a.vx - b.vx, a.vy - b.vy) if t.second >= 0 else math.hypot(a.vx, a.vy)
+        t.late = time_since_touch(t.depth, t.closing, speed, t.reach)
         fallen = fall_x * t.nx + fall_y * t.ny if t.second < 0 else 0.0
         t.bounce = t.e * (t.closing - fallen) / kept
         t.impulse = t.tangential = 0.0

@@ -19,7 +19,6 @@ from sandbox.scene.units import Dimension
 from sandbox.state import Floats
 
 SHORT = 1e-3  # ms; a contact that is so little late or early is found in time
-LONG = 1000.0  # ms; a contact that closes so slowly that it would be later is said by its depth
 NO_SINGLE_ERROR = "What the step did fits no single error."
 
 
@@ -66,16 +65,15 @@ def _of_value(scene: Scene, outcomes: Sequence[Outcome]) -> str:
 def _late(scene: Scene, outcome: Outcome) -> str:
     """Say how late a contact was found by a rule of steps."""
     deepest = max(outcome.met, key=lambda m: m["depth"])
-    return of_depth(scene, float(deepest["depth"]), float(deepest["closing"]))
+    return of_depth(scene, float(deepest["depth"]), float(deepest["late"]))
 
 
-def of_depth(scene: Scene, depth: float, closing: float) -> str:
-    """Say how late a contact was found, from its depth (px) and how fast it closed (px/s)."""
+def of_depth(scene: Scene, depth: float, late: float) -> str:
+    """Say how late a contact was found, px and s: only how deep if that is more than a step, as it was pushed since."""
     deep = f"{scene.units.text(Dimension.LENGTH, '{:.3g}', depth)} deep"
-    if closing <= 0:
+    if math.isinf(late):
         return f"The two were already parting, {deep}, and were resolved again."
-    late = 1e3 * depth / closing
-    return f"Found {late:.3g} ms late, {deep}." if late < LONG else f"Found {deep}."
+    return f"Found {1e3 * late:.3g} ms late, {deep}." if late * scene.rate <= 1 else f"Found {deep}."
 
 
 def of_push(scene: Scene, part: Part, cause: Cause) -> str:
@@ -110,7 +108,8 @@ def _soft(scene: Scene, outcome: Outcome) -> str:
         return f"The contact is soft: it still pushes the two, which part, {apart}."
     if math.isinf(ms):
         return f"Resolved {apart}, though the two would not have touched."
-    when = f"Found {ms:.3g} ms {'late' if met['depth'] > 0 else 'early'}, {apart}." if ms < LONG else f"Found {apart}."
+    in_time = f"{ms:.3g} ms {'late' if met['depth'] > 0 else 'early'}, " if ms * scene.rate <= 1e3 else ""
+    when = f"Found {in_time}{apart}."
     several = sum(outcome.met["impulse"] > 0)
     if several < 2:
         return when
