@@ -227,7 +227,8 @@ def _suffered(comparison: Comparison, name: str) -> str:
     """Say what is wrong with most of an engine's steps, what else is with many, and what is with the first."""
     run = comparison.runs[name]
     known = [each for each in run.suffered if each.cause != Cause.UNKNOWN]
-    said = [each for each in known if each.share >= SHARE_SHOWN or each == known[0]]
+    worst_fault = next((each for each in known if each.is_fault and each.share > UNKNOWN_SHOWN), None)
+    said = [each for each in known if each.share >= SHARE_SHOWN or each in (known[0], worst_fault)]
     unknown = sum(each.share for each in run.suffered if each.cause == Cause.UNKNOWN)
     first, sentences = run.figures.first_difference, []
     for k, each in enumerate(said):

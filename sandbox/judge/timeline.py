@@ -20,19 +20,21 @@ from sandbox.judge.words import NO_SINGLE_ERROR, found_range, of_changes, of_out
 from sandbox.state import Floats
 
 MODELS: Final = ["", *(fault.name for fault in FAULTS)]  # the likelier first, of those that tell the same
+OF_STEPS: Final = frozenset({Cause.LATE, Cause.EARLY, Cause.MISSED})  # causes that shorter steps cure
 
 
 class Suffered(NamedTuple):
     """A model that is wrong with steps of a run.
 
-    times: contacts, or balls in flight; share: of the run's error; is_example: whether `because` is of the first step,
-    and others have other numbers.
+    times: contacts, or balls in flight; share: of the run's error; is_fault: whether a rule is wrong, which shorter
+    steps do not cure; is_example: whether `because` is of the first step, and others have other numbers.
     """
 
     cause: Cause
     because: str
     times: int
     share: float
+    is_fault: bool = False
     is_example: bool = False
 
 
@@ -139,7 +141,8 @@ class Timeline:
             because = self._of_changes(cause, errors)
         else:
             is_example = any(self.touches.said(error) != because for error in errors)
-        return Suffered(cause, because, sum(error.times for error in errors), share, is_example)
+        is_fault = bool(fault) and OF_STEPS.isdisjoint((cause, BY_NAME[fault].cause))
+        return Suffered(cause, because, sum(error.times for error in errors), share, is_fault, is_example)
 
     def _of_changes(self, cause: Cause, errors: Sequence[StepError]) -> str:
         """Return the sentence on changes without a contact: that of a habit, or what they have in common."""

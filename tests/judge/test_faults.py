@@ -88,6 +88,13 @@ def test_no_false_cause_is_named(name: str) -> None:
     assert verdicts(name, range(1, 2), ("gas", "gravity", "rough"))["wrong"] == 0
 
 
+@pytest.mark.parametrize(
+    ("name", "is_fault"), [("WallsTooSoft", True), ("TurnsNormal", True), ("FindsEarly", False), ("IgnoresPair", False)]
+)
+def test_a_wrong_rule_is_a_fault_and_what_shorter_steps_cure_is_none(name: str, is_fault: bool) -> None:
+    assert judged(FAULTS[name].engine, scenes(1)["gas"]).suffered[0].is_fault is is_fault
+
+
 @pytest.mark.slow
 def test_most_faults_are_named_and_none_falsely() -> None:
     table = {name: verdicts(name, range(1, 4), tuple(scenes(1))) for name in FAULTS}
