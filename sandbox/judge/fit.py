@@ -79,6 +79,11 @@ class Trial(NamedTuple):
         return bool(self.fault) or not self.is_in_time
 
     @property
+    def gives_impulses(self) -> bool:
+        """Whether contacts change velocities."""
+        return self.fields_of_fault.get("impulse", 1.0) != 0
+
+    @property
     def is_soft(self) -> bool:
         """Whether contacts are soft."""
         return self.rule.get("when") == When.SOFT

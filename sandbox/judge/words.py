@@ -65,14 +65,14 @@ def _of_value(scene: Scene, outcomes: Sequence[Outcome]) -> str:
 def _late(scene: Scene, outcome: Outcome) -> str:
     """Say how late a contact was found by a rule of steps."""
     deepest = max(outcome.met, key=lambda m: m["depth"])
-    return of_depth(scene, float(deepest["depth"]), float(deepest["late"]))
+    return of_depth(scene, float(deepest["depth"]), float(deepest["late"]), again=outcome.trial.gives_impulses)
 
 
-def of_depth(scene: Scene, depth: float, late: float) -> str:
+def of_depth(scene: Scene, depth: float, late: float, *, again: bool = True) -> str:
     """Say how late a contact was found, px and s: only how deep if that is more than a step, as it was pushed since."""
     deep = f"{scene.units.text(Dimension.LENGTH, '{:.3g}', depth)} deep"
     if math.isinf(late):
-        return f"The two were already parting, {deep}, and were resolved again."
+        return f"The two were already parting, {deep}{', and were resolved again' * again}."
     return f"Found {1e3 * late:.3g} ms late, {deep}." if late * scene.rate <= 1 else f"Found {deep}."
 
 

@@ -139,6 +139,23 @@ def test_two_that_are_put_apart_and_keep_their_velocities_may_have_been_resolved
     assert timeline.touches.said(error).startswith("The contact changes no velocity: ")
 
 
+def test_two_that_are_found_as_they_part_already_and_are_only_put_apart_have_missed_their_contact() -> None:
+    """They graze each other on 5.65 px of the way, of which the step's end is 3.8 px on."""
+    velocity = ((600.0, 0.0), (0.0, 0.0))
+    away = np.array([-1.0, 39.9])
+    push = away * (40 / float(np.hypot(*away)) - 1) / 2
+    first, second = np.array([310.0, 300.0]) - push, np.array([309.0, 339.9]) + push
+    rows: list[Row] = [
+        (((300.0, 300.0), (309.0, 339.9)), velocity),
+        ((first.tolist(), second.tolist()), velocity),
+        ((np.add(first, (10.0, 0.0)).tolist(), second.tolist()), velocity),
+    ]
+    timeline = judged(pair(309, 339.9), *rows)
+    error = timeline.errors[0]
+    assert error.cause == Cause.MISSED
+    assert timeline.touches.said(error).endswith("The two were already parting, 0.0875 px deep.")
+
+
 def test_the_impulse_of_the_article_is_named_with_its_restitution() -> None:
     """Divided by the diameter of 40 px, an impulse is 1/20 of what equal masses need."""
     scene = pair(342)
