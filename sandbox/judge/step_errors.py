@@ -34,9 +34,10 @@ class StepError:
     how many balls or contacts it stands for; numbers: how many numbers the places, velocities and spins have that it
     shows wrong; depth: px, of the contact when it was found; gained: momentum (kg px/s) and angular momentum about the
     arena's centre (kg px²/s) that neither gravity gave nor a wall can have given; places: (k, 2) px, of the contact's
-    balls before, in the frame that moves at `frame`, (2,) px/s; flown: s, from there to where it is found; found:
-    (k, 2) px, where that is, if another step has shown it; by_rule: whether a rule of steps explains it, which has no
-    parameter; is_measured: whether the exact step is known, so that it is known how much of the energy is this error's.
+    balls before, in the frame that moves at `frame`, (2,) px/s; flown: s, from there to where it is found;
+    contact_places: (k, 2) px, where that is, if another step has shown it; by_rule: whether a rule of steps explains
+    it, which has no parameter; is_measured: whether the exact step is known, so that it is known how much of the energy
+    is this error's.
     """
 
     step: int
@@ -61,7 +62,7 @@ class StepError:
     by_rule: bool = False
     is_measured: bool = True
     depth: float | None = None
-    found: Floats | None = None
+    contact_places: Floats | None = None
     gained: Floats = field(default_factory=lambda: np.zeros(3))
 
 

@@ -146,7 +146,7 @@ class Touches:
         meet[ball] = False
         return meet
 
-    def found(self, f: Flown, row: int, pair: tuple[int, int]) -> Floats:
+    def contact_places(self, f: Flown, row: int, pair: tuple[int, int]) -> Floats:
         """Return where the balls of a contact were when a step found it, (k, 2) px: before its move, or after.
 
         That is where the normal is nearer to the push.
@@ -168,8 +168,8 @@ class Touches:
         end, x, v = error.flown, error.places, error.before - error.frame
         first, last = self._overlap(x, v, error.contact, end)
         at_end = self._normal(x, v, error.contact, end) if first <= end <= last else None
-        if error.found is not None:
-            at_end = self._normal(error.found, 0 * v, error.contact, 0.0)
+        if error.contact_places is not None:
+            at_end = self._normal(error.contact_places, 0 * v, error.contact, 0.0)
         at_touch = self._normal(x, v, error.contact, max(first, 0.0)) if first <= end and last >= 0 else None
         return at_end, at_touch
 
@@ -353,7 +353,7 @@ class Missed:
                 error.because = f"Found {late} step{'s' * (late > 1)} late."
                 error.displacement, error.momentum = error.displacement + error.speed * late * float(f.dt[row]), 0.0
                 error.speed, error.flown = 0.0, error.flown + late * float(f.dt[row])
-                error.found = self._touches.found(seen, row, pair)
+                error.contact_places = self._touches.contact_places(seen, row, pair)
                 del self._open[pair]
         kept = []
         for error in errors:

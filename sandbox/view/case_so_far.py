@@ -155,7 +155,8 @@ class CaseSoFar:
         is_behind = run.steps > most
         if self._page_wanted or (run != self.compared and (is_behind or monotonic() >= self._rests_until)):
             self._page, self._page_wanted = self._page_wanted, ""
-            self._asked, self._asked_at = run if self._page else replace(run, steps=min(run.steps, most)), monotonic()
+            self._asked = run if self._page else replace(run, steps=min(run.steps, most))
+            self._asked_at = monotonic()
             self._worker.ask(self._asked, self._page or None)
 
     def stop(self) -> None:
