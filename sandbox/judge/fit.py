@@ -262,9 +262,11 @@ class Problem:
             slope = (ahead - now) / step[:, None]
             steep = np.einsum("lk,lk->l", slope, slope)
             change = -np.einsum("lk,lk->l", slope, now) / np.where(steep > 0, steep, np.inf)
-            value = np.clip(value + np.nan_to_num(change), low, high)
+            change[np.isnan(change)] = 0.0  # of a step that has no end
+            value = np.clip(value + change, low, high)
             now = self.residuals(self.run(_set(laws, places, value))[0])
-            if np.nanmin(np.abs(now).max(axis=1)) <= self.floor / 100 or not np.abs(change).max() > 0:
+            left = np.abs(now).max(axis=1)
+            if np.any(left <= self.floor / 100) or not change.any():
                 break
         return value
 

@@ -95,6 +95,11 @@ def test_a_wrong_rule_is_a_fault_and_what_shorter_steps_cure_is_none(name: str, 
     assert judged(FAULTS[name].engine, scenes(1)["gas"]).suffered[0].is_fault is is_fault
 
 
+def test_a_fit_that_begins_only_from_steps_without_an_end_finds_nothing() -> None:
+    """So do some fits here: a warning of numpy would be an error."""
+    assert verdicts("TurnsTwice", range(1, 2), ("rough and falling",))["wrong"] == 0
+
+
 @pytest.mark.slow
 def test_most_faults_are_named_and_none_falsely() -> None:
     table = {name: verdicts(name, range(1, 4), tuple(scenes(1))) for name in FAULTS}
