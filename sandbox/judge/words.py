@@ -73,7 +73,11 @@ def of_depth(scene: Scene, depth: float, late: float, *, again: bool = True) -> 
     deep = f"{scene.units.text(Dimension.LENGTH, '{:.3g}', depth)} deep"
     if math.isinf(late):
         return f"The two were already parting, {deep}{', and were resolved again' * again}."
-    return f"Found {1e3 * late:.3g} ms late, {deep}." if late * scene.rate <= 1 else f"Found {deep}."
+    return f"Found {1e3 * late:.3g} ms late, {deep}." if _is_within_a_step(scene, late) else f"Found {deep}."
+
+
+def _is_within_a_step(scene: Scene, seconds: float) -> bool:
+    return seconds * scene.rate <= 1 + NEGLIGIBLE
 
 
 def of_push(scene: Scene, part: Part, cause: Cause) -> str:
@@ -108,7 +112,7 @@ def _soft(scene: Scene, outcome: Outcome) -> str:
         return f"The contact is soft: it still pushes the two, which part, {apart}."
     if math.isinf(ms):
         return f"Resolved {apart}, though the two would not have touched."
-    in_time = f"{ms:.3g} ms {'late' if met['depth'] > 0 else 'early'}, " if ms * scene.rate <= 1e3 else ""
+    in_time = f"{ms:.3g} ms {'late' if met['depth'] > 0 else 'early'}, " if _is_within_a_step(scene, ms / 1e3) else ""
     when = f"Found {in_time}{apart}."
     several = sum(outcome.met["impulse"] > 0)
     if several < 2:
