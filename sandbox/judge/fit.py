@@ -211,14 +211,14 @@ class Problem:
         """Fit the parameters of trials, and return what they come to."""
         if not trials:
             return []
-        low, high = self._ranges([BY_NAME[trial.fault] for trial in trials])
+        models = [BY_NAME[trial.fault] for trial in trials]
+        low, high = self._ranges(models)
         grid = np.linspace(low, high, GRID, axis=1) + 1e-3 * (high - low)[:, None] / GRID  # off the right value
         laws = self.laws(trials)
-        chosen, value = self._starts(trials, laws, grid)
+        chosen, value = self._starts(laws, models, grid)
         if not chosen:
             return []
-        trials, laws = [trials[k] for k in chosen], laws[chosen]
-        models = [BY_NAME[trial.fault] for trial in trials]
+        trials, models, laws = [trials[k] for k in chosen], [models[k] for k in chosen], laws[chosen]
         value = self._refine(laws, models, value)
         fitted = [trial._replace(value=float(v)) for trial, v in zip(trials, value, strict=True)]
         best: dict[int, Outcome] = {}
@@ -226,13 +226,13 @@ class Problem:
             best[k] = min(best.get(k, outcome), outcome, key=lambda o: o.left)
         return list(best.values())
 
-    def _starts(self, trials: Sequence[Trial], laws: Laws, grid: Floats) -> tuple[list[int], Floats]:
-        """Return from where fits may begin: the numbers of trials, and values of their parameters.
+    def _starts(self, laws: Laws, models: Sequence[Fault], grid: Floats) -> tuple[list[int], Floats]:
+        """Return from where fits may begin: the numbers of laws, and values of their models' parameters.
 
         Only where the residual changes by half of itself or more from one point of the grid to the next: elsewhere, no
-        value near by brings it to nothing. grid: (trials, points).
+        value near by brings it to nothing. grid: (laws, points).
         """
-        points, models = grid.shape[1], [BY_NAME[trial.fault] for trial in trials]
+        points = grid.shape[1]
         after, _, _ = self.run(_set(np.repeat(laws, points), _places(models, points), grid.ravel()))
         residuals = self.residuals(after).reshape(*grid.shape, -1)
         left, change = np.linalg.norm(residuals, axis=2), np.linalg.norm(np.diff(residuals, axis=1), axis=2)

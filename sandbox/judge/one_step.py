@@ -17,11 +17,11 @@ from sandbox.engines.exact.friction import friction_on_face
 from sandbox.engines.exact.prediction import time_to_piece
 from sandbox.engines.exact.support import normal_to, unit
 from sandbox.engines.exact.world import Motion
-from sandbox.engines.laws import NEVER, friction_impulse, time_since_touch, time_to_touch
+from sandbox.engines.laws import NEVER, friction_impulse, time_to_touch
 from sandbox.judge.free_flight import kept_in, move, slow
 from sandbox.judge.law import Exchange, Masses, Mixing, Order, Parting, Place, Scope, Slows, When
 from sandbox.judge.thresholds import EVENTS_PER_BALL, MAX_EVENTS, TIE
-from sandbox.judge.together import Room, depth_in, find_touches, reach_of_piece, solve_together
+from sandbox.judge.together import Room, depth_in, find_touches, reach_of, solve_together, time_overlapped
 from sandbox.quantity import pass_through
 from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Floats, Integers
@@ -375,12 +375,6 @@ def _normal_in(law: Record, a: Record, b: Record, pair: bool, nx: float, ny: flo
 
 
 @kernel
-def _reach_of(group: Group, a: Record, b: Record, j: int) -> float:
-    """Return how far the centre of ball a is from that of ball b, or from ~piece j, when they touch, px."""
-    return float(a.radius + b.radius if j >= 0 else reach_of_piece(a, group.piece[~j]))
-
-
-@kernel
 def _resolve(
     group: Group, law: Record, scratch: Scratch, i: int, j: int, nx: float, ny: float, depth: float, time: float
 ) -> float:
@@ -392,8 +386,7 @@ def _resolve(
     nx, ny = _normal_in(here, a, b, pair, nx, ny)
     closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny if pair else a.vx * nx + a.vy * ny
     along = (b.vx - a.vx) * ny - (b.vy - a.vy) * nx if pair else a.vy * nx - a.vx * ny
-    speed = math.hypot(a.vx - b.vx, a.vy - b.vy) if pair else math.hypot(a.vx, a.vy)
-    late = time_since_touch(depth, closing, speed, _reach_of(group, a, b, j))
+    late = time_overlapped(a, b, pair, depth, closing, reach_of(a, b, group.piece, j))
     other_e = b.elasticity if pair else group.piece[~j].elasticity
     other_mu = b.friction if pair else group.piece[~j].friction
     e = _restitution(here, a.elasticity * other_e)

@@ -204,8 +204,8 @@ def cause_of(outcome: Outcome, problem: Problem) -> Cause:
 def _turns_back(trial: Trial, closing: float) -> bool:
     """Return whether a contact that already parts is resolved again. closing: px/s, the least of its contacts."""
     partings = trial.rule.get("wall_parting"), trial.rule.get("pair_parting")
-    is_plain = not trial.is_odd and not trial.is_in_time and trial.gives_impulses
-    return is_plain and closing <= 0 and Parting.RESOLVE in partings
+    resolves = Parting.RESOLVE in partings and not trial.is_in_time and not trial.is_odd
+    return closing <= 0 and resolves and trial.gives_impulses
 
 
 def cause_of_law(trial: Trial, closing: float, pair: bool, *, moved: bool) -> Cause:

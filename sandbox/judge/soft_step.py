@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 
 from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.exact.support import normal_to, unit
-from sandbox.engines.laws import time_since_touch
 from sandbox.judge.free_flight import BALL
 from sandbox.judge.law import Order
 from sandbox.judge.one_step import Group
 from sandbox.judge.thresholds import EVENTS_PER_BALL
-from sandbox.judge.together import depth_in, reach_of_piece
+from sandbox.judge.together import depth_in, reach_of, time_overlapped
 from sandbox.quantity import pass_through
 from sandbox.state import Floats, Integers
 
@@ -311,11 +310,8 @@ def _stop(group: Group, law: Record, s: SoftScratch, met: NDArray[np.void], note
 def _due(group: Group, c: Record) -> float:
     """Return when two bodies would touch in flight, s since the step began; before it if they overlapped then."""
     a, b = group.ball[c.first], group.ball[max(c.second, 0)]
-    if c.second < 0:
-        speed, reach = math.hypot(a.vx, a.vy), reach_of_piece(a, group.piece[~c.second])
-    else:
-        speed, reach = math.hypot(a.vx - b.vx, a.vy - b.vy), a.radius + b.radius
-    return -float(time_since_touch(c.depth, c.closing, speed, reach))
+    reach = reach_of(a, b, group.piece, c.second)
+    return -float(time_overlapped(a, b, c.second >= 0, c.depth, c.closing, reach))
 
 
 @kernel

@@ -91,9 +91,21 @@ def depth_in(b: Record, piece: Record) -> float:
 
 
 @kernel
-def reach_of_piece(b: Record, piece: Record) -> float:
-    """Return how far a ball's centre is from a round end of a wall when they touch, px; infinite for a side."""
-    return float(b.radius + piece.half_thickness) if piece.length == 0 else math.inf
+def reach_of(a: Record, b: Record, piece: NDArray[Any], j: int) -> float:
+    """Return how far the centre of ball a is from ball b, or from the end ~piece j, when they touch, px.
+
+    It is infinite for the side of a wall.
+    """
+    if j >= 0:
+        return float(a.radius + b.radius)
+    return float(a.radius + piece[~j].half_thickness) if piece[~j].length == 0 else math.inf
+
+
+@kernel
+def time_overlapped(a: Record, b: Record, pair: bool, depth: float, closing: float, reach: float) -> float:
+    """Return how long ago ball a touched ball b, or a wall if they are no pair, s. See `time_since_touch`."""
+    speed = math.hypot(a.vx - b.vx, a.vy - b.vy) if pair else math.hypot(a.vx, a.vy)
+    return float(time_since_touch(depth, closing, speed, reach))
 
 
 @kernel
@@ -112,7 +124,7 @@ def find_touches(ball: NDArray[Any], piece: NDArray[Any], gap: Floats, touch: ND
                 t = touch[count]
                 t.first, t.second, t.depth, t.per_mass = i, ~p, depth, 1 / a.mass
                 t.nx, t.ny, _ = normal_to(a, piece[p])
-                t.reach = reach_of_piece(a, piece[p])
+                t.reach = reach_of(a, a, piece, ~p)
                 t.e, t.mu, t.drift = a.elasticity * piece[p].elasticity, a.friction * piece[p].friction, 0.0
             count += 1
         for j in range(i + 1, len(ball)):
@@ -126,7 +138,7 @@ def find_touches(ball: NDArray[Any], piece: NDArray[Any], gap: Floats, touch: ND
                 t = touch[count]
                 t.first, t.second, t.per_mass = i, j, 1 / a.mass + 1 / b.mass
                 t.nx, t.ny, distance = unit(rx, ry)
-                t.reach = a.radius + b.radius
+                t.reach = reach_of(a, b, piece, j)
                 t.depth = t.reach - distance
                 t.e, t.mu, t.drift = a.elasticity * b.elasticity, a.friction * b.friction, 0.0
             count += 1
@@ -345,9 +357,8 @@ def solve_together(
     for k in range(len(touch)):
         t = touch[k]
         t.closing = closing_speed(ball, t)
-        a, b = ball[t.first], ball[max(t.second, 0)]
-        speed = math.hypot(a.vx - b.vx, a.vy - b.vy) if t.second >= 0 else math.hypot(a.vx, a.vy)
-        t.late = time_since_touch(t.depth, t.closing, speed, t.reach)
+        a, b, pair = ball[t.first], ball[max(t.second, 0)], t.second >= 0
+        t.late = time_overlapped(a, b, pair, t.depth, t.closing, t.reach)
         fallen = fall_x * t.nx + fall_y * t.ny if t.second < 0 else 0.0
         t.bounce = t.e * (t.closing - fallen) / kept
         t.impulse = t.tangential = 0.0
