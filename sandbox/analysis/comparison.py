@@ -91,9 +91,19 @@ class Comparison:
     @property
     def conditions(self) -> Conditions:
         """What all engines share, as JSON and CSV have it."""
-        scene, seconds = self.scene, float(self.time[-1])
-        shared = scene.name, scene.seed, scene.rate, self.since, seconds, self.against
-        return Conditions(*shared, *self.trust[:3], self.reference_until, self.energy_scale)
+        return Conditions(
+            scene=self.scene.name,
+            seed=self.scene.seed,
+            rate=self.scene.rate,
+            since=self.since,
+            seconds=float(self.time[-1]),
+            against=self.against,
+            horizon=self.horizon,
+            undecided=self.undecided,
+            unresolved=self.unresolved,
+            reference_until=self.reference_until,
+            energy_scale=self.energy_scale,
+        )
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each engine, nested figures under dotted names; None where it has no such figure.

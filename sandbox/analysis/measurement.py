@@ -177,7 +177,8 @@ class Measurement:
         do to the end; disturbed: whether a ball was pushed.
         """
         scene, course, timeline = self._scene, Course.joined(self._courses), Timeline(self._judge)
-        errors, final = differences(scene, timeline), self.states.state(0, scene.clock.time(self._entered)).copy()
+        contacts, errors = self.contacts, differences(scene, timeline)
+        final = self.states.state(0, scene.clock.time(self._entered)).copy()
         energy_scale = reference.energy_scale if reference else self.scale.value
         trusted = math.inf if trusted_until is None else trusted_until
         means_energy = math.inf if keeps_energy(scene) and not disturbed else trusted
@@ -187,7 +188,7 @@ class Measurement:
             energy_gap=self._energy_gap(course, (reference or course).energy, energy_scale, means_energy),
             apart=self._apart[0] if self._apart and self._apart[0] < trusted else None,
             max_overlap=self._max_overlap,
-            contacts=self.contacts,
+            contacts=contacts,
             reports_contacts=self._traits.reports_contacts,
             impacts=np.concatenate(self._impacts),
             misreport=self._reports.found(timeline.errors),
@@ -199,7 +200,7 @@ class Measurement:
             suffered=timeline.suffered,
             escape=self._escape(final),
             scores=self._scores(energy_scale),
-            theory=self._theory(final.time) if trusted_until is not None or not why_no_gas(scene) else (),
+            theory=self._theory(contacts, final.time) if trusted_until is not None or not why_no_gas(scene) else (),
             path=np.concatenate(self._path),
             start=self.start,
             final=final,
@@ -247,10 +248,10 @@ class Measurement:
             *self._first_outside, int(np.count_nonzero(furthest)), float(furthest.max()), int(np.count_nonzero(left))
         )
 
-    def _theory(self, seconds: float) -> tuple[TheoryRow, ...]:
+    def _theory(self, contacts: Contacts, seconds: float) -> tuple[TheoryRow, ...]:
         if not self._obeys_laws or not self._traits.reports_contacts:
             return ()
-        return measure_gas(self._scene, self.contacts, np.concatenate(self._velocities), seconds)
+        return measure_gas(self._scene, contacts, np.concatenate(self._velocities), seconds)
 
 
 def path_stride(scene: Scene, steps: int) -> int:

@@ -310,7 +310,7 @@ def _trust(comparison: Comparison) -> str:
             if comparison.against != REFERENCE:
                 when, reason = "in the same step", "the result depends on which has the lower number"
             return (
-                f"{against} is undecided from {trust.undecided:.2f} s: {_tied(comparison.scene, *trust.tied[:2])} "
+                f"{against} is undecided from {trust.undecided:.2f} s: {_tied(comparison.scene, trust.tied)} "
                 f"touch ball {trust.tied[2]} {when}, and {reason}. From then on compare statistics only."
             )
         case "unresolved":
@@ -326,11 +326,12 @@ def _trust(comparison: Comparison) -> str:
     return ""
 
 
-def _tied(scene: Scene, *bodies: int) -> str:
-    """Name the two bodies that touch a ball in an order that is undecided."""
-    first, second = sorted(bodies, key=lambda body: (body < 0, abs(body)))
-    walls = f"{scene.wall_name(~first)} and {scene.wall_name(~second)}" if first < 0 else ""
-    return walls or contact_name(scene, first, second)
+def _tied(scene: Scene, tied: tuple[int, int, int]) -> str:
+    """Name the two bodies that touch a ball in an order that is undecided. tied: as in `Trust`."""
+    first, second = sorted(tied[:2], key=lambda body: (body < 0, abs(body)))
+    if first < 0:
+        return f"{scene.wall_name(~first)} and {scene.wall_name(~second)}"
+    return contact_name(scene, first, second)
 
 
 # The energy
