@@ -95,11 +95,11 @@ class Run(Course):
     mean anything; max_overlap: px, of two balls after any step; contacts: as reported, in order of time;
     reports_contacts: whether the engine reports any; impacts: the motion before and after the first MAX_IMPACTS of
     them; misreport: where they are others than what the balls did; gained: (steps, 3), what nothing outside gave, see
-    `StepError`; ledger: as in `Figures`; errors: the wrong steps, in order; differences: the same, or those of the
-    reference if there are none, after where it begins elsewhere; missed: the contacts that did not happen; suffered:
-    what the run suffers from, the worst first; escape: the balls that left the arena, None if none did; scores: for the
-    scene's expectations that fall into the run; theory: figures of a gas, measured and expected; path: (frames, n, 2)
-    px, float32, one frame in every so many steps; start, final: the first and the last state.
+    `StepError`; ledger: as in `Figures`; errors: its wrong steps, in order; differences: a different start, if any, and
+    the errors, or the reference's errors if there is neither; missed: contacts that should have happened; suffered: the
+    models behind its errors, the largest share first; escape: the balls that left the arena, None if none did; scores:
+    for the scene's expectations that fall into the run; theory: figures of a gas, measured and expected; path:
+    (frames, n, 2) px, float32, one frame in every so many steps; start, final: the first and the last state.
     """
 
     energy_scale: float

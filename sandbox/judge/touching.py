@@ -80,7 +80,7 @@ class Touch(NamedTuple):
     """Two bodies that overlap before a step, or after it.
 
     depth: px, before; free, after: px/s, how fast they would approach without the contact, and do; pushed: px/s, by
-    which they are pushed apart; central: whether nothing else changed their velocities so that they are.
+    which they are pushed apart; central: whether nothing else explains the push.
     """
 
     pair: tuple[int, int]

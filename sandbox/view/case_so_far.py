@@ -150,7 +150,7 @@ class CaseSoFar:
             webbrowser.open(Path(page).absolute().as_uri())
 
     def _ask(self, run: RunSoFar) -> None:
-        """Let the worker compare more of a run, unless it has compared all of it. Only pages are of all at once."""
+        """Let the worker compare more of a run, unless it has compared all of it. A page is of the whole run."""
         most = max(FIRST_STEPS, 2 * self.compared.steps if self.compared else 0)
         is_behind = run.steps > most
         if self._page_wanted or (run != self.compared and (is_behind or monotonic() >= self._rests_until)):
