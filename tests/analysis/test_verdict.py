@@ -369,3 +369,11 @@ def test_what_else_is_wrong_with_a_fifth_of_an_error_is_said_and_the_worst_wrong
         "Also, 3 times, 6.01 % of its error: small. pymunk is"
     )
     assert not any(f"{word}." in said for word in ("late", "large", "soft"))
+
+
+def test_a_wrong_rule_that_is_behind_a_hundredth_of_an_error_is_not_said() -> None:
+    comparison = compare(load("head-on"), ["pymunk", "exact"])
+    suffered = Suffered(Cause.LATE, "Deep.", 3, 0.99), Suffered(Cause.SMALL, "Small.", 3, 0.01, is_fault=True)
+    run = replace(comparison.runs["pymunk"], suffered=suffered)
+    said = verdict(replace(comparison, runs={**comparison.runs, "pymunk": run})).split("\n\n")[0]
+    assert said.startswith("pymunk, 3 times, 99 % of its error: deep. pymunk is")
