@@ -60,7 +60,7 @@ FRAGMENT = {"arena": {"size": [800, 600]}, "balls": [{"radius": 20, "position": 
 LABELS = {cause.key: cause.label for cause in Cause}
 ROUNDING = re.compile(r"\d\.\d+e-1[3-9]|0\.00e\+00")  # figures that another processor may round differently
 HOSTS = {"box2d.org", "distributed.dask.org", "github.com", "www.pymunk.org"}  # that the documents link to
-NEEDS = {"box2d": "pyb2d3", ".mp4": "av", "--plot": "matplotlib"}  # what a command names, and the library that it needs
+NEEDS = {"box2d": "pyb2d3", ".mp4": "av"}  # what a command names, and the library that it needs
 
 
 class Block(NamedTuple):
@@ -164,7 +164,7 @@ def test_every_command_prints_what_stands_there(
     if pipe := line.partition(" | ")[2]:
         printed = subprocess.run(pipe, shell=True, input=printed, text=True, capture_output=True, check=True).stdout
     block.check_output(printed)
-    for written in re.findall(r"--(?:out|json|csv|series|plot|report|junit|save-inputs) ([\w./-]*\w)", line):
+    for written in re.findall(r"--(?:out|json|csv|series|report|junit|save-inputs) ([\w./-]*\w)", line):
         assert (tmp_path / written).stat().st_size > 0
         if written.startswith("docs/"):
             check_picture(tmp_path / written, ROOT / written)

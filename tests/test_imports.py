@@ -29,7 +29,6 @@ LIBRARIES: Final = {  # library -> the modules and folders that may import it; n
     "tomlkit": ("scene.files",),
     "pandas": ("run.trajectory", "scripting.comparison", "scripting.calls"),
     "PIL": ("scene", "view"),
-    "matplotlib": ("report.plot",),
     "llvmlite": ("jit",),
     "numba": ("jit", "space.memory"),
     "pymunk": (

@@ -235,7 +235,7 @@ def compare(
 
     FILE may be -, for standard output. Exit code 1: a limit was exceeded; 2: an engine of your own failed.
     """
-    _check_endings(files.report, files.plot)
+    _check_ending(files.report)
     outputs = files.by_option
     check_outputs(outputs, [scene, options.inputs])
     show_compiling()
@@ -274,10 +274,6 @@ def _write_comparison(comparison: "Comparison", trials: "Sequence[Trial]", outpu
         write_text(file, comparison.as_csv())
     if file := outputs.get("--series"):
         write_series(comparison, file)
-    if file := outputs.get("--plot"):
-        from sandbox.report.plot import save_plot
-
-        save_plot(comparison, file)
     if file := outputs.get("--report"):
         from sandbox.report.comparison import page
 
@@ -289,14 +285,10 @@ def _write_comparison(comparison: "Comparison", trials: "Sequence[Trial]", outpu
             print_advice(trials, console())
 
 
-def _check_endings(page: str | None, plot: str | None = None, *, kind: str = "report") -> None:
-    """Raise SandboxError if a page, of a kind, or a plot cannot be written to a file with its ending."""
-    if page and page not in STANDARD_OUTPUT and Path(page).suffix != ".html":
-        raise SandboxError(f"{page}: a {kind} must end in .html")
-    if plot:
-        from sandbox.report.plot import check_plot
-
-        check_plot(plot)
+def _check_ending(report: str | None) -> None:
+    """Raise SandboxError if a report is to be written to a file with another ending than .html."""
+    if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
+        raise SandboxError(f"{report}: a report must end in .html")
 
 
 def _has_document(files: Iterable[str | None]) -> bool:
@@ -351,7 +343,7 @@ def watch(
 
     if save_space in STANDARD_OUTPUT:
         raise SandboxError("--save-space -: must be a file, as it is written while the program runs")
-    _check_endings(report)
+    _check_ending(report)
     check_outputs({"--json": json_file, "--report": report, "--save-space": save_space}, [None if module else program])
     show_compiling()
     given = Program(program, arguments or (), module)
@@ -469,7 +461,7 @@ def sweep(
     workers, scheduler = workforce.workers, workforce.scheduler
     if workers and scheduler is not None:
         raise SandboxError("--workers and --scheduler exclude each other")
-    _check_endings(report)
+    _check_ending(report)
     check_outputs({"--out": out, "--report": report}, [scene])
     if scheduler is not None:
         check_scheduler(scheduler)
@@ -505,7 +497,6 @@ def converge(
     seed: Seed = None,
     seconds: Seconds = None,
     json_file: JsonFile = None,
-    plot: Annotated[str | None, file_option("Draw the errors over the rates as a .png or .svg file.")] = None,
     report: ReportFile = None,
 ) -> None:
     """Measure how fast the errors of engines vanish as the steps become shorter.
@@ -516,8 +507,8 @@ def converge(
     from sandbox.report.tables import print_convergence
     from sandbox.sweeps.convergence import converge as measure_order
 
-    _check_endings(report, plot)
-    check_outputs({"--json": json_file, "--plot": plot, "--report": report}, [scene])
+    _check_ending(report)
+    check_outputs({"--json": json_file, "--report": report}, [scene])
     show_compiling()
     chosen, _ = scene_and_inputs(scene, None, seed=seed, seconds=seconds)
     print_warnings(chosen)
@@ -526,10 +517,6 @@ def converge(
         convergence = measure_order(chosen, names, rates or DEFAULT_RATES, starts, progress)
     if json_file:
         write_text(json_file, json_text(convergence.as_json()))
-    if plot:
-        from sandbox.report.plot import save_convergence
-
-        save_convergence(convergence, plot)
     if report:
         from sandbox.report.sweep import convergence_page
 
@@ -581,28 +568,6 @@ def scenes() -> None:
     for name, scene in bundled_scenes().items():
         table.add_row(name, str(len(scene.bodies)), scene.about)
     console().print(table)
-
-
-@app.command()
-def worksheet(
-    scene: SceneArgument,
-    out: Annotated[str, file_option("An .html file to print.")],
-    *,
-    pupils: Annotated[int, typer.Option(min=1, max=1000, help="Sheets, each with other numbers.")] = 1,
-    seed: Seed = None,
-    answers: Annotated[bool, typer.Option(help="Add pages with the answers.")] = True,
-) -> None:
-    """Write a worksheet on a scene's first contacts, with the answers of exact.
-
-    The masses and speeds of the scene are changed at random, by --seed.
-    """
-    from sandbox.report.worksheet import worksheet as page_of
-
-    _check_endings(out, kind="worksheet")
-    check_outputs({"--out": out}, [scene])
-    show_compiling()
-    chosen, _ = scene_and_inputs(scene, None, seed=seed)
-    write_text(out, page_of(chosen, pupils, with_answers=answers))
 
 
 @app.command()

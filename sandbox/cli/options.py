@@ -262,7 +262,6 @@ class ComparisonFiles:
     json: JsonFile = None
     csv: Annotated[str | None, file_option("Write the figures as CSV.", "--csv")] = None
     series: Annotated[str | None, file_option("Write energy, gap and more at every step as CSV.")] = None
-    plot: Annotated[str | None, file_option("Draw energy and gap over time as a .png or .svg file.")] = None
     report: ReportFile = None
 
     @property

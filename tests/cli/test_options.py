@@ -54,7 +54,6 @@ def test_options_are_parsed() -> None:
         (("sweep", "article", "--rates", "0"), "--rates '0': must be whole numbers from 1 on, separated by commas"),
         (("sweep", "article", "--rates", "60,-5"), "--rates '60,-5': must be whole numbers from 1 on"),
         (("sweep", "article", "--rates", "fast"), "--rates 'fast': must be whole numbers from 1 on"),
-        (("compare", "article", "--plot", "f.pdf"), "f.pdf: a plot must end in .png or .svg"),
         (("sweep", "article", "--seeds", "9:5"), "--seeds 9:5: must be two numbers A:B"),
         (("sweep", "article", "--set", "substeps=1,x"), "--set substeps=1,x: must be a setting of Pymunk"),
         (("bench", "--only", "start,start"), "--only start,start: has a name twice"),

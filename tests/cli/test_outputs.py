@@ -212,7 +212,6 @@ OPTIONS = (
     ("compare", "article", "--csv"),
     ("compare", "article", "--report"),
     ("compare", "article", "--series"),
-    ("compare", "article", "--plot"),
     ("trace", "article", "--engine", "article", "--out"),
     ("record", "article", "--out"),
     ("sweep", "article", "--out"),
@@ -231,10 +230,8 @@ OPTIONS = (
 def test_an_unwritable_output_is_reported_before_anything_runs(
     arguments: tuple[str, ...], what: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if arguments[-1] == "--plot":
-        pytest.importorskip("matplotlib")
     path, why = UNWRITABLE[what]
-    path += {"--report": ".html", "--plot": ".svg"}.get(arguments[-1], ".gif" if arguments[0] == "record" else ".csv")
+    path += {"--report": ".html"}.get(arguments[-1], ".gif" if arguments[0] == "record" else ".csv")
     Path("file").touch()
     Path("folder.csv").mkdir()
     Path("circle.csv").symlink_to("circle.csv")

@@ -15,7 +15,6 @@ from sandbox.report.comparison import page
 from sandbox.report.first_contacts import columns, first_contacts
 from sandbox.report.scales import gap_scale
 from sandbox.report.tables import print_comparison
-from sandbox.report.worksheet import worksheet
 from sandbox.scene.files import dump, load, parse
 from sandbox.scene.model import Scene
 from sandbox.scene.units import PIXELS, Dimension, LengthUnit, Units
@@ -80,7 +79,6 @@ def test_nothing_of_a_scene_with_units_is_shown_in_pixels(compared: Comparison) 
         text_of(partial(print_comparison, compared), DEFAULT_WIDTH),
         text_of(partial(print_comparison, compare(drop(), ["exact"])), DEFAULT_WIDTH),
         page(compared),
-        worksheet(drop(), 1, with_answers=True),
         *(fault.sentence(value, METRES) for fault in FAULTS for value in (-0.5, 0.5)),
         *(found_range(drop(), Cause.LATE, depths) for depths in ([0.5], [0.5, 2.0])),
     ]
