@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from sandbox.errors import SandboxError
-from sandbox.scene.balls import BallGroup
+from sandbox.scene.balls import PER_BALL, BallGroup
 from sandbox.scene.clock import Clock
 from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, NotTiny, Number, Vector
 from sandbox.scene.model import Scene, Wall
@@ -390,12 +390,17 @@ def _split(scene: Scene, ball: int) -> tuple[list[BallGroup], BallGroup, list[Ba
         end = first + group.ball_count
         if first <= ball < end:
             group_of_ball = group
-        before += _part(group, scene.colors[first : min(end, ball)])
-        after += _part(group, scene.colors[max(first, ball + 1) : end])
+        before += _part(scene, group, first, range(first, min(end, ball)))
+        after += _part(scene, group, first, range(max(first, ball + 1), end))
         first = end
     return before, group_of_ball, after
 
 
-def _part(group: BallGroup, colors: tuple[str, ...]) -> list[BallGroup]:
-    """Return as many balls of a group as there are colours, which they have."""
-    return [group.model_copy(update={"count": len(colors), "colors": colors})] if colors else []
+def _part(scene: Scene, group: BallGroup, first: int, balls: range) -> list[BallGroup]:
+    """Return some balls of a group as a group, with their colours; none if there are none. first: the group's first."""
+    if not balls:
+        return []
+    lists = {key: getattr(group, key) for key in PER_BALL}
+    parts = {key: values[balls.start - first : balls.stop - first] for key, values in lists.items() if values}
+    colors = scene.colors[balls.start : balls.stop]
+    return [group.model_copy(update={"count": len(balls), "colors": colors} | parts)]

@@ -27,6 +27,7 @@ from sandbox.state import MEETS_ALL
 
 MAX_BALLS: Final = 200_000  # in a scene
 DECIMAL_ROUNDING: Final = 1e-9  # relative error that sums of decimal fractions may have
+PER_BALL: Final = ("positions", "velocities")  # keys that list a value for each ball of a group
 PLACEMENT_KEYS: Final = ("position", "positions", "x", "inside", "grid")
 THROW_KEYS: Final = ("velocity", "velocities", "vx", "vy", "speed", "rms_speed")
 

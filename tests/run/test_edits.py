@@ -1,5 +1,6 @@
 """Edits of a running scene: their effect in every engine, and replays to the byte."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -18,11 +19,13 @@ from sandbox.run.edits import (
     SetGravity,
     SetRate,
     SetVelocity,
+    edited,
 )
 from sandbox.run.inputs import Grab, Input, Move, Release, clock_of, load_inputs, write_inputs
 from sandbox.run.lockstep import Lockstep
 from sandbox.run.trajectory import Trajectory, simulate
 from sandbox.scene.clock import Clock
+from sandbox.scene.files import bundled, dump, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 
@@ -308,3 +311,39 @@ def test_an_edit_while_a_ball_is_grabbed_does_not_release_it(scene: Scene) -> No
     inputs: list[Input] = [Grab(step=0, ball=2, at=(500, 100)), SetGravity(step=5, gravity=(0, 300)), Release(step=60)]
     run = simulate(scene, "exact", steps=60, inputs=inputs)
     assert run.position[60, 2] == pytest.approx([500, 100], abs=3)
+
+
+BALL_EDITS: dict[str, Callable[[int], Edit]] = {
+    "mass": lambda ball: ChangeBall(step=0, ball=ball, mass=3),
+    "color": lambda ball: ChangeBall(step=0, ball=ball, color="red"),
+    "spin": lambda ball: ChangeBall(step=0, ball=ball, spin=1),
+    "velocity": lambda ball: SetVelocity(step=0, ball=ball, velocity=(10, 20)),
+    "delete": lambda ball: DeleteBall(step=0, ball=ball),
+}
+
+
+@pytest.mark.parametrize("edit", BALL_EDITS.values(), ids=BALL_EDITS)
+@pytest.mark.parametrize("is_saved", [False, True], ids=["bundled", "saved"])
+@pytest.mark.parametrize("name", bundled())
+def test_any_ball_of_any_scene_can_be_edited(
+    name: str, is_saved: bool, edit: Callable[[int], Edit], tmp_path: Path
+) -> None:
+    scene = load(name)
+    if is_saved:  # a group of several balls then has a list of positions, and one of velocities
+        dump(scene, tmp_path / "saved.toml", spawn(scene))
+        scene = load(tmp_path / "saved.toml")
+    state, bodies, count = spawn(scene), scene.bodies, len(scene.bodies)
+    for ball in {0, count // 2, count - 1}:
+        change = edit(ball)
+        changed, after = edited(scene, change, {"exact": state}), change.change_state(state)
+        kept = np.delete(np.arange(count), ball)
+        if isinstance(change, DeleteBall):
+            at = np.arange(count - 1)
+        else:
+            at = kept
+            assert len(changed.bodies) == count
+            assert changed.bodies.mass[ball] == (3 if change == BALL_EDITS["mass"](ball) else bodies.mass[ball])
+        assert changed.bodies.radius[at].tolist() == bodies.radius[kept].tolist()
+        assert changed.bodies.mass[at].tolist() == bodies.mass[kept].tolist()
+        assert [changed.colors[k] for k in at] == [scene.colors[k] for k in kept]
+        assert after.position[at].tobytes() == state.position[kept].tobytes()
