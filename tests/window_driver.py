@@ -14,7 +14,6 @@ from sandbox.run.inputs import Input
 from sandbox.view import Layer
 from sandbox.view.case_so_far import CaseWorker, answer
 from sandbox.view.controls import Action, Panel, tip_of
-from sandbox.view.space_window import SpaceWindow
 from sandbox.view.widgets.fields import Slider
 from sandbox.view.window import Window
 
@@ -60,7 +59,7 @@ class IdleWorker(CaseWorker):
         pass
 
 
-def press(window: Window | SpaceWindow, *keys: str, shift: bool = False) -> None:
+def press(window: Window, *keys: str, shift: bool = False) -> None:
     """Press keys by their names, or by what they type."""
     for key in keys:
         code, typed = (CODES[key], "") if key in CODES else (0, CONTROL.get(key, key))

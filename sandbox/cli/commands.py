@@ -90,7 +90,6 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-SPACE_SECONDS: Final = 5.0  # that a Space runs without a display
 DEFAULT_RATES: Final = (60, 120, 240, 480, 960)  # of converge
 NUMBA_SETTINGS: Final = ".numba_config.yaml"  # numba reads it from the working directory
 
@@ -129,19 +128,13 @@ def run(
     inputs: Inputs = None,
     save_inputs: Annotated[str | None, file_option("Save drags and edits as JSON lines.")] = None,
 ) -> None:
-    """Open a scene in the window, or the .json file of a pymunk.Space beside the same Space in finer steps.
-
-    Without a display: compare the engines of the scene, or run both Spaces for 5 s, and save a picture of the end.
-    """
+    """Open a scene in the window. Without a display: compare its engines, and save a picture of the end."""
     warn_of_pygame()
     from sandbox.run.inputs import write_run
     from sandbox.view.compiling import compiling_beside_window
     from sandbox.view.display import has_display
     from sandbox.view.window import Window
 
-    if Path(scene).suffix == ".json":
-        _run_space(scene, {"--engines": engines, "--seed": seed, "--inputs": inputs, "--save-inputs": save_inputs})
-        return
     check_outputs({"--save-inputs": save_inputs}, [scene])
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed)
     if has_display():
@@ -161,31 +154,6 @@ def run(
         _compare_and_draw(chosen, engines, replayed)
         if save_inputs:
             write_run(chosen, replayed, chosen.steps, save_inputs)
-
-
-def _run_space(file: str, options: Mapping[str, object]) -> None:
-    """Open a Space in the window. options: those of `run`, which are of scenes."""
-    from sandbox.space.files import read_description
-    from sandbox.view.display import has_display
-    from sandbox.view.offscreen import save_picture
-    from sandbox.view.space_window import SpaceWindow, draw_end
-
-    for option, value in options.items():
-        if value is not None:
-            raise SandboxError(f"{option} is for scenes; {file} is a Space")
-    show_compiling()
-    description = read_description(file)
-    if has_display():
-        SpaceWindow(description, Path(file).name).run()
-        return
-    print(f"No display: running {SPACE_SECONDS:g} s instead of opening the window.")
-    picture, pair = draw_end(description, SPACE_SECONDS)
-    path = f"{Path(file).stem}-{pair.steps:06}.png"
-    check_outputs({"Picture": path}, [file])
-    save_picture(picture, path)
-    pair.close()
-    print(f"{pair.names[0]} and {pair.names[1]}, after {pair.time:.4g} s: {pair.readout}")
-    print(f"Picture of the end: {path}")
 
 
 @app.command()
@@ -326,7 +294,6 @@ def watch(
     ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="Run without a window, a display or waiting.")] = False,
     json_file: JsonFile = None,
-    report: ReportFile = None,
     save_space: Annotated[str | None, file_option("Write the first Space, before its first step, as JSON.")] = None,
     limits: Limits,
 ) -> None:
@@ -343,15 +310,14 @@ def watch(
 
     if save_space in STANDARD_OUTPUT:
         raise SandboxError("--save-space -: must be a file, as it is written while the program runs")
-    _check_ending(report)
-    check_outputs({"--json": json_file, "--report": report, "--save-space": save_space}, [None if module else program])
+    check_outputs({"--json": json_file, "--save-space": save_space}, [None if module else program])
     show_compiling()
     given = Program(program, arguments or (), module)
     warn_of_misplaced_options(given)
     start = StartFile(save_space) if save_space else None
     trials = Trials(HEADLESS_SECONDS if headless and seconds is None else seconds, start.write if start else None)
-    diagnoses = Report(given, trials, json_file, report, asdict(limits), start)
-    with _printed_beside([json_file, report]):
+    diagnoses = Report(given, trials, json_file, asdict(limits), start)
+    with _printed_beside([json_file]):
         code = run_on_trial(given, trials, diagnoses.write, headless=headless)
     raise typer.Exit(code)
 

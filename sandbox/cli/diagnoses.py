@@ -16,7 +16,7 @@ from sandbox.text import console, counted, json_text, printable
 
 HEADLESS_SECONDS: Final = 20.0  # of a Space's time, as nobody closes a window
 _OPTIONS: Final = (
-    *("--headless", "--seconds", "--json", "--report", "--save-space"),
+    *("--headless", "--seconds", "--json", "--save-space"),
     *("--max-gap", "--max-drift", "--max-energy-error"),
 )
 _ENDS: Final = {"time is up": "the time was up", "interrupted": "Ctrl-C", "os._exit": "os._exit"}
@@ -32,12 +32,11 @@ def warn_of_misplaced_options(program: Program) -> None:
 
 @dataclass(frozen=True)
 class Report:
-    """Where the diagnoses go, as text, JSON and a page, and the limits of comparisons."""
+    """Where the diagnoses go, as text and JSON, and the limits of comparisons."""
 
     program: Program
     trials: Trials
     json_file: str | None
-    page: str | None
     limits: dict[str, float | None]
     start: StartFile | None = None  # of the first Space
     output: TextIO = field(default_factory=lambda: sys.stdout)  # while the program runs, its own may be another
@@ -49,7 +48,7 @@ class Report:
             return self._write(end)
 
     def _write(self, end: End) -> int:
-        printed = not {self.json_file, self.page}.intersection(STANDARD_OUTPUT)
+        printed = self.json_file not in STANDARD_OUTPUT
         diagnoses = []
         for diagnosis in self.trials.diagnoses():
             diagnoses.append(diagnosis)
@@ -57,10 +56,6 @@ class Report:
                 self._print(diagnosis)
         if printed:
             self._print_end(diagnoses)
-        if self.page:
-            from sandbox.report.space import page
-
-            write_text(self.page, page(self.program.name, [diagnosis.played() for diagnosis in diagnoses]))
         if self.json_file:
             write_text(self.json_file, json_text(self._document(end, diagnoses)))
         sys.stdout.flush()

@@ -10,7 +10,6 @@ from typing import Any, Final
 import numpy as np
 
 from sandbox.errors import SandboxError
-from sandbox.report.space import PlayedSpace
 from sandbox.scripting.exact import AgainstExact
 from sandbox.scripting.finer import AgainstFiner
 from sandbox.space.energy import Ledger
@@ -70,19 +69,6 @@ class Diagnosis:
             counted(self.joints, "joint"),
         ]
         return f"Space {self.number}{stepped}: {counted(self.steps, 'step')}, {self.seconds:.4g} s; {', '.join(counts)}"
-
-    def played(self) -> PlayedSpace:
-        """Return it as the page of a report has it."""
-        against = self.against_finer
-        return PlayedSpace(
-            heading=self.heading,
-            findings=self.findings,
-            ledger=self.energy,
-            paragraphs=[*self.against_exact.paragraphs(), *(against.paragraphs() if against else ())],
-            recording=self.evidence.recording if self.evidence else None,
-            finer=against.finer if against else None,
-            reference=against.reference if against and against.finer else "",
-        )
 
     def lines(self, width: int) -> Iterator[str]:
         """Yield the text, in so many columns; what needs no comparison comes before it."""

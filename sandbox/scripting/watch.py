@@ -1,6 +1,5 @@
 """Watching a live `pymunk.Space`: its steps are recorded beside its own program, and then diagnosed and compared."""
 
-import os
 from functools import cached_property, partial
 from types import TracebackType
 from typing import Any, Self
@@ -10,11 +9,9 @@ from warnings import warn
 import pymunk
 
 from sandbox.errors import SandboxError, SpaceWarning
-from sandbox.report.space import page
 from sandbox.run.trajectory import Trajectory
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Arena, Scene
-from sandbox.scripting.arguments import save
 from sandbox.scripting.comparison import Comparison
 from sandbox.scripting.diagnosis import Diagnosis
 from sandbox.scripting.exact import AgainstExact
@@ -48,7 +45,7 @@ def watch(space: pymunk.Space, *, size: Vector | None = None, title: str = "") -
 class Watched:
     """Records the steps of a Space: of `Space.step` within a `with` block, or of its own `step`.
 
-    What `sandbox watch` prints and writes is its `table`, `to_json` and `report`.
+    What `sandbox watch` prints and writes is its `table` and `to_json`.
     """
 
     def __init__(self, space: pymunk.Space, size: Vector | None, title: str) -> None:
@@ -128,7 +125,3 @@ class Watched:
     def to_json(self) -> str:
         """Return what `sandbox watch --json` writes about the Space."""
         return json_text(self.diagnosis.as_json())
-
-    def report(self, path: str | os.PathLike[str]) -> None:
-        """Write the page, as one .html file. Raises SandboxError if it cannot be written."""
-        save("a report", path, {".html": lambda: page("Space", [self.diagnosis.played()])})

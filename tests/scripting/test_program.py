@@ -611,18 +611,10 @@ for _ in range(60):
     space.step(1 / 60)
 """
     write(working_folder, rest)
-    (space,) = diagnoses(command, "--report", "page.html", "game.py")["spaces"]
+    (space,) = diagnoses(command, "game.py")["spaces"]
     compared = space["finer"]
     assert space["comparison"] is None
     assert compared["error"] > 10 * compared["error_bar"] > 0
     assert compared["body"]["index"] == 0
     removed = {(each["setting"], each["value"]): each["removed"] for each in compared["tried"]}
     assert removed["substeps", 4] == pytest.approx(0.75, abs=0.02)  # errors fall with the length of steps
-    assert (working_folder / "page.html").read_text().startswith("<!doctype html>")
-
-
-def test_a_report_that_is_not_a_page_is_refused_before_the_program_runs(working_folder: Path, command: Command) -> None:
-    write(working_folder, "print('ran')\n" + STEPS)
-    code, out, err = command("watch", "--report", "page.txt", "game.py")
-    assert (code, out) == (2, "")
-    assert "must end in .html" in err

@@ -478,7 +478,7 @@ def jointed() -> pymunk.Space:
     return space
 
 
-def test_a_space_that_exact_cannot_run_is_diagnosed_with_its_energy_and_finer_steps(tmp_path: Path) -> None:
+def test_a_space_that_exact_cannot_run_is_diagnosed_with_its_energy_and_finer_steps() -> None:
     space = jointed()
     with watch(space) as watched:
         for _ in range(RATE):
@@ -491,10 +491,7 @@ def test_a_space_that_exact_cannot_run_is_diagnosed_with_its_energy_and_finer_st
     assert document["finer"]["error"] > 10 * document["finer"]["error_bar"]
     energy = document["energy"]
     assert sum(energy["lines"].values()) == pytest.approx(energy["end"] - energy["start"], rel=1e-9)
-    watched.report(tmp_path / "page.html")
-    page = (tmp_path / "page.html").read_text("utf-8")
     text = watched.table(100)
-    assert "Joints do not hold" in page
     assert "Joints do not hold" in text
     assert "\nCompared with itself in finer steps, pymunk in " in text
 

@@ -12,18 +12,15 @@ from typing import Final
 
 import numpy as np
 import pygame
-import pymunk
 import pytest
 from window_driver import WorkerHere, hover, mouse, point, press, run
 
 from sandbox.scene.files import load
-from sandbox.space.description import describe
 from sandbox.view import Layer
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Panel
 from sandbox.view.instruments import Instrument
 from sandbox.view.move_tool import Tool
-from sandbox.view.space_window import SpaceWindow
 from sandbox.view.window import Window
 
 DOCS: Final = Path(__file__).parents[2] / "docs"
@@ -102,37 +99,13 @@ def two_pymunks() -> Window:
     return window
 
 
-def space_window() -> SpaceWindow:
-    """A pile that a ball has hit, and a pendulum."""
-    space = pymunk.Space()
-    space.gravity = (0, 900)
-    space.add(
-        pymunk.Segment(space.static_body, (0, 400), (620, 380), 3), pymunk.Circle(space.static_body, 4, (450, 30))
-    )
-    for x, y, radius in ((40, 250, 20), (340, 30, 16), *((300, 361 - 40 * k, 0) for k in range(5))):
-        body = pymunk.Body(3 if radius else 1, 300)
-        body.position = (x, y)
-        space.add(body, pymunk.Circle(body, radius) if radius else pymunk.Poly.create_box(body, (40, 40)))
-    ball, bob = list(space.bodies)[:2]
-    ball.velocity = (500, 0)
-    space.add(pymunk.PinJoint(space.static_body, bob, (450, 30)))
-    for shape in space.shapes:
-        shape.friction = 0.6
-    window = SpaceWindow(describe(space), "level.json")
-    window.screen = pygame.display.set_mode((1280, 520))
-    for _ in range(100):
-        press(window, "o")
-    return window
-
-
-PICTURES: Final[dict[str, Callable[[], Window | SpaceWindow]]] = {
+PICTURES: Final[dict[str, Callable[[], Window]]] = {
     "toolbar.png": default_window,
     "engines.png": two_pymunks,
     "picker.png": picker,
     "inspector.png": balls,
     "instruments.png": gas,
     "why.png": why_window,
-    "space.png": space_window,
 }
 
 
