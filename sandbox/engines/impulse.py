@@ -117,8 +117,7 @@ def _move(states: Snapshot, constants: Constants, log: Log, now: float) -> None:
                 slip = vy * nx - vx * ny + radius[i] * spin[i]
                 e = mixed(constants.elasticity[i], walls.elasticity[w])
                 g_n = gravity[0] * nx + gravity[1] * ny
-                fallen = min(depth, v_n * dt)  # in this step; the rest of a depth comes from pushes
-                away = max(0.0, e * v_n - (1 + e) * g_n * fallen / v_n)  # found late, gravity pulled too long
+                away = max(0.0, e * v_n - (1 + e) * g_n * depth / v_n)  # found late, gravity pulled too long
                 # At most to the opposite wall: w | RIGHT is right or bottom, at the arena's width or height.
                 across = face[w | RIGHT] if w < ARENA_COUNT else math.inf
                 back = min((1 + e) * depth, depth + across - 2 * radius[i])
@@ -134,9 +133,6 @@ def _move(states: Snapshot, constants: Constants, log: Log, now: float) -> None:
                     position[i, 1] -= late * tangential / mass[i] * nx
                     angle[i] -= late * 2 * tangential / (mass[i] * radius[i])
                 log_contact(log, now, i, ~w, nx, ny, impulse, depth, tangential, slip)
-            elif depth > radius[i]:  # others have pushed its centre into the wall, which it could leave on the far side
-                for k, n_k in enumerate((nx, ny)):
-                    position[i, k] -= depth * n_k
 
 
 @kernel
