@@ -191,18 +191,15 @@ def tangent(normal: Floats) -> Floats:
     return np.stack([-normal[..., 1], normal[..., 0]], axis=-1)
 
 
-def slips(
-    contacts: Contacts, row: Integers, velocity: Floats, spin: Floats, radius: Floats, of_walls: Floats
-) -> Floats:
+def slips(contacts: Contacts, row: Integers, velocity: Floats, spin: Floats, radius: Floats) -> Floats:
     """Return how fast the first body's rim slips past the second's in each contact, along the tangent: (k,) px/s.
 
     row: (k,), of the states in which the contacts slip; velocity, spin: (rows, n, 2) px/s and (rows, n) rad/s; radius:
-    (n,) px; of_walls: (m, 2) px/s, velocities by number.
+    (n,) px. A wall is at rest.
     """
     first, second = contacts["first"], contacts["second"]
     along, between = tangent(contacts["normal"]), second >= 0
     slip = dot(velocity[row, first], along) + radius[first] * spin[row, first]
-    slip[~between] -= dot(of_walls[~second[~between]], along[~between])
     row, second, along = row[between], second[between], along[between]
     slip[between] += radius[second] * spin[row, second] - dot(velocity[row, second], along)
     return slip

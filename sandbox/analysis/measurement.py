@@ -42,12 +42,12 @@ class Measurement:
         self.start = state = runner.engine.state()
         self.states.fill(0, state)
         runner.engine.record_contacts()
-        self._scene = scene.at(runner.start)  # from which the times here count
+        self._scene = scene
         self.stride = path_stride(scene, steps)
         self._substeps = self._traits.damping.substeps
         if self._substeps > 1:
             runner.substates()  # starts recording
-        self._judge = Judge(self._scene, self._traits.damping)
+        self._judge = Judge(scene, self._traits.damping)
         self._max_overlap = deepest_overlap(state.position, scene.bodies.radius, scene.bodies.filters)[0]  # px
         self.scale = EnergyScale(scene, state)
         self._contacts: list[Contacts] = []
@@ -77,7 +77,7 @@ class Measurement:
         position, velocity = states.position, states.velocity
         first = self._entered + rows.start
         gap = np.zeros(position.shape[:2]) if reference is None else length(position - reference)
-        self._courses.append(self._course(states, gap, first))
+        self._courses.append(self._course(states, gap))
         if self._apart is None and (apart := gap > bodies.radius).any():
             step, ball = np.argwhere(apart)[0].tolist()
             self._apart = scene.clock.time(first + step), ball
@@ -89,17 +89,15 @@ class Measurement:
         if self._obeys_laws:
             self._velocities.append(velocity[-first % self._velocity_stride :: self._velocity_stride].copy())
 
-    def _course(self, states: States, gap: Floats, first: int) -> Course:
-        """Return the values of some states. gap: (steps, n) px, from the reference; first: the step of the first."""
+    def _course(self, states: States, gap: Floats) -> Course:
+        """Return the values of some states. gap: (steps, n) px, from the reference."""
         scene, bodies, speed = self._scene, self._scene.bodies, length(states.velocity)
         about_centre = states._replace(position=states.position - self._centre)
         levers = np.einsum("tn,tn,n->t", length(about_centre.position), speed, bodies.mass)
-        soft, times = self._traits.soft, scene.clock.times(first + np.arange(len(gap)))
+        soft = self._traits.soft
         return Course(
             energy=energy(states, bodies, scene.gravity, scene.arena.size),
-            touching=np.array(
-                [soft and overlap_in(scene, *each) > 0 for each in zip(states.position, times, strict=True)]
-            ),
+            touching=np.array([soft and overlap_in(scene, places) > 0 for places in states.position]),
             momentum=momentum(states.velocity, bodies.mass),
             centre_of_mass=centre_of_mass(states.position, bodies.mass),
             lengths=np.einsum("tn,n->t", speed, bodies.mass),

@@ -21,7 +21,7 @@ from sandbox.scores.expectations import overlap_in, worst
 from sandbox.text import counted, listed
 
 NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller change counts as none: 100.0000 % is left
-NO_ERROR: Final = (Cause.ELASTICITY, Cause.FRICTION, Cause.APPLIED, Cause.MOVING_WALLS)  # of the scene and the mouse
+NO_ERROR: Final = (Cause.ELASTICITY, Cause.FRICTION, Cause.APPLIED)  # what the scene and the mouse ask for
 NO_CAUSES: Final = (
     Cause.SPIN,
     Cause.ROUNDING,
@@ -196,7 +196,7 @@ def _start(comparison: Comparison) -> str:
         sentences.append(
             f"At the start, balls are elsewhere than in {against}: in {gaps}. Later differences may come from that."
         )
-    deepest = overlap_in(scene, comparison.runs[comparison.against].start.position, comparison.since)
+    deepest = overlap_in(scene, comparison.runs[comparison.against].start.position)
     if deepest > least:
         by = length("{:.3g}", deepest)
         sentences.append(f"At the start, bodies overlap by up to {by}, which engines part in different ways.")

@@ -56,8 +56,6 @@ class Box2DEngine:
     traits = Traits(together=True)
 
     def __init__(self, scene: Scene, initial: State) -> None:
-        if scene.walls_move:
-            raise Refused("box2d: walls that move are not supported; use --engines pymunk")
         self.world = pyb2d3.World(
             gravity=_metres(scene.gravity),
             restitution_threshold=0.0,
@@ -158,9 +156,7 @@ class Box2DEngine:
             solved &= impulse[:, 0] > least
         contacts["impulse"], contacts["tangential"] = impulse.T
         falling, row = before.velocity + self._gravity / self._rate, np.zeros(len(first), np.int64)
-        contacts["slip"] = slips(
-            contacts, row, falling[None], before.spin[None], self._balls.radius, self._walls.velocity
-        )
+        contacts["slip"] = slips(contacts, row, falling[None], before.spin[None], self._balls.radius)
         self._contacts.add(contacts[solved])
 
     def _geometry(self, position: Floats, first: Integers, second: Integers) -> tuple[Floats, Floats]:

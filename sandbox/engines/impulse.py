@@ -42,16 +42,12 @@ class Constants(NamedTuple):
 
 
 @kernel
-def _normal_to_wall(constants: Constants, x: float, y: float, w: int, now: float) -> tuple[float, float, float]:
-    """Return the unit vector from a point to wall w, and how deep the point is in the wall (px, negative outside).
-
-    now: s, at which the wall is where it is then.
-    """
+def _normal_to_wall(constants: Constants, x: float, y: float, w: int) -> tuple[float, float, float]:
+    """Return the unit vector from a point to wall w, and how deep the point is in the wall (px, negative outside)."""
     if w < ARENA_COUNT:
         nx, ny = constants.outward[w, 0], constants.outward[w, 1]
         return nx, ny, x * nx + y * ny - constants.face[w]
     walls = constants.walls
-    x, y = x - now * walls.velocity[w, 0], y - now * walls.velocity[w, 1]
     dx, dy = offset_to_segment(x, y, walls.start[w], walls.end[w])
     distance = math.sqrt(dx * dx + dy * dy)
     nx, ny = (dx / distance, dy / distance) if distance > 0 else (1.0, 0.0)
@@ -109,12 +105,11 @@ def _move(states: Snapshot, constants: Constants, log: Log, now: float) -> None:
             velocity[i, k] += gravity[k] * dt
         angle[i] += spin[i] * dt
         for w in range(len(walls.start)):
-            nx, ny, depth = _normal_to_wall(constants, position[i, 0], position[i, 1], w, now)
+            nx, ny, depth = _normal_to_wall(constants, position[i, 0], position[i, 1], w)
             depth += radius[i]
-            vx, vy = velocity[i, 0] - walls.velocity[w, 0], velocity[i, 1] - walls.velocity[w, 1]
-            v_n = vx * nx + vy * ny
+            v_n = velocity[i, 0] * nx + velocity[i, 1] * ny
             if depth > 0 and v_n > 0:
-                slip = vy * nx - vx * ny + radius[i] * spin[i]
+                slip = velocity[i, 1] * nx - velocity[i, 0] * ny + radius[i] * spin[i]
                 e = mixed(constants.elasticity[i], walls.elasticity[w])
                 g_n = gravity[0] * nx + gravity[1] * ny
                 away = max(0.0, e * v_n - (1 + e) * g_n * depth / v_n)  # found late, gravity pulled too long
@@ -195,7 +190,7 @@ class ImpulseEngine(SteppedEngine):
             bodies.friction,
             bodies.filters,
             np.array(scene.gravity, float),
-            walls_of(scene, time=initial.time),
+            walls_of(scene),
             OUTWARD,
             arena_faces(scene),
             1 / scene.rate,

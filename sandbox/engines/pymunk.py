@@ -1,7 +1,4 @@
-"""Pymunk: a `pymunk.Space` of circle bodies, and of static segments and circles. It finds and solves the contacts.
-
-Walls that move are on kinematic bodies, which `Space.step` moves.
-"""
+"""Pymunk: a `pymunk.Space` of circle bodies, static segments and static circles. It finds and solves the contacts."""
 # ruff: noqa: D102 (the interface of an engine documents the methods)
 
 import os
@@ -43,11 +40,11 @@ class PymunkEngine:
         self._rate = scene.rate
         self._bodies = _add_bodies(self.space, scene, initial)
         if scene.pymunk.walls_first:
-            walls = _add_walls(self.space, scene, initial.time)
+            walls = _add_walls(self.space, scene)
             _add_circles(self.space, scene, self._bodies)
         else:
             _add_circles(self.space, scene, self._bodies)
-            walls = _add_walls(self.space, scene, initial.time)
+            walls = _add_walls(self.space, scene)
         carriers = {wall: body for wall in scene.wall_numbers if (body := walls[wall].body)}
         self._reader = SpaceReader(
             self.space,
@@ -153,20 +150,12 @@ def _add_circles(space: pymunk.Space, scene: Scene, bodies: Sequence[pymunk.Body
     space.add(*circles)
 
 
-def _add_walls(space: pymunk.Space, scene: Scene, time: float) -> list[pymunk.Shape]:
-    """Add the walls that stand, each on a body of its own; return the shapes of all, see `wall_numbers`.
-
-    time: s, of the run, at which they begin.
-    """
+def _add_walls(space: pymunk.Space, scene: Scene) -> list[pymunk.Shape]:
+    """Add the walls that stand, each on a static body of its own; return the shapes of all, see `wall_numbers`."""
     walls = walls_of(scene, WALL_HALF_THICKNESS)
     shapes: list[pymunk.Shape] = []
-    for number, (a, b, radius, elasticity, friction, (vx, vy)) in enumerate(
-        zip(*(part.tolist() for part in walls), strict=True)
-    ):
-        moves = (vx, vy) != (0, 0)
-        body = pymunk.Body(body_type=pymunk.Body.KINEMATIC if moves else pymunk.Body.STATIC)
-        if moves:
-            body.velocity, body.position = (vx, vy), (time * vx, time * vy)
+    for number, (a, b, radius, elasticity, friction) in enumerate(zip(*(part.tolist() for part in walls), strict=True)):
+        body = pymunk.Body(body_type=pymunk.Body.STATIC)
         shape = pymunk.Circle(body, radius, a) if a == b else pymunk.Segment(body, a, b, radius)
         shape.elasticity, shape.friction = elasticity, friction
         if number in scene.wall_numbers:

@@ -66,20 +66,12 @@ class ContactReader:
         self._cached = np.empty(0, np.int64), np.empty((0, 2)), np.empty(0, np.int64)
 
     def contacts(
-        self,
-        solved: Solved,
-        first_call: int,
-        ratio: Floats,
-        velocity: Floats,
-        spin: Floats,
-        position: Floats,
-        time: Floats,
+        self, solved: Solved, first_call: int, ratio: Floats, velocity: Floats, spin: Floats, position: Floats
     ) -> tuple[Integers, Contacts]:
         """Return the call of each contact that has an impulse, and these contacts by call, without their times.
 
         first_call: its number among all calls; ratio: (calls,) of dt to that of the call before; velocity, spin:
-        (calls, n, 2) px/s and (calls, n) rad/s, when `Space.step` solves; position: (calls, n, 2) px, after each; time:
-        (calls,) s, likewise, since the walls were where they are listed.
+        (calls, n, 2) px/s and (calls, n) rad/s, when `Space.step` solves; position: (calls, n, 2) px, after each.
         """
         a, b = self._numbers[np.searchsorted(self._ids, solved.bodies)].T
         swapped = (a < 0) | ((b >= 0) & (b < a))
@@ -87,9 +79,7 @@ class ContactReader:
         impulse = -np.column_stack([dot(solved.impulse, solved.normal), dot(solved.impulse, tangent(solved.normal))])
         normal = np.where(swapped[:, None], -1.0, 1.0) * solved.normal
         if self._sharing:
-            second = self._wall_numbers(
-                first, second, normal, solved.depth, position[solved.call, first], time[solved.call]
-            )
+            second = self._wall_numbers(first, second, normal, solved.depth, position[solved.call, first])
         pair = first * self._count + second  # in the order of first, then second
         impulse -= self._stale_impulse(pair, impulse, solved.call, first_call, ratio)
         order = np.lexsort((pair, solved.call))
@@ -99,23 +89,22 @@ class ContactReader:
         contacts["normal"] = normal[order]
         contacts["impulse"], contacts["tangential"] = impulse[order].T
         contacts["depth"] = solved.depth[order]
-        contacts["slip"] = slips(contacts, call, velocity, spin, self._radius, self._walls.velocity)
+        contacts["slip"] = slips(contacts, call, velocity, spin, self._radius)
         return call, contacts
 
     def _wall_numbers(
-        self, first: Integers, second: Integers, normal: Floats, depth: Floats, position: Floats, time: Floats
+        self, first: Integers, second: Integers, normal: Floats, depth: Floats, position: Floats
     ) -> Integers:
         """Return the second of each contact, of the walls on one body the one that it is with: (k,).
 
         That is the wall at which the normal and the depth (px) lead to the nearest point of the centre line. position:
-        (k, 2) px, of the first; time: (k,) s.
+        (k, 2) px, of the first.
         """
         second = second.copy()
         for k in np.flatnonzero(np.isin(second, [~wall for wall in self._sharing])).tolist():
             walls = self._sharing[~second[k]]
             ball = np.zeros(len(walls), np.int64)
-            seen = position[[k]] - time[k] * self._walls.velocity[walls[0]]  # the walls of a body move alike
-            away, reach = separation(seen, self._radius[first[[k]]], self._walls, ball, ~walls)
+            away, reach = separation(position[[k]], self._radius[first[[k]]], self._walls, ball, ~walls)
             second[k] = ~walls[length(away - (reach - depth[k])[:, None] * normal[k]).argmin()]
         return second
 
@@ -231,9 +220,8 @@ class SpaceReader:
         states, dt, first_call = self.states(), 1 / self._rate / self._substeps, self.calls - len(counts)
         left = self.damping.left_after(dt)
         velocity = left * states.velocity + np.multiply(self._space.gravity, dt)  # when `Space.step` solves
-        ends = np.arange(first_call + 1, first_call + 1 + len(counts), dtype=np.float64) * dt
         call, contacts = self._contacts.contacts(
-            solved, first_call, np.ones(len(counts)), velocity, left * states.spin, states.position[1:], ends
+            solved, first_call, np.ones(len(counts)), velocity, left * states.spin, states.position[1:]
         )
         step, substep = np.divmod(first_call + call, self._substeps)
         contacts["time"] = (step + (substep + 1) / self._substeps) / self._rate

@@ -24,7 +24,6 @@ class Feature(StrEnum):
     SPIN = "spin"
     FILTERS = "filters of balls"
     WALLS = "inner walls"
-    MOVING = "inner walls that move"
     OPEN = "no walls round the arena"
     VARYING = "steps of varying length"
 
@@ -59,7 +58,6 @@ _CHANGES: Final[Mapping[Feature, Mapping[str, Any]]] = {  # of the plain scene
     Feature.SPIN: {"balls": [_BALL | {"spin": 1}, _OTHER]},
     Feature.FILTERS: {"balls": [_BALL | {"filter": {"group": 1}}, _OTHER]},
     Feature.WALLS: {"walls": [{"from": (20, 90), "to": (100, 90)}]},
-    Feature.MOVING: {"walls": [{"from": (20, 90), "to": (100, 90), "velocity": (1, 0)}]},
     Feature.OPEN: {"arena": _ARENA | {"walls": False}},
     Feature.VARYING: {},
 }

@@ -56,7 +56,6 @@ class Cause(IntEnum):
     SOFT = 24, "contacts that last several steps"
     START = 25, "apart at the start"
     OVERLAPPED = 26, "overlapping at the start"
-    MOVING_WALLS = 27, "walls that move"
 
     def __str__(self) -> str:
         """Return the key."""

@@ -16,7 +16,7 @@ from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.exact.support import normal_to, unit
 from sandbox.judge.causes import NEGLIGIBLE
 from sandbox.judge.free_flight import BALL, fill_ball, fly, kept_in
-from sandbox.judge.groups import MAX_COMPUTED, NO_FRAME, Flown, differs, find_root, link
+from sandbox.judge.groups import MAX_COMPUTED, Flown, differs, find_root, link
 from sandbox.judge.law import Slows, When
 from sandbox.judge.one_step import Group, Scratch, run_law, scratch_of
 from sandbox.judge.thresholds import LEFT_OVER, PULLS
@@ -859,12 +859,6 @@ def explain(
         members = member[begin : begin + k]
         for a in range(k if whole else 0):  # in the order that they had before they were divided
             members[a] = desk.order[a]
-        if found[g].frame == NO_FRAME:
-            part = parts[count]
-            part.step, part.begin, part.size, part.kind = step, begin, k, UNCOMPUTED
-            count += 1
-            g += 1
-            continue
         _fill(f, desk.ball, desk.after, ball, step, members)
         leans = found[g].ended == 0
         _order_parts(f, desk, Group(desk.ball[:k], f.piece, f.dt[step]), laws[0], step, leans, whole, members)

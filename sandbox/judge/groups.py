@@ -20,52 +20,26 @@ from sandbox.judge.one_step import MET, Group, Scratch, run_law, scratch_of
 from sandbox.judge.thresholds import MAX_EVENTS, NEAR, TIE
 from sandbox.judge.together import TOUCH, TOUCHES_PER_BALL, depth_in, room_for_contacts
 from sandbox.quantity import pass_through
-from sandbox.scene.model import Scene
-from sandbox.scene.walls import pieces_of
 from sandbox.state import Bools, Floats, Integers, States
 
 MAX_COMPUTED: Final = 256  # balls of a group that is computed at all; a step of more is not judged
-NO_FRAME: Final = -1  # instead of a frame, of balls near walls that do not move alike
 FOUND: Final = np.dtype(
     [
         ("step", "i8"),  # row of the state that it leads to
         ("begin", "i8"),  # of its balls in `member`
         ("count", "i8"),
         ("ended", "i8"),  # whether the exact step came to its end
-        ("frame", "i8"),  # in which it is judged, or NO_FRAME
         ("elastic", "f8"),  # kg px²/s², what restitution takes in it
     ]
 )
 
 
-class Frames(NamedTuple):
-    """A scene's walls by the frames of reference in which they stand still.
-
-    piece: PIECE, where they are at 0 s, frame by frame; begin: (frames + 1,), of each frame's in `piece`; velocity:
-    (frames, 2) px/s, of the frames; the first, of the walls that do not move, is there without any too.
-    """
-
-    piece: NDArray[np.void]
-    begin: Integers
-    velocity: Floats
-
-    def of(self, k: int) -> NDArray[np.void]:
-        """Return the pieces of a frame."""
-        return self.piece[self.begin[k] : self.begin[k + 1]]
-
-    def frame_of(self, wall: int) -> int:
-        """Return the frame of a wall."""
-        return int(np.searchsorted(self.begin, np.flatnonzero(self.piece["wall"] == wall)[0], side="right")) - 1
-
-
 class Flown(NamedTuple):
-    """A block of steps as the engine did them, and exactly, seen from a frame.
+    """A block of steps as the engine did them, and exactly.
 
     before, after: the engine's states of (steps, n), with pushes already in the velocities before; exact: what the
     exact step has after, written; dt: (steps,) s; off: (steps, n) whether a ball did not fly as the engine flies;
-    floor: px, below which a difference is rounding; time: (steps,) s, since the start of the comparison; frame: (steps,
-    n), written: in which each ball is judged, or NO_FRAME; piece: PIECE, of the walls that stand still in this frame;
-    velocity: (2,) px/s, of this frame.
+    floor: px, below which a difference is rounding; piece: PIECE, of the walls.
     """
 
     before: States
@@ -74,28 +48,13 @@ class Flown(NamedTuple):
     dt: Floats
     off: Bools
     floor: float
-    time: Floats
-    frame: Integers
     piece: NDArray[np.void]
-    velocity: Floats
-
-    def seen_from(self, frames: Frames, k: int) -> "Flown":
-        """Return the same as a frame has it; for the first frame, itself. Spins are shared."""
-        if k == 0:
-            return self
-        velocity, end = frames.velocity[k], self.time + self.dt
-        before, after, exact = (
-            states._replace(position=states.position - np.multiply.outer(time, velocity)[:, None])
-            for states, time in ((self.before, self.time), (self.after, end), (self.exact, end))
-        )
-        before, after, exact = (s._replace(velocity=s.velocity - velocity) for s in (before, after, exact))
-        return self._replace(before=before, after=after, exact=exact, piece=frames.of(k), velocity=velocity)
 
 
 class Work(NamedTuple):
     """What screening works in, (n,) each.
 
-    Of the groups, by their first ball: frame, whether it ended, elastic, and met contacts.
+    Of the groups, by their first ball: whether it ended, elastic, and met contacts.
     """
 
     order: Integers
@@ -103,7 +62,6 @@ class Work(NamedTuple):
     root: Integers
     touched: Bools
     members: Integers
-    frame: Integers
     ended: Bools
     elastic: Floats
     met: Integers
@@ -152,59 +110,18 @@ def _joined(f: Flown, ball: NDArray[np.void], step: int, i: int, j: int) -> bool
 
 
 @kernel
-def _meets_wall(
-    f: Flown, ball: NDArray[np.void], frames: Frames, step: int, i: int, gravity: tuple[float, float]
-) -> bool:
+def _meets_wall(f: Flown, ball: NDArray[np.void], step: int, i: int, gravity: tuple[float, float]) -> bool:
     """Return whether a ball has a contact with a wall in the exact step, or is near one and flies otherwise."""
-    x, v, now = f.before.position[step, i], f.before.velocity[step, i], f.time[step]
+    x, v = f.before.position[step, i], f.before.velocity[step, i]
     reach, b = ball[i].radius * (1 + NEAR if f.off[step, i] else 1.0), ball[len(ball) - 1]
-    for k in range(len(frames.velocity)):
-        ux, uy = frames.velocity[k]
-        m = Motion(x[0] - now * ux, x[1] - now * uy, v[0] - ux, v[1] - uy, gravity[0], gravity[1])
-        b.x, b.y, b.radius = m.x, m.y, reach
-        for p in range(frames.begin[k], frames.begin[k + 1]):
-            if f.off[step, i] and depth_in(b, frames.piece[p]) > 0:
-                return True
-            if time_to_piece(m, reach, frames.piece[p], False) <= f.dt[step] + TIE:
-                return True
+    m = Motion(x[0], x[1], v[0], v[1], gravity[0], gravity[1])
+    b.x, b.y, b.radius = m.x, m.y, reach
+    for p in range(len(f.piece)):
+        if f.off[step, i] and depth_in(b, f.piece[p]) > 0:
+            return True
+        if time_to_piece(m, reach, f.piece[p], False) <= f.dt[step] + TIE:
+            return True
     return False
-
-
-@kernel
-def _is_by(b: Record, frames: Frames, k: int, time: float, more: float) -> bool:
-    """Return whether a ball with a larger radius is in a wall of a frame. time: s; more: px."""
-    x, y, radius, near = b.x, b.y, b.radius, False
-    b.x, b.y, b.radius = x - time * frames.velocity[k, 0], y - time * frames.velocity[k, 1], radius + more
-    for p in range(frames.begin[k], frames.begin[k + 1]):
-        near = near or depth_in(b, frames.piece[p]) > 0
-    b.x, b.y, b.radius = x, y, radius
-    return bool(near)
-
-
-@kernel
-def _frame_of(f: Flown, ball: NDArray[np.void], frames: Frames, step: int, gravity: tuple[float, float]) -> int:
-    """Return the frame of the walls that some balls can get to within a step; NO_FRAME if these do not move alike."""
-    if len(frames.velocity) == 1:
-        return 0
-    fastest, near_frames, frame = 0.0, 0, 0
-    for i in range(len(ball)):
-        fastest = max(fastest, math.hypot(ball[i].vx, ball[i].vy))
-    fastest += math.hypot(gravity[0], gravity[1]) * f.dt[step]
-    for k in range(len(frames.velocity)):
-        way = f.dt[step] * (fastest + math.hypot(frames.velocity[k, 0], frames.velocity[k, 1]))
-        near = False
-        for i in range(len(ball)):
-            near = near or _is_by(ball[i], frames, k, f.time[step], NEAR * ball[i].radius + way)
-        if near:
-            near_frames, frame = near_frames + 1, k
-    return frame if near_frames <= 1 else NO_FRAME
-
-
-@kernel
-def _move_into(b: Record, velocity: Floats, time: float, sign: float) -> None:
-    """Move a ball into a frame, with sign 1, or out of it, with -1. velocity: (2,) px/s, of the frame; time: s."""
-    b.x, b.y = b.x - sign * time * velocity[0], b.y - sign * time * velocity[1]
-    b.vx, b.vy = b.vx - sign * velocity[0], b.vy - sign * velocity[1]
 
 
 @kernel
@@ -218,11 +135,8 @@ def differs(f: Flown, step: int, i: int, radius: float) -> bool:
 
 
 @kernel
-def _compute(
-    f: Flown, ball: NDArray[np.void], frames: Frames, law: Record, scratch: Scratch, step: int, w: Work, k: int
-) -> bool:
+def _compute(f: Flown, ball: NDArray[np.void], law: Record, scratch: Scratch, step: int, w: Work, k: int) -> bool:
     """Compute the exact step of the first k of `members`. Returns whether it came to its end."""
-    w.frame[w.members[0]] = 0
     if k > MAX_COMPUTED:
         return False
     own = ball[len(ball) - k :]
@@ -230,13 +144,7 @@ def _compute(
         own[a] = ball[w.members[a]]
     for a in range(k):
         fill_ball(own[a], f.before, step, w.members[a])
-    frame = w.frame[w.members[0]] = _frame_of(f, own, frames, step, (law.gx, law.gy))
-    if frame == NO_FRAME:
-        return False
-    for a in range(k):
-        _move_into(own[a], frames.velocity[frame], f.time[step], 1.0)
-    group = Group(own, frames.piece[frames.begin[frame] : frames.begin[frame + 1]], f.dt[step])
-    return bool(run_law(group, law, scratch_of(scratch, k)))
+    return bool(run_law(Group(own, f.piece, f.dt[step]), law, scratch_of(scratch, k)))
 
 
 @kernel
@@ -251,14 +159,11 @@ def _members(w: Work, root: int) -> int:
 
 
 @kernel
-def _write(f: Flown, frames: Frames, scratch: Scratch, w: Work, step: int, k: int, ended: bool) -> None:
+def _write(f: Flown, scratch: Scratch, w: Work, step: int, k: int, ended: bool) -> None:
     """Write the exact step of the first k of `members`; where it has no end, what the engine has."""
-    frame = w.frame[w.members[0]]
     for a in range(k):
         i, source = w.members[a], scratch.ball[a]
-        f.frame[step, i] = frame
         if ended:
-            _move_into(source, frames.velocity[frame], f.time[step] + f.dt[step], -1.0)
             f.exact.position[step, i, 0], f.exact.position[step, i, 1] = source.x, source.y
             f.exact.velocity[step, i, 0], f.exact.velocity[step, i, 1] = source.vx, source.vy
             f.exact.spin[step, i] = source.spin
@@ -325,14 +230,7 @@ def _any_differs(f: Flown, ball: NDArray[np.void], w: Work, step: int, k: int) -
 
 @kernel
 def _compute_all(
-    f: Flown,
-    ball: NDArray[np.void],
-    frames: Frames,
-    law: Record,
-    scratch: Scratch,
-    step: int,
-    w: Work,
-    widest: float,
+    f: Flown, ball: NDArray[np.void], law: Record, scratch: Scratch, step: int, w: Work, widest: float
 ) -> None:
     """Compute the groups of a step, and again those that grow, until none does."""
     n, gravity = len(w.root), (law.gx, law.gy)
@@ -345,9 +243,9 @@ def _compute_all(
         for r in range(n):
             if w.root[r] == r and w.touched[r]:
                 k = _members(w, r)
-                w.ended[r] = _compute(f, ball, frames, law, scratch, step, w, k)
+                w.ended[r] = _compute(f, ball, law, scratch, step, w, k)
                 w.elastic[r], w.met[r] = scratch.elastic[0], scratch.tally[0]
-                _write(f, frames, scratch, w, step, k, w.ended[r])
+                _write(f, scratch, w, step, k, w.ended[r])
         grows = _join(f, ball, w, step, gravity, widest, True)
 
 
@@ -355,7 +253,6 @@ def _compute_all(
 def screen(
     f: Flown,
     ball: NDArray[np.void],
-    frames: Frames,
     laws: NDArray[np.void],
     scratch: Scratch,
     w: Work,
@@ -378,9 +275,9 @@ def screen(
     for step in range(len(f.dt)):
         for i in range(n):
             w.root[i] = i
-            w.touched[i] = _meets_wall(f, ball, frames, step, i, gravity)
+            w.touched[i] = _meets_wall(f, ball, step, i, gravity)
         _sort(f, w, step, gravity)
-        _compute_all(f, ball, frames, law, scratch, step, w, widest)
+        _compute_all(f, ball, law, scratch, step, w, widest)
         for r in range(n):
             if w.root[r] != r or not w.touched[r]:
                 continue
@@ -400,7 +297,7 @@ def screen(
 def _note_group(w: Work, r: int, step: int, group: Record, begin: int, members: Integers) -> None:
     """Note the group of a root, and its members, (k,) written, of which the first is at `begin`."""
     group.step, group.begin, group.count = step, begin, len(members)
-    group.ended, group.frame, group.elastic = w.ended[r], w.frame[r], w.elastic[r]
+    group.ended, group.elastic = w.ended[r], w.elastic[r]
     for a in range(len(members)):
         members[a] = w.members[a]
 
@@ -420,19 +317,9 @@ def _sort(f: Flown, w: Work, step: int, gravity: tuple[float, float]) -> None:
 
 def work_for(n: int) -> Work:
     """Return what screening works in."""
-    order, root, members, frame, met = (np.arange(n) for _ in range(5))
+    order, root, members, met = (np.arange(n) for _ in range(4))
     (touched, ended), (low, elastic) = np.empty((2, n), bool), np.empty((2, n))
-    return Work(order, low, root, touched, members, frame, ended, elastic, met)
-
-
-def frames_of(scene: Scene) -> Frames:
-    """Return a scene's walls by their frames."""
-    piece = pieces_of(scene)
-    of_piece = np.column_stack([piece["vx"], piece["vy"]])
-    velocity = np.array(list(dict.fromkeys([(0.0, 0.0), *map(tuple, of_piece.tolist())])))
-    frame = (of_piece[:, None] == velocity).all(axis=-1).argmax(axis=1)
-    begin = np.searchsorted(np.sort(frame), np.arange(len(velocity) + 1))
-    return Frames(piece[np.argsort(frame, kind="stable")], begin, velocity)
+    return Work(order, low, root, touched, members, ended, elastic, met)
 
 
 def scratch_for(balls: int) -> Scratch:

@@ -39,9 +39,7 @@ from sandbox.judge.free_flight import balls_of
 from sandbox.judge.groups import (
     FOUND,
     MAX_COMPUTED,
-    NO_FRAME,
     Flown,
-    frames_of,
     scratch_for,
     screen,
     work_for,
@@ -65,6 +63,7 @@ from sandbox.judge.touching import (
 from sandbox.judge.words import NO_SINGLE_ERROR, of_depth, of_impulses, of_missed, of_push
 from sandbox.quantity import deepest_overlap, energy, length, spin_energy
 from sandbox.scene.model import Scene
+from sandbox.scene.walls import pieces_of
 from sandbox.state import NO_DAMPING, PUSH, Bools, Damping, Floats, Integers, Pushes, State, States
 
 BLOCK_STEPS: Final = 256  # that are judged together, of few balls
@@ -114,9 +113,8 @@ class Judge:
         self._damping = damping
         self.scene, self._gravity = scene, (float(scene.gravity[0]), float(scene.gravity[1]))
         self._bodies, n = scene.bodies, len(scene.bodies)
-        self._ball, self._frames = balls_of(scene, MAX_COMPUTED), frames_of(scene)
+        self._ball, self._piece = balls_of(scene, MAX_COMPUTED), pieces_of(scene)
         self._own_ball = self._ball[:n]  # without the room that steps of groups work in
-        self._begun = 0.0  # s, of the steps that are judged
         self._scratch = scratch_for(n + MAX_COMPUTED)
         self._law = np.array([law(self._gravity)], LAW)
         self._work = work_for(n)
@@ -131,7 +129,7 @@ class Judge:
         self._falls: Counter[int] = Counter()  # of the ways to fall, how many steps each has explained
         self.against: Counter[str] = Counter()
         self._desk = desk_for(n)
-        self.touches = Touches(scene, self._frames)
+        self.touches = Touches(scene)
         self._missed, self._springs = Missed(self.touches), Springs()
         self.contacts = np.zeros(1, np.int64)
         self._knows_flight = False
@@ -178,23 +176,16 @@ class Judge:
 
     def _judge_block(self, states: States, pushes: Pushes, dt: Floats) -> None:
         before, after = states.after_pushes(pushes).rows(slice(-1)), states.rows(slice(1, None))
-        floor, times = noise_of(states, dt), self._begun + np.cumsum(dt) - dt
+        floor = noise_of(states, dt)
         if not self._knows_flight:
-            self._find_habit(before, after, dt, floor, times)
+            self._find_habit(before, after, dt, floor)
         exact, usual = (flown(self._own_ball, before, dt, self._gravity, fields) for fields in ({}, self.habit.fields))
         strange = self._strays(after, usual, dt, floor)
-        frame = np.zeros(strange.shape, np.int64)
-        f = Flown(before, after, exact, dt, strange, floor, times, frame, self._frames.of(0), self._frames.velocity[0])
+        f = Flown(before, after, exact, dt, strange, floor, self._piece)
         groups, member, elastic = self._screen(f)
         grouped = np.zeros(strange.shape, bool)
         errors: dict[int, list[StepError]] = {}
-        views = [f.seen_from(self._frames, k) for k in range(len(self._frames.velocity))]
-        for k, seen in enumerate(views):
-            self._judge_groups(seen, *_of_frame(groups, member, k), elastic, grouped, errors)
-            if seen is not f:
-                steps, balls = np.nonzero(frame == k)
-                end = End.of(seen.exact, steps, balls).in_lab(seen, (f.time + dt)[steps, None])
-                _set_exact(f, steps, balls, end)
+        self._judge_groups(f, groups, member, elastic, grouped, errors)
         off = self._strays(after, exact, dt, floor) & ~grouped
         if self.habit.cause is None:  # those that fly as they should met nothing
             for rows, flown_rows in zip(f.exact, f.after, strict=True):
@@ -206,30 +197,29 @@ class Judge:
         for step, of_step in errors.items():
             errors[step] = self._judge_joined(f, step, of_step, elastic)
         self.measure.set_gained(f, self.habit)
-        of_block = self._follow(views, errors)
+        of_block = self._follow(f, errors)
         self.errors += of_block
         self._explain_again()
         self._enter(states, f, elastic, of_block)
         self.measure.steps += len(dt)
-        self._begun += float(dt.sum())
 
-    def _follow(self, views: Sequence[Flown], errors: Mapping[int, list[StepError]]) -> list[StepError]:
+    def _follow(self, f: Flown, errors: Mapping[int, list[StepError]]) -> list[StepError]:
         """Return the errors of a block in order, also of contacts that are missed, and of overlaps from the start.
 
-        views: of the block; errors: of each of its steps.
+        errors: of each of its steps.
         """
         of_block = list[StepError]()
         if not self.measure.steps:
-            self._start_overlaps = StartOverlaps(self.scene, views[0].before.position[0], self.touches)
-        for step in range(len(views[0].dt)):
-            of_step = self._missed.follow(views, step, self.measure.steps + step + 1, errors.get(step, []))
-            self._start_overlaps.follow(views, step, of_step)
+            self._start_overlaps = StartOverlaps(self.scene, f.before.position[0], self.touches)
+        for step in range(len(f.dt)):
+            of_step = self._missed.follow(f, step, self.measure.steps + step + 1, errors.get(step, []))
+            self._start_overlaps.follow(f, step, of_step)
             of_block += of_step
         return of_block
 
-    def _find_habit(self, before: States, after: States, dt: Floats, floor: float, times: Floats) -> None:
+    def _find_habit(self, before: States, after: States, dt: Floats, floor: float) -> None:
         """Find how the engine flies, from balls that touch nothing."""
-        flies = free_balls(self.scene, (before, times), (after, times + dt))
+        flies = free_balls(self.scene, before, after)
         moves = np.maximum(length(before.velocity), length(after.velocity)) * dt[:, None] > floor
         if (flies & moves).any() or not any(self._gravity):  # what stays where it is may be held there
             flies &= moves
@@ -266,7 +256,6 @@ class Judge:
         In the step, two may touch that neither the exact steps of their groups nor the engine leave in touch.
         """
         unknown = [k for k, error in enumerate(errors) if error.because == NO_SINGLE_ERROR]
-        unknown = [k for k in unknown if not f.frame[step, list(errors[k].balls)].any()]  # by no wall that moves
         kept, again = set(range(len(errors))), list[StepError]()
         for joined in self._that_may_meet(f, step, [np.array(errors[k].balls) for k in unknown]):
             balls = np.unique(np.concatenate([errors[unknown[k]].balls for k in joined]))
@@ -483,8 +472,7 @@ class Judge:
 
     def _take(self, f: Flown, step: int, balls: Integers, elastic: Floats, end: End) -> None:
         """Take what some balls do for what is right."""
-        if f.frame[step, balls[0]] != NO_FRAME:  # else the walls may have given it
-            elastic[step] += self.measure.gain(end, End.of(f.exact, step, balls), balls)
+        elastic[step] += self.measure.gain(end, End.of(f.exact, step, balls), balls)
         _set_exact(f, step, balls, end)
 
     @property
@@ -526,7 +514,7 @@ class Judge:
         most, elastic = f.before.spin.size, np.zeros(len(f.dt))
         found, member = np.zeros(most, FOUND), np.zeros(most, np.int64)
         work, contacts = self._work, self.contacts
-        args = f, self._ball, self._frames, self._law, self._scratch, work, found, member, elastic, contacts
+        args = f, self._ball, self._law, self._scratch, work, found, member, elastic, contacts
         return found[: screen(*args)], member, elastic
 
     def _judge_group(
@@ -604,7 +592,7 @@ class Judge:
         error = self.measure.error(f, step, balls, contact, cause, because)
         if cause == Cause.MISSED:  # what restitution takes, it takes when the contact happens, if it does
             self._accept(f, step, balls, elastic, outcome, problem)
-            end, should = (End.of(states, step, balls).in_lab(f) for states in (f.after, f.exact))
+            end, should = (End.of(states, step, balls) for states in (f.after, f.exact))
             error.energy = self.measure.gain(end, should, balls)
             if outcome.trial.is_in_time:  # they fly on, and are not put apart
                 error.because = self._passed(f, step, contact) if contact else because
@@ -670,25 +658,23 @@ class Judge:
     def _by_reference(self, f: Flown, step: int, balls: Integers) -> tuple[End | None, bool]:
         """Return how some balls should end a step by the reference, if it can tell soon, and whether they do.
 
-        Near walls that do not move alike, nothing else knows that; elsewhere, it ends after too many steps unlike the
-        reference.
+        It is not asked after too many steps unlike the reference.
         """
-        only_way = bool(f.frame[step, balls[0]] == NO_FRAME)
-        if len(balls) > MAX_COMPUTED or (self._unlike_reference >= MAX_FRUITLESS and not only_way):
+        if len(balls) > MAX_COMPUTED or self._unlike_reference >= MAX_FRUITLESS:
             return None, False
         if len(balls) > MAX_TRIED and self._are_deep(f, step, balls):
             return None, False
-        time, dt, end = float(f.time[step]), float(f.dt[step]), None
-        x, v, spin = End.of(f.before, step, balls).in_lab(f, time)
-        start = State(time, x, v, f.before.angle[step, balls], spin)
+        dt, end = float(f.dt[step]), None
+        x, v, spin = End.of(f.before, step, balls)
+        start = State(0.0, x, v, f.before.angle[step, balls], spin)
         after, enough = End.of(f.after, step, balls), self._negligible(f)
         for exact in reference_steps(self.scene, balls, start, dt):
-            end = End(exact.position - (time + dt) * f.velocity, exact.velocity - f.velocity, exact.spin)
+            end = End(exact.position, exact.velocity, exact.spin)
             off_x, off_v, spun = (np.abs(mine - due).max(initial=0.0) for mine, due in zip(after, end, strict=True))
             if max(off_x, off_v * dt, spun * float(self._bodies.radius[balls].max()) * dt) <= enough:
                 self._unlike_reference = 0
                 return after, True
-        self._unlike_reference += not only_way
+        self._unlike_reference += 1
         return end, False
 
     def _are_deep(self, f: Flown, step: int, balls: Integers) -> bool:
@@ -762,9 +748,7 @@ class Judge:
         end = energy(f.after, bodies, gravity, size)
         sums[Cause.APPLIED] += float((pushed - start).sum())
         sums[Cause.ELASTICITY] += float(elastic.sum())
-        work = self._work_of_walls(f)
-        sums[Cause.MOVING_WALLS] += work
-        rest = float((exact - pushed).sum() - elastic.sum() - work)
+        rest = float((exact - pushed).sum() - elastic.sum())
         smooth = self.habit.cause or Cause.ROUNDING  # what is taken for right may have the engine's flight in it
         sums[Cause.FRICTION if scene.is_rough else smooth] += rest
         sums[Cause.ROUNDING] += float((end - exact).sum()) - sum(error.energy for error in errors)
@@ -772,23 +756,12 @@ class Judge:
             turning = spin_energy(states.spin[[0, -1]], bodies.moment)
             sums[Cause.SPIN] += turning[1] - turning[0]
 
-    def _work_of_walls(self, f: Flown) -> float:
-        """Return what walls that move give in the exact steps of a block, kg px²/s²: their velocity times the impulse.
-
-        All that balls get near walls that do not move alike counts as theirs.
-        """
-        (steps, balls), (rows, at) = np.nonzero(f.frame > 0), np.nonzero(f.frame == NO_FRAME)
-        given = f.exact.velocity[steps, balls] - f.before.velocity[steps, balls] - np.outer(f.dt[steps], self._gravity)
-        power = (self._frames.velocity[f.frame[steps, balls]] * given).sum(axis=1) * self._bodies.mass[balls]
-        end, start = (End.of(states, rows, at) for states in (f.exact, f.before))
-        return float(power.sum()) + self.measure.gain(end, start, at)
-
 
 def _why_uncomputed(count: int) -> str:
     """Return why the exact step of some balls is not known."""
     if count > MAX_BALLS:
         return f"{count} balls touch in one step: too many to tell what is wrong."
-    return "A ball leans on others, goes round an edge, or is near walls that move: such a step is not computed."
+    return "A ball leans on others, or goes round an edge: such a step is not computed."
 
 
 def _pairs(outcome: Outcome) -> list[tuple[int, int]]:
@@ -809,14 +782,6 @@ def _met(part: Part, depth: float) -> NDArray[np.void]:
     met["first"], met["second"], met["depth"], met["late"] = part.first, part.second, depth, part.late
     met["closing"] = part.closing
     return met
-
-
-def _of_frame(groups: np.ndarray, member: Integers, k: int) -> tuple[np.ndarray, Integers]:
-    """Return the groups that are judged in a frame, and their members."""
-    chosen = groups[np.maximum(groups["frame"], 0) == k]
-    members = [member[begin : begin + count] for begin, count in zip(chosen["begin"], chosen["count"], strict=True)]
-    chosen["begin"] = np.cumsum(chosen["count"]) - chosen["count"]
-    return chosen, np.concatenate([member[:0], *members])
 
 
 def _end_of(outcome: Outcome) -> End:

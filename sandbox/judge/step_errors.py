@@ -34,7 +34,7 @@ class StepError:
     how many balls or contacts it stands for; numbers: how many numbers the places, velocities and spins have that it
     shows wrong; depth: px, of the contact when it was found; gained: momentum (kg px/s) and angular momentum about the
     arena's centre (kg px²/s) that neither gravity gave nor a wall can have given; places: (k, 2) px, of the contact's
-    balls before, in the frame that moves at `frame`, (2,) px/s; flown: s, from there to where it is found;
+    balls before; flown: s, from there to where it is found;
     contact_places: (k, 2) px, where that is, if another step has shown it; by_rule: whether a rule of steps explains
     it, which has no parameter; is_measured: whether the exact step is known, so that it is known how much of the energy
     is this error's.
@@ -54,7 +54,6 @@ class StepError:
     should: Floats
     spins: tuple[Floats, Floats, Floats]
     places: Floats
-    frame: Floats
     flown: float
     candidates: list[tuple[Outcome, Cause]] = field(default_factory=list)
     times: int = 1
@@ -78,15 +77,11 @@ class End(NamedTuple):
         """Return how some balls end steps. step: their row, or that of each."""
         return cls(states.position[step, balls], states.velocity[step, balls], states.spin[step, balls])
 
-    def in_lab(self, f: Flown, time: float | Floats = 0.0) -> "End":
-        """Return the same as it is outside the frame of a block. time: s, for where they are."""
-        return self._replace(position=self.position + time * f.velocity, velocity=self.velocity + f.velocity)
-
 
 class Shown(NamedTuple):
     """What the balls of some contacts did: (contacts, 2, 2) px/s and px, and spins (contacts, 2) rad/s.
 
-    The second of a contact with a wall stands for nothing. places: before, in the frame of the block.
+    The second of a contact with a wall stands for nothing. places: before.
     """
 
     before: Floats
@@ -99,7 +94,7 @@ class Shown(NamedTuple):
     def of(cls, f: Flown, steps: Integers, contacts: Integers) -> "Shown":
         """Return what the balls of contacts, (contacts, 2), did in their steps."""
         at = steps[:, None], np.maximum(contacts, 0)
-        before, after, should = (states.velocity[at] + f.velocity for states in (f.before, f.after, f.exact))
+        before, after, should = (states.velocity[at] for states in (f.before, f.after, f.exact))
         spins = f.before.spin[at], f.after.spin[at], f.exact.spin[at]
         return cls(before, after, should, spins, f.before.position[at])
 
@@ -161,7 +156,6 @@ class Measure:
             done.should[k, :count],
             (done.spins[0][k, :count], done.spins[1][k, :count], done.spins[2][k, :count]),
             done.places[k, :count],
-            f.velocity,
             float(f.dt[step]),
             times=times,
         )
@@ -244,7 +238,7 @@ class Measure:
         when = f"in the step to {self._time(step):.3f} s"
         if np.hypot(*dv) * f.dt[step] <= f.floor:
             return f"The spin of ball {ball} changed by {spin:.3g} rad/s {when}, without a contact."
-        should, after = (states.velocity[step, ball] + f.velocity for states in (f.exact, f.after))
+        should, after = (states.velocity[step, ball] for states in (f.exact, f.after))
         return of_kick(self._scene.units, ball, should, after, when)
 
     def _put(self, f: Flown, step: int, ball: int) -> str:
@@ -262,7 +256,7 @@ class Measure:
         by default of one.
         """
         off_v, off_x = length(end.velocity - should.velocity), length(end.position - should.position)
-        energy = self._energies(end.in_lab(f), balls) - self._energies(should.in_lab(f), balls)
+        energy = self._energies(end, balls) - self._energies(should, balls)
         of_ball = np.stack([energy, self._bodies.mass[balls] * off_v, off_x, off_v], axis=1)
         sums: Floats = np.add.reduceat(of_ball, np.zeros(1, np.int64) if begins is None else begins)
         return sums
@@ -294,8 +288,7 @@ class Measure:
         dt, centre = f.dt[rows], np.divide(self._scene.arena.size, 2)
         x, v, y, w = (a[rows, balls] for states in (f.before, f.after) for a in (states.position, states.velocity))
         way = dt * (np.maximum(length(v), length(w)) + dt * float(np.hypot(*self._gravity))) + length(y - x)
-        way += dt * max((float(np.hypot(*wall.velocity)) for wall in self._scene.walls), default=0.0)
-        by_wall = np.logical_or.reduceat(wall_distance(self._scene, x, f.time[rows]) <= radius + way, begins)
+        by_wall = np.logical_or.reduceat(wall_distance(self._scene, x) <= radius + way, begins)
         before = States(*(a[rows, balls][:, None] for a in f.before))
         pulled = {name: habit.fields[name] for name in PULLS if name in habit.fields}
         given = flown(self._ball[:1], before, dt, self._gravity, pulled)  # whose size does not matter

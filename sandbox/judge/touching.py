@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.judge.causes import Cause
-from sandbox.judge.groups import Flown, Frames
+from sandbox.judge.groups import Flown
 from sandbox.judge.step_errors import StepError
 from sandbox.judge.thresholds import FAR, SPRING_STEPS
 from sandbox.judge.words import of_outcome, of_turn
@@ -56,18 +56,18 @@ def in_walls(x: Floats, radius: Floats, piece: NDArray[np.void]) -> Floats:
     return depths
 
 
-def free_balls(scene: Scene, *ends: tuple[States, Floats]) -> Bools:
+def free_balls(scene: Scene, *ends: States) -> Bools:
     """Return which balls touch nothing before steps and after them: (steps, n); of many balls, in some steps.
 
-    ends: the states there, and their times, (steps,) s.
+    ends: the states there.
     """
-    steps, n, radius, filters = len(ends[0][1]), len(scene.bodies), scene.bodies.radius, scene.bodies.filters
+    steps, n, radius, filters = len(ends[0].position), len(scene.bodies), scene.bodies.radius, scene.bodies.filters
     rows = min(steps, max(1, MAX_PAIRS // (n * n)))
     free = np.zeros((steps, n), bool)
     free[:rows] = True
-    for states, times in ends:
+    for states in ends:
         x = states.position[:rows]
-        free[:rows] &= wall_distance(scene, x, times[:rows, None]) > (1 + FAR) * radius
+        free[:rows] &= wall_distance(scene, x) > (1 + FAR) * radius
         for i in range(n - 1):
             apart = length(x[:, i + 1 :] - x[:, i : i + 1]) > (1 + FAR) * (radius[i + 1 :] + radius[i])
             apart |= pass_through(filters[i], filters[i + 1 :].T)
@@ -94,12 +94,8 @@ class Touch(NamedTuple):
 class Touches:
     """Finds the bodies of a scene that touch in a step."""
 
-    def __init__(self, scene: Scene, frames: Frames) -> None:
-        self._scene, self._gravity, self._frames = scene, np.array(scene.gravity), frames
-
-    def seen(self, views: Sequence[Flown], pair: tuple[int, int]) -> Flown:
-        """Return the view of a block, of those by frame, in which the wall of a pair, if there is one, stands still."""
-        return views[self._frames.frame_of(~pair[1]) if pair[1] < 0 else 0]
+    def __init__(self, scene: Scene) -> None:
+        self._scene, self._gravity = scene, np.array(scene.gravity)
 
     def of(self, f: Flown, row: int, pair: tuple[int, int]) -> Touch:
         """Return how two bodies touch in a step."""
@@ -165,7 +161,7 @@ class Touches:
         """
         if error.contact is None or len(error.places) != sum(body >= 0 for body in error.contact):
             return None, None
-        end, x, v = error.flown, error.places, error.before - error.frame
+        end, x, v = error.flown, error.places, error.before
         first, last = self._overlap(x, v, error.contact, end)
         at_end = self._normal(x, v, error.contact, end) if first <= end <= last else None
         if error.contact_places is not None:
@@ -272,18 +268,15 @@ class StartOverlaps:
         depths = {pair: touches.depth(position, pair) for pair in _near(scene, position)}
         self._depths = {pair: depth for pair, depth in depths.items() if depth > least}
 
-    def follow(self, views: Sequence[Flown], row: int, errors: list[StepError]) -> None:
-        """Excuse the errors of a step that come from an overlap, and forget those that the step ended.
-
-        views: of the block, by frame.
-        """
+    def follow(self, f: Flown, row: int, errors: list[StepError]) -> None:
+        """Excuse the errors of a step that come from an overlap, and forget those that the step ended."""
         for error in errors if self._depths else ():
             pair = self._overlap_of(error)
             if pair is not None:
                 error.because = self._because(pair)
                 error.cause, error.candidates = Cause.OVERLAPPED, []
         for pair in list(self._depths):
-            if self._touches.depth(self._touches.seen(views, pair).after.position[row], pair) <= 0:
+            if self._touches.depth(f.after.position[row], pair) <= 0:
                 del self._depths[pair]
 
     def _overlap_of(self, error: StepError) -> tuple[int, int] | None:
@@ -337,15 +330,10 @@ class Missed:
         """Return the contacts that may still follow after the end of a run of some steps."""
         return [error for error in self._open.values() if steps - error.step < UNDECIDED]
 
-    def follow(self, views: Sequence[Flown], row: int, step: int, errors: list[StepError]) -> list[StepError]:
-        """Follow what is open through a step, and return the step's errors without those that go on.
-
-        views: of the block, by frame.
-        """
-        f = views[0]
+    def follow(self, f: Flown, row: int, step: int, errors: list[StepError]) -> list[StepError]:
+        """Follow what is open through a step, and return the step's errors without those that go on."""
         for pair, error in list(self._open.items()):
-            seen = self._touches.seen(views, pair)
-            touch = self._touches.of(seen, row, pair)
+            touch = self._touches.of(f, row, pair)
             if touch.depth + max(touch.free, 0.0) * f.dt[row] <= f.floor:
                 del self._open[pair]
             elif touch.pushed * f.dt[row] > f.floor and touch.central and touch.free > 0:
@@ -353,7 +341,7 @@ class Missed:
                 error.because = f"Found {late} step{'s' * (late > 1)} late."
                 error.displacement, error.momentum = error.displacement + error.speed * late * float(f.dt[row]), 0.0
                 error.speed, error.flown = 0.0, error.flown + late * float(f.dt[row])
-                error.contact_places = self._touches.contact_places(seen, row, pair)
+                error.contact_places = self._touches.contact_places(f, row, pair)
                 del self._open[pair]
         kept = []
         for error in errors:

@@ -118,7 +118,7 @@ def _data(comparison: Comparison, every: int) -> dict[str, Any]:
     return {
         "size": scene.arena.size,
         "background": _hex(scene.arena.background),
-        "walls": [(*wall.start, *wall.to, wall.thickness, *wall.velocity) for wall in scene.at(comparison.since).walls],
+        "walls": [(*wall.start, *wall.to, wall.thickness) for wall in scene.walls],
         "radius": scene.bodies.radius.tolist(),
         "colors": [_hex(color) for color in scene.colors],
         "numbered": len(scene.bodies) <= MAX_NUMBERED,

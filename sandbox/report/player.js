@@ -79,12 +79,11 @@
 
   function drawWalls(context, thin) {
     context.strokeStyle = ink;
-    for (const [x0, y0, x1, y1, thickness, vx, vy] of data.walls) {
-      const [dx, dy] = [vx * times[frame], vy * times[frame]];
+    for (const [x0, y0, x1, y1, thickness] of data.walls) {
       context.lineWidth = Math.max(thickness, thin);
       context.beginPath();
-      context.moveTo(x0 + dx, y0 + dy);
-      context.lineTo(x1 + dx + POINT, y1 + dy);
+      context.moveTo(x0, y0);
+      context.lineTo(x1 + POINT, y1);
       context.stroke();
     }
   }

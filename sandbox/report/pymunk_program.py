@@ -23,7 +23,7 @@ balls = [  # radius, mass, elasticity, friction, position, velocity, angle, spin
 {balls}
 ]
 filters = {filters}  # number of a ball -> group, categories and mask of its filter
-walls = [  # ends, half of the thickness, elasticity, friction, velocity; of a peg, both ends are one point
+walls = [  # ends, half of the thickness, elasticity, friction; of a peg, both ends are one point
 {walls}
 ]
 
@@ -39,9 +39,8 @@ def add_balls():
 
 
 def add_walls():
-    for a, b, radius, elasticity, friction, velocity, neighbours in walls:
-        body = pymunk.Body(body_type=pymunk.Body.KINEMATIC if any(velocity) else pymunk.Body.STATIC)
-        body.velocity = velocity
+    for a, b, radius, elasticity, friction, neighbours in walls:
+        body = pymunk.Body(body_type=pymunk.Body.STATIC)
         wall = pymunk.Circle(body, radius, a) if a == b else pymunk.Segment(body, a, b, radius)
         wall.elasticity, wall.friction = elasticity, friction
         if neighbours:
@@ -77,7 +76,7 @@ def pymunk_code(scene: Scene, state: State) -> str:
         settings="\n".join([f"space.gravity = {_pair(scene.gravity)}", *settings]),
         balls="\n".join(f"    ({line})," for line in _balls(scene, state)),
         filters=filters,
-        walls="\n".join(f"    ({line})," for line in _walls(scene.at(state.time))),
+        walls="\n".join(f"    ({line})," for line in _walls(scene)),
         substeps=scene.pymunk.substeps,
         dt=1 / scene.rate / scene.pymunk.substeps,
         order="\n".join(order),
@@ -100,9 +99,9 @@ def _walls(scene: Scene) -> Iterator[str]:
     walls = list(zip(*(part.tolist() for part in walls_of(scene, WALL_HALF_THICKNESS)), strict=True))
     neighbours = wall_neighbours(scene.walls)
     for number in scene.wall_numbers:
-        a, b, *numbers, velocity = walls[number]
+        a, b, *numbers = walls[number]
         constants = ", ".join(map(repr, numbers))
-        yield f"{_pair(a)}, {_pair(b)}, {constants}, {_pair(velocity)}, {neighbours.get(number - len(ARENA_WALLS))!r}"
+        yield f"{_pair(a)}, {_pair(b)}, {constants}, {neighbours.get(number - len(ARENA_WALLS))!r}"
 
 
 def _pair(values: object) -> str:

@@ -333,8 +333,7 @@ def edited(scene: Scene, edit: Edit, states: Mapping[str, State]) -> Scene:
     changed = edit.change_scene(scene)
     for name, state in states.items():
         try:
-            after = Situation(changed.at(state.time), edit.change_state(state).position)
-            edit.check_room(Situation(scene.at(state.time), state.position), after)
+            edit.check_room(Situation(scene, state.position), Situation(changed, edit.change_state(state).position))
         except SandboxError as error:
             raise SandboxError(f"{name}: {error}") from None
     return changed

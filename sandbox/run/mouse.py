@@ -64,7 +64,7 @@ class Mouse:
         position, velocity = state.position[self.ball].tolist(), state.velocity[self.ball].tolist()
         h = 1 / self.scene.rate
         way = h * np.array(pulled(position, velocity, self.target, h))
-        vx, vy = (_free_part(way, self.scene, state, self.ball) / h).tolist()
+        vx, vy = (_free_part(way, self.scene, state.position, self.ball) / h).tolist()
         return vx - velocity[0], vy - velocity[1]
 
 
@@ -92,16 +92,15 @@ class Applied(NamedTuple):
         return [*self.kicks] if ball is None else [*self.kicks, (ball, self.mouse.pull(state))]
 
 
-def _free_part(way: Floats, scene: Scene, state: State, ball: int) -> Floats:
+def _free_part(way: Floats, scene: Scene, position: Floats, ball: int) -> Floats:
     """Return as much of a ball's way in a step as goes through no inner wall and no other ball, px.
 
     A wall counts as the plane that touches it at its point nearest to the ball. Along a wall that it touches, the ball
-    slides; before any other it stops. way: (2,) px.
+    slides; before any other it stops. way: (2,) px; position: (n, 2) px.
     """
-    radius, position = scene.bodies.radius, state.position
-    here = position[ball]
+    radius, here = scene.bodies.radius, position[ball]
     if scene.walls:
-        start, end, half_thickness = (part[ARENA_COUNT:] for part in walls_of(scene, time=state.time)[:3])
+        start, end, half_thickness = (part[ARENA_COUNT:] for part in walls_of(scene)[:3])
         offset = nearest_on_segment(here, start, end) - here
         distance = np.maximum(length(offset), MIN_DISTANCE)
         normal = offset / distance[:, None]

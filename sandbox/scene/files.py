@@ -123,8 +123,7 @@ write = dump
 
 
 def _document_of(scene: Scene, state: State | None) -> dict[str, Any]:
-    """Return the keys of a scene that are not at their defaults. With a state, its balls and walls start there."""
-    scene = scene.at(state.time) if state else scene
+    """Return the keys of a scene that are not at their defaults. With a state, its balls start there."""
     document = scene.model_dump(mode="json", by_alias=True, exclude_defaults=True)
     if state:
         document.pop("expect", None)

@@ -1,4 +1,4 @@
-"""A scene from a live `pymunk.Space`: balls on dynamic bodies, walls and pegs on others, the Space's settings."""
+"""A scene from a live `pymunk.Space`: balls on dynamic bodies, walls and pegs on static ones, the Space's settings."""
 
 import math
 from collections import Counter, defaultdict
@@ -30,10 +30,7 @@ class Unsupported(Enum):
 
     DYNAMIC_POLYGON = "dynamic polygon", "dynamic polygons"
     DYNAMIC_SEGMENT = "dynamic segment", "dynamic segments"
-    KINEMATIC = (
-        "shape on a kinematic body that turns or has functions of its own",
-        "shapes on kinematic bodies that turn or have functions of their own",
-    )
+    KINEMATIC = "shape on a moving kinematic body", "shapes on moving kinematic bodies"
     SEVERAL_SHAPES = "dynamic body with several shapes", "dynamic bodies with several shapes"
     NO_SHAPE = "dynamic body without a shape", "dynamic bodies without a shape"
     OFF_CENTRE = "circle off its body's centre of gravity", "circles off their bodies' centres of gravity"
@@ -51,9 +48,9 @@ class Unsupported(Enum):
 
 
 class WallOnBody(NamedTuple):
-    """A wall or peg of a Space, and the body that carries it; the sides of a polygon are joined.
+    """A wall or peg of a Space, and the static body that carries it; the sides of a polygon are joined.
 
-    start, to: px, in the coordinates of the Space; velocity: px/s, of a kinematic body; place: px, where the body is.
+    start, to: px, in the coordinates of the Space.
     """
 
     body: pymunk.Body
@@ -63,8 +60,6 @@ class WallOnBody(NamedTuple):
     elasticity: float
     friction: float
     joined: bool
-    velocity: Vector
-    place: Vector
 
 
 class SpaceContents(NamedTuple):
@@ -103,8 +98,8 @@ def from_space(
     """Return a scene of what a Space has now, without walls round the arena.
 
     Circles on dynamic bodies become balls, in the order of their shapes; segments and the outlines of polygons on
-    static bodies become walls, and circles pegs, which are walls of no length; those on kinematic bodies move with
-    them. size: width and height of the view, px, by default up to the furthest ball or wall; rate: steps per second.
+    static bodies become walls, and circles pegs, which are walls of no length; so do those on kinematic bodies at rest.
+    size: width and height of the view, px, by default up to the furthest ball or wall; rate: steps per second.
     Raises SandboxError, which lists all that a scene cannot have; with skip, leaves that out, and warns. Also warns
     (SpaceWarning) of moments of inertia that are not those of uniform discs, of sensors, which touch nothing and are
     left out, and of contacts that have begun.
@@ -228,11 +223,11 @@ def _moves(shape: pymunk.Shape) -> bool:
     return _body(shape).body_type == pymunk.Body.DYNAMIC
 
 
-def _glides(body: pymunk.Body) -> bool:
-    """Return whether a kinematic body moves with a constant velocity, or none, unless its program changes that."""
+def _rests(body: pymunk.Body) -> bool:
+    """Return whether a kinematic body stays where it is, unless its program moves it."""
     functions = body.velocity_func, body.position_func
     is_driven = functions != (pymunk.Body.update_velocity, pymunk.Body.update_position)
-    return body.angular_velocity == 0 and not is_driven
+    return body.velocity == (0, 0) and body.angular_velocity == 0 and not is_driven
 
 
 def _odd(damping: float) -> bool:
@@ -283,7 +278,7 @@ def _unsupported_shape(shape: pymunk.Shape) -> Unsupported | None:
     off_centre = circle and (shape.center_of_gravity != (0, 0) or body.center_of_gravity != (0, 0))
     is_short = isinstance(shape, pymunk.Segment) and math.dist(shape.a, shape.b) < MIN_LENGTH
     values = {
-        Unsupported.KINEMATIC: body.body_type == pymunk.Body.KINEMATIC and not _glides(body),
+        Unsupported.KINEMATIC: body.body_type == pymunk.Body.KINEMATIC and not _rests(body),
         Unsupported.DYNAMIC_SEGMENT: moves and segment,
         Unsupported.DYNAMIC_POLYGON: moves and not circle,
         Unsupported.OFF_CENTRE: off_centre and moves,
@@ -305,7 +300,7 @@ def _filtered(shapes: Iterable[pymunk.Shape]) -> int:
 
 
 def _walls_of(shape: pymunk.Shape) -> Iterator[WallOnBody]:
-    """Yield a segment or circle that no ball moves, or the sides of such a polygon."""
+    """Yield a static segment or circle, or the sides of a static polygon."""
     body = _body(shape)
     if isinstance(shape, pymunk.Segment):
         is_short = math.dist(shape.a, shape.b) < MIN_LENGTH
@@ -317,10 +312,8 @@ def _walls_of(shape: pymunk.Shape) -> Iterator[WallOnBody]:
         corners = shape.get_vertices()
         corners.append(corners[0])
     surface = shape.elasticity, shape.friction, isinstance(shape, pymunk.Poly)
-    moves = body.body_type == pymunk.Body.KINEMATIC
-    motion = (body.velocity.x, body.velocity.y) if moves else (0.0, 0.0), (body.position.x, body.position.y)
     for start, to in pairwise(map(body.local_to_world, corners)):
-        yield WallOnBody(body, (start.x, start.y), (to.x, to.y), 2 * shape.radius, *surface, *motion)
+        yield WallOnBody(body, (start.x, start.y), (to.x, to.y), 2 * shape.radius, *surface)
 
 
 def _view(contents: SpaceContents, position: Floats) -> Vector:

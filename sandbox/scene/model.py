@@ -73,7 +73,7 @@ class Arena(Model):
 
 
 class Wall(Model):
-    """A wall inside the arena: a segment with round ends; a peg, which is a circle, if both are one point."""
+    """A static wall inside the arena: a segment with round ends; a peg, which is a circle, if both are one point."""
 
     start: Vector = Field(validation_alias="from", serialization_alias="from")
     """One end, px."""
@@ -85,8 +85,6 @@ class Wall(Model):
     """The wall's factor: the elasticity of a contact is the product of the wall's and the ball's."""
     friction: NotNegative = 0
     """The wall's factor: the friction of a contact is the product of the wall's and the ball's."""
-    velocity: Vector = (0, 0)
-    """Velocity, px/s, which no contact changes; the ends are where the wall is at 0 s."""
 
     joined: Annotated[bool, Strict()] = False
     """Whether it continues the joined wall before it: Pymunk then ignores the crack between the two."""
@@ -105,16 +103,6 @@ class Wall(Model):
     def is_peg(self) -> bool:
         """Whether it has no length: a circle, as wide as it is thick."""
         return self.start == self.to
-
-    @property
-    def moves(self) -> bool:
-        """Whether it has a velocity."""
-        return self.velocity != (0, 0)
-
-    def at(self, time: float) -> "Wall":
-        """Return the wall where it is at a time (s) of the run."""
-        start, to = ((x + time * self.velocity[0], y + time * self.velocity[1]) for x, y in (self.start, self.to))
-        return self.model_copy(update={"start": start, "to": to}) if self.moves else self
 
 
 class Pegs(Model):
@@ -441,19 +429,10 @@ class Scene(Model):
             colors += itertools.islice(itertools.cycle(in_turn), group.ball_count)
         return tuple(colors)
 
-    @property
-    def walls_move(self) -> bool:
-        """Whether a wall has a velocity."""
-        return any(wall.moves for wall in self.walls)
-
-    def at(self, time: float) -> Self:
-        """Return the scene with its walls where they are at a time (s)."""
-        return self.changed(walls=tuple(wall.at(time) for wall in self.walls)) if self.walls_move else self
-
-    def wall_line(self, wall: int, time: float = 0.0) -> tuple[Vector, Vector, float]:
-        """Return the ends of a wall by its number, px, at a time (s), and its thickness, px: 0 of the arena's."""
+    def wall_line(self, wall: int) -> tuple[Vector, Vector, float]:
+        """Return the ends of a wall by its number, px, and its thickness, px: 0 of the arena's."""
         if wall >= len(ARENA_WALLS):
-            inner = self.walls[wall - len(ARENA_WALLS)].at(time)
+            inner = self.walls[wall - len(ARENA_WALLS)]
             return inner.start, inner.to, inner.thickness
         width, height = self.arena.size
         top_left, top_right, bottom_left, bottom_right = (0.0, 0.0), (width, 0.0), (0.0, height), (width, height)

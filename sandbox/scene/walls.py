@@ -28,46 +28,35 @@ PIECE: Final = np.dtype(
         ("elasticity", "f8"),  # the wall's factor
         ("friction", "f8"),  # the wall's factor
         ("wall", "i8"),  # its number: the arena's from 0, then the scene's
-        ("vx", "f8"),  # px/s
-        ("vy", "f8"),
     ]
 )
 
 
-_FACTORS: Final = "elasticity", "friction"
-
-
 class Walls(NamedTuple):
-    """Walls by number. start, end: (m, 2) px, of the centre lines; velocity: (m, 2) px/s.
-
-    The rest, (m,): px and the walls' factors.
-    """
+    """Walls by number. start, end: (m, 2) px, of the centre lines; the rest (m,): px and the walls' factors."""
 
     start: Floats
     end: Floats
     half_thickness: Floats
     elasticity: Floats
     friction: Floats
-    velocity: Floats
 
 
-def walls_of(scene: Scene, depth: float = 0.0, time: float = 0.0) -> Walls:
+def walls_of(scene: Scene, depth: float = 0.0) -> Walls:
     """Return the arena's walls, whether they stand or not, and then the scene's own.
 
-    depth: px, half the thickness of the arena's, which stand outside: their inner faces are on the arena's edge; time:
-    s, at which they are there.
+    depth: px, half the thickness of the arena's, which stand outside: their inner faces are on the arena's edge.
     """
     out = depth * OUTWARD
     along = depth * np.abs(OUTWARD[:, ::-1])
-    lines = [scene.wall_line(wall, time) for wall in range(ARENA_COUNT + len(scene.walls))]
+    lines = [scene.wall_line(wall) for wall in range(ARENA_COUNT + len(scene.walls))]
     start, end, thickness = (np.array(part, float) for part in zip(*lines, strict=True))
     start[:ARENA_COUNT] += out - along
     end[:ARENA_COUNT] += out + along
     thickness[:ARENA_COUNT] = 2 * depth
     surfaces = (*[scene.arena] * ARENA_COUNT, *scene.walls)
-    elasticity, friction = (np.array([getattr(each, key) for each in surfaces], float) for key in _FACTORS)
-    velocity = np.array([(0.0, 0.0)] * ARENA_COUNT + [wall.velocity for wall in scene.walls])
-    return Walls(start, end, thickness / 2, elasticity, friction, velocity)
+    factors = (np.array([getattr(each, key) for each in surfaces], float) for key in ("elasticity", "friction"))
+    return Walls(start, end, thickness / 2, *factors)
 
 
 def arena_faces(scene: Scene) -> Floats:
@@ -99,15 +88,14 @@ def offset_to_segment(x: float, y: float, start: Floats, end: Floats) -> tuple[f
     return start[0] + fraction * along_x - x, start[1] + fraction * along_y - y
 
 
-def wall_distance(scene: Scene, position: Floats, time: Floats | float = 0.0) -> Floats:
+def wall_distance(scene: Scene, position: Floats) -> Floats:
     """Return the distance of points (..., 2) px from the nearest wall's face, px: (...); negative in a wall.
 
-    Infinite if no wall stands. time: s, of all points, or of each (...).
+    Infinite if no wall stands.
     """
     distance = -outside(position, scene.arena.size) if scene.arena.walls else np.full(position.shape[:-1], np.inf)
     for wall in scene.walls:
-        seen = position - np.multiply.outer(time, wall.velocity)
-        distance = np.minimum(distance, segment_distance(seen, wall.start, wall.to) - wall.thickness / 2)
+        distance = np.minimum(distance, segment_distance(position, wall.start, wall.to) - wall.thickness / 2)
     return distance
 
 
@@ -130,22 +118,22 @@ def separation(
     return away, radius[first] + np.where(of_wall, walls.half_thickness[wall], radius[ball])
 
 
-def pieces_of(scene: Scene, time: float = 0.0) -> NDArray[np.void]:
+def pieces_of(scene: Scene) -> NDArray[np.void]:
     """Return the faces of the arena if they stand (left, top, right, bottom), then the pieces of each wall.
 
-    These are a face and two ends; of a peg, which has no face, the whole circle. time: s, at which they are there.
+    These are a face and two ends; of a peg, which has no face, the whole circle.
     """
     width, height = scene.arena.size
     corners: list[Vector] = [(0, height), (0, 0), (width, 0), (width, height), (0, height)]
     arena = [_face(start, end, 0, scene.arena, wall) for wall, (start, end) in enumerate(pairwise(corners))]
-    inner = (_pieces_of_wall(wall.at(time), number) for number, wall in enumerate(scene.walls, len(arena)))
+    inner = (_pieces_of_wall(wall, number) for number, wall in enumerate(scene.walls, len(arena)))
     return np.array([*(arena if scene.arena.walls else ()), *chain.from_iterable(inner)], PIECE)
 
 
 def _pieces_of_wall(wall: Wall, number: int) -> tuple[tuple[float, ...], ...]:
     start, end, half_thickness = wall.start, wall.to, wall.thickness / 2
     if wall.is_peg:
-        return ((*start, 0.0, 0.0, 0.0, half_thickness, wall.elasticity, wall.friction, number, *wall.velocity),)
+        return ((*start, 0.0, 0.0, 0.0, half_thickness, wall.elasticity, wall.friction, number),)
     ends = (_end(start, end, half_thickness, wall, number), _end(end, start, half_thickness, wall, number))
     return _face(start, end, half_thickness, wall, number), *ends
 
@@ -153,11 +141,9 @@ def _pieces_of_wall(wall: Wall, number: int) -> tuple[tuple[float, ...], ...]:
 def _face(start: Vector, end: Vector, half_thickness: float, of: Arena | Wall, number: int) -> tuple[float, ...]:
     along = np.subtract(end, start)
     length = float(np.hypot(*along))
-    velocity = of.velocity if isinstance(of, Wall) else (0.0, 0.0)
-    return (*start, *(along / length), length, half_thickness, of.elasticity, of.friction, number, *velocity)
+    return (*start, *(along / length), length, half_thickness, of.elasticity, of.friction, number)
 
 
 def _end(at: Vector, other_end: Vector, half_thickness: float, of: Wall, number: int) -> tuple[float, ...]:
     outward = np.subtract(at, other_end)
-    along = outward / np.hypot(*outward)
-    return (*at, *along, 0.0, half_thickness, of.elasticity, of.friction, number, *of.velocity)
+    return (*at, *(outward / np.hypot(*outward)), 0.0, half_thickness, of.elasticity, of.friction, number)

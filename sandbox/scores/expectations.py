@@ -217,7 +217,7 @@ def _deviations(scene: Scene, expect: Expect, initial: State, state: State, ener
         centre = np.average(state.position, axis=0, weights=mass)
         yield Deviation(ExpectedQuantity.CENTRE_OF_MASS, expect.centre_of_mass, _vector(centre))
     if expect.overlap is not None:
-        yield Deviation(ExpectedQuantity.OVERLAP, expect.overlap, overlap_in(scene, state.position, state.time))
+        yield Deviation(ExpectedQuantity.OVERLAP, expect.overlap, overlap_in(scene, state.position))
     if expect.columns is not None:
         shares = np.divide(expect.columns.shares, sum(expect.columns.shares))
         measured = shares_in(expect.columns, state.position[:, 0])
@@ -233,14 +233,10 @@ def _energy(scene: Scene, state: State) -> float:
     return float(energy(state, scene.bodies, scene.gravity, scene.arena.size))
 
 
-def overlap_in(scene: Scene, position: Floats, time: float = 0.0) -> float:
-    """Return the deepest overlap of two balls, or of a ball and a wall, px; 0 if nothing overlaps.
-
-    position: (n, 2) px; time: s, of the walls.
-    """
+def overlap_in(scene: Scene, position: Floats) -> float:
+    """Return the deepest overlap of two balls, or of a ball and a wall, px; 0 if nothing overlaps."""
     radius, filters = scene.bodies.radius, scene.bodies.filters
-    in_walls = float((radius - wall_distance(scene, position, time)).max())
-    return max(deepest_overlap(position, radius, filters)[0], in_walls)
+    return max(deepest_overlap(position, radius, filters)[0], float((radius - wall_distance(scene, position)).max()))
 
 
 def shares_in(columns: Columns, x: Floats) -> Floats:

@@ -160,11 +160,6 @@ class _Moment:
         """That of its circles."""
         return _motion(self.step.before.bodies, self.ids)
 
-    @cached_property
-    def carriers(self) -> State:
-        """That of the bodies that carry walls, of those that move."""
-        return _motion(self.step.before.bodies, _moving_bodies(self.contents))
-
     def why_not(self) -> str:
         """Return why the step cannot be compared; empty if it can be."""
         if left_out := self._left_out():
@@ -173,8 +168,6 @@ class _Moment:
             return "there were no circles"
         if not SHORTEST <= self._dt <= LONGEST:  # NaN is not
             return _wrong_dt(self._dt)
-        if np.any(self.carriers.spin != 0):  # NaN is not 0
-            return "a kinematic body with walls turned, or was removed"
         return _out_of_range(self.motion) or other_moments(self.contents, self.motion.spin)
 
     def _left_out(self) -> dict[tuple[str, str], int]:
@@ -189,7 +182,7 @@ class _Part:
     """Successive steps between which the program changes nothing but velocities."""
 
     def __init__(self, moment: _Moment) -> None:
-        self._contents, self._ids, self._carriers = moment.contents, moment.ids, moment.carriers
+        self._contents, self._ids = moment.contents, moment.ids
         self._steps: list[Step] = []
         self._before: list[State] = []
         self._after: list[State] = []
@@ -226,11 +219,6 @@ class _Part:
             changed = np.argwhere(getattr(self._after[-1], key) != getattr(moment.motion, key))
             if len(changed):
                 return f"the {what} of ball {changed[0, 0]} was set"
-        carriers = _motion(self._steps[-1].after.bodies, _moving_bodies(self._contents))
-        if not np.array_equal(carriers.position, moment.carriers.position):
-            return "the position of a kinematic body was set"
-        if not np.array_equal(self._carriers.velocity, moment.carriers.velocity):
-            return "the velocity of a kinematic body changed"
         return ""
 
     def add(self, moment: _Moment) -> None:
@@ -272,19 +260,7 @@ class _Part:
         return Comparison.of(replace(comparison, since=self._steps[0].time))
 
     def _scene(self, size: Vector | None, title: str) -> Scene:
-        """Return the scene, with the walls that move where they were at the start of the part."""
-        carriers, walls = self._carriers, list(self._contents.walls)
-        rows = {body: row for row, body in enumerate(_moving_bodies(self._contents).tolist())}
-        for number, wall in enumerate(walls):
-            if wall.velocity != (0, 0):
-                row = rows[wall.body.id]
-                way = carriers.position[row] - wall.place
-                start, to, velocity = (
-                    (float(x), float(y)) for x, y in (wall.start + way, wall.to + way, carriers.velocity[row])
-                )
-                walls[number] = wall._replace(start=start, to=to, velocity=velocity)
-        contents = self._contents._replace(walls=tuple(walls))
-        return scene_of(contents, self._before[0], size=size, rate=RATE, title=title)
+        return scene_of(self._contents, self._before[0], size=size, rate=RATE, title=title)
 
     @property
     def _states(self) -> States:
@@ -317,7 +293,6 @@ class _Part:
             left[:, None, None] * before.velocity + settings["gravity"] * dt[:, None, None],
             left[:, None] * before.spin,
             States.stack(self._after).position,
-            self.clock.times(1 + np.arange(self.count)),
         )
         contacts["time"] = self.clock.times(1 + call)
         return contacts
@@ -343,12 +318,6 @@ def _motion(bodies: Rows, ids: Rows) -> State:
     asleep = np.append(bodies["asleep"] != 0, False)[index]
     motion.velocity[asleep] = motion.spin[asleep] = 0.0
     return motion
-
-
-def _moving_bodies(contents: SpaceContents) -> Rows:
-    """Return the ids of the bodies that carry walls and move, in the order of the walls, each once."""
-    moving = dict.fromkeys(wall.body.id for wall in contents.walls if wall.velocity != (0, 0))
-    return np.array(list(moving), np.uint64)
 
 
 def _wrong_dt(dt: float) -> str:

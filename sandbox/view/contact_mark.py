@@ -85,7 +85,7 @@ class ContactMark:
         """Draw the wall that the ball touches, if it does, over its whole length."""
         second = self._difference.second
         if second is not None and second < 0:
-            *ends, thickness = self._scene.wall_line(~second, self._state.time)
+            *ends, thickness = self._scene.wall_line(~second)
             start, end = self._at(np.array(ends)).tolist()
             capsule(self._surface, colour, start, end, max(thickness / 2 * self._scale, 2 * self._width))
 
@@ -225,7 +225,7 @@ class ContactPicture(Widget):
         scale = RADIUS * text_height / float(scene.bodies.radius[balls].max())
         middle = self.state.position[balls].mean(axis=0)
         x, y = np.divide(place.size, 2) - scale * middle
-        draw_walls(picture, scene, self.state.time, scale, (float(x), float(y)))
+        draw_walls(picture, scene, scale, (float(x), float(y)))
         for ball in balls:
             centre = scale * self.state.position[ball] + (x, y)
             pygame.draw.circle(picture, rgb(scene.colors[ball]), centre, scale * scene.bodies.radius[ball])

@@ -73,8 +73,6 @@ class DebugDraw:
     def _draw_batch(self, surface: Surface, scale: float, origin: Vector) -> None:
         for wall in self._walls:
             ends = (wall.a, wall.b) if isinstance(wall, pymunk.Segment) else (wall.offset, wall.offset)
-            if wall.body:
-                ends = wall.body.local_to_world(ends[0]), wall.body.local_to_world(ends[1])
             draw_wall(surface, wall.color, ends, 2 * wall.radius, scale, origin)
         self._buffer.clear()
         get_space_bodies(self._space, BodyFields.POSITION | BodyFields.ANGLE, self._buffer)
@@ -96,8 +94,8 @@ class DebugDraw:
 
 
 def _is_peg(shape: Shape) -> bool:
-    """Return whether a shape is a circle that nothing pushes."""
-    return isinstance(shape, pymunk.Circle) and shape.body is not None and shape.body.body_type != pymunk.Body.DYNAMIC
+    """Return whether a shape is a circle that stands still."""
+    return isinstance(shape, pymunk.Circle) and shape.body is not None and shape.body.body_type == pymunk.Body.STATIC
 
 
 class SpaceOptions(DrawOptions):

@@ -114,7 +114,7 @@ def draw_start(surface: Surface, scene: Scene) -> None:
     arena.midleft = surface.get_rect().midleft
     inside = surface.subsurface(arena.clip(surface.get_rect()))
     inside.fill(palette(scene.arena.background).ground)
-    draw_walls(inside, scene, state.time, scale)
+    draw_walls(inside, scene, scale)
     Discs(scene.bodies.radius, scene.colors).draw(inside, state.position, scale, state.angle)
     pygame.draw.rect(surface, theme.wall, arena, 1)
 

@@ -194,13 +194,10 @@ def draw_wall(
     capsule(surface, colour, start, end, thickness / 2 * scale)
 
 
-def draw_walls(surface: Surface, scene: Scene, time: float, scale: float, origin: Vector = (0.0, 0.0)) -> None:
-    """Draw a scene's walls at a time (s).
-
-    scale: px of the surface for one px of the scene; origin: where the scene's is.
-    """
+def draw_walls(surface: Surface, scene: Scene, scale: float, origin: Vector = (0.0, 0.0)) -> None:
+    """Draw a scene's walls. scale: px of the surface for one px of the scene; origin: where the scene's is."""
     ink = palette(scene.arena.background).wall
-    for wall in (wall.at(time) for wall in scene.walls):
+    for wall in scene.walls:
         draw_wall(surface, ink, (wall.start, wall.to), wall.thickness, scale, origin)
 
 

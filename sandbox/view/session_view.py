@@ -130,7 +130,7 @@ class Pane:
             self.debug_draw.plain = self.plain
             self.debug_draw.draw(inside, scale, origin)
         else:
-            draw_walls(inside, self.scene, self.state.time, scale, origin)
+            draw_walls(inside, self.scene, scale, origin)
             self._discs.draw(inside, self.state.position, scale, self.state.angle, origin)
         for layer, draw in ABOVE_BALLS.items():
             if layer in showing:

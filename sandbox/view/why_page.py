@@ -37,7 +37,7 @@ LEGEND: Final = (
 
 OF_SCENE: Final = "What the scene and the mouse took or gave, rightly:"
 SCENES_OWN: Final = tuple(  # labels of the causes that no engine is blamed for
-    cause.label for cause in (Cause.ELASTICITY, Cause.FRICTION, Cause.SPIN, Cause.APPLIED, Cause.MOVING_WALLS)
+    cause.label for cause in (Cause.ELASTICITY, Cause.FRICTION, Cause.SPIN, Cause.APPLIED)
 )
 MIN_SHARE: Final = 1e-4  # of the energy; smaller ones are written with more than two decimals
 

@@ -81,16 +81,15 @@ def article_equals_brute_force(seed: int, n: int, eta: float, heaped: float, pac
 def impulse_equals_brute_force(
     seed: int, n: int, eta: float, heaped: float, pace: float, frames: int, spread: float
 ) -> None:
-    """Balls of several radii, masses, elasticities, frictions and groups; gravity, and a wall that crosses the box."""
+    """Balls of several radii, masses, elasticities, frictions and groups; gravity, and a wall across the box."""
     rng, position, size, far = packed_balls(seed, n, eta, heaped)
     radius, mass, elasticity = (rng.uniform(low, high, n) for low, high in ((5 * spread, 5), (0.1, 10), (0.5, 1)))
     w, h = size
     lines = np.zeros((5, 4))  # the arena's are not read
     lines[4] = 0.1 * w, 0.4 * h, 0.7 * w, 0.6 * h
     factors = np.array([(1, 0), (1, 0.5), (0.9, 0), (1, 1), (0.8, 0.3)]).T.copy()
-    half, velocity = np.array([0, 0, 0, 0, 2.0]), np.zeros((5, 2))
-    velocity[4] = rng.normal(0, 60, 2)
-    walls = Walls(lines[:, :2].copy(), lines[:, 2:].copy(), half, factors[0], factors[1], velocity)
+    half = np.array([0, 0, 0, 0, 2.0])
+    walls = Walls(lines[:, :2].copy(), lines[:, 2:].copy(), half, factors[0], factors[1])
     face = np.array([0, 0, w, h])
     gravity, friction = rng.normal(0, 900, 2), rng.uniform(0, 1, n)
     filters = np.tile(np.array(MEETS_ALL), (n, 1))

@@ -14,7 +14,6 @@ DOCUMENTED = {  # row of the table in docs/engines.md -> the features that it is
     "several radii and masses": (Feature.RADII, Feature.MASSES),
     "elasticity below 1, friction, spin": (Feature.ELASTICITY, Feature.FRICTION, Feature.SPIN),
     "gravity, inner walls": (Feature.GRAVITY, Feature.WALLS),
-    "inner walls that move": (Feature.MOVING,),
     "an arena without walls": (Feature.OPEN,),
     "steps of varying length": (Feature.VARYING,),
 }

@@ -250,7 +250,7 @@ def ignore_each_other(space: pymunk.Space) -> None:
 UNSUPPORTED = {
     "1 dynamic polygon": on_body(pymunk.Body.DYNAMIC),
     "1 dynamic segment": add_dynamic(lambda body: pymunk.Segment(body, (0, 0), (9, 9), 1)),
-    "1 shape on a kinematic body that turns or has functions of its own": on_body(pymunk.Body.KINEMATIC),
+    "1 shape on a moving kinematic body": on_body(pymunk.Body.KINEMATIC),
     "1 dynamic body with several shapes": add_second_shape,
     "1 dynamic body without a shape": add_dynamic(lambda body: None),
     "1 circle off its body's centre of gravity": add_dynamic(lambda body: pymunk.Circle(body, 5, (3, 0))),
@@ -294,7 +294,7 @@ def test_all_that_is_refused_is_in_one_message() -> None:
         from_space(space)
     for what in (
         "2 dynamic polygons",
-        "1 shape on a kinematic body that turns or has functions of its own",
+        "1 shape on a moving kinematic body",
         "2 PivotJoints",
         "1 damping outside 0 to 1",
     ):

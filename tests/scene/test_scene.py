@@ -249,7 +249,7 @@ ALL_KEYS = {
     ),
     "wall": (
         balls(BALL, more="[[walls]]\nfrom = [1, 1]\nto = [9, 9]\nstart = [1, 1]\n"),
-        f"9: walls[0].start {NO_KEY}; known are elasticity, friction, from, joined, thickness, to, velocity",
+        f"9: walls[0].start {NO_KEY}; known are elasticity, friction, from, joined, thickness, to",
     ),
     "range": (
         balls("radius = 5\nx = { from = 9, to = 9, width = 1 }\ny = { from = 9, to = 9 }"),

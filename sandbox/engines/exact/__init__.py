@@ -7,10 +7,6 @@ or its crossing into the next cell of the `grid`, whichever comes first. The ear
 events in order, and `engine` runs it; `world` and `records` hold the data. A heap that stands still has no events:
 `touching` finds its contacts, `statics` their forces and whether it stands, and `islands` freezes and wakes it.
 
-A wall that moves, with a constant velocity, stands still for what it meets: places and velocities are relative to it
-(`seen_from`), and a frame that moves uniformly is as good as any. Walls that close on discs until they have no room end
-the run, as nothing that is rigid can do that.
-
 Only the discs that an event concerns are moved (delayed states: B. D. Lubachevsky, J. Comput. Phys. 94 (1991) 255). A
 predicted contact with a disc that has since changed course is recognised when it comes up, by that disc's serial
 number, and replaced by a new prediction. No contact is missed: of any two discs, the one predicted last used the

@@ -48,9 +48,9 @@ from sandbox.engines.exact.records import NONE, STATIC
 from sandbox.engines.exact.statics import columns_of, equilibrium, pushed
 from sandbox.engines.exact.support import MAX_SUPPORTS, normal_to, report_support, unit
 from sandbox.engines.exact.touching import gap_to_piece
-from sandbox.engines.exact.world import Motion, World, meet, motion, move_to_now, release, seen_from
+from sandbox.engines.exact.world import Motion, World, meet, motion, move_to_now, release
 from sandbox.engines.laws import friction_impulse
-from sandbox.state import CONTACT, Contacts, Floats, Integers, no_contacts
+from sandbox.state import CONTACT, Contacts, Floats, Integers
 
 GAP_ROUNDING: Final = 1e-14  # relative, of coordinates, 45 units in the last place: gaps within it are closed
 CLOCK_ROUNDING: Final = 1e-15  # relative, of the time, 5 units in the last place
@@ -71,8 +71,6 @@ MAX_IMPACTS: Final = 30_000_000  # of a sequence that does not become steady; th
 STOP_STIFFNESS: Final = 1e10
 FEW: Final = 64  # discs and contacts of a group, for which there is room at first; it grows
 RESIDUAL: Final = 4  # times an approach that is left: what contacts among the same bodies may make of it
-# Of the fastest wall: at this speed contacts still close if walls squeeze discs, and much slower if they do not.
-SQUEEZE: Final = 1e-6
 REST: Final = 1e-13  # of the group's speeds before: a slower approach counts as rest
 
 MEMBER: Final = np.dtype(  # a body of a group; a wall is a member for each of its contacts
@@ -310,14 +308,11 @@ def _add_walls(
     m, cell, grid = motion(world, i, now), world.event[i].cell, world.grid
     for k in range(grid.cell[cell].begin, grid.cell[cell + 1].begin):
         p = np.int64(grid.piece[k])
-        piece, relative = world.piece[p], seen_from(world.piece[p], m, now)
-        gap = gap_to_piece(world, i, p, relative.x, relative.y)
-        nx, ny, _ = normal_to(relative, piece)
-        rounding = CLOCK_ROUNDING * now * (abs(piece.vx) + abs(piece.vy))
-        if gap <= rounding + _slack(world, i, relative.vx * nx + relative.vy * ny, way, now):
+        gap = gap_to_piece(world, i, p, m.x, m.y)
+        nx, ny, _ = normal_to(m, world.piece[p])
+        if gap <= _slack(world, i, m.vx * nx + m.vy * ny, way, now):
             if members < len(member):
-                new = member[members]
-                new.disc, new.vx, new.vy = ~p, piece.vx, piece.vy
+                member[members].disc = ~p
             links = _add_link(link, links, at, members, nx, ny, -gap)
             members += 1
     return members, links
@@ -486,17 +481,13 @@ class Collapses:
             outcome = self._continue(member, link, still, SLOWED * fastest)
         if outcome != PARTED:
             self._stop(member, link)
-            if _closings(member, link).max() > SQUEEZE * np.abs(world.frames).max() > 0:
-                self._give_way(member)
-                return no_contacts()
         if has_room:
             self._part(member, link, still)
         if world.has_gravity:
             self._hop(member, link, still)
         at_rest = len(link) * still  # a disc at rest is as fast as the approaches between it and a wall, added up
-        for vx, vy in world.frames:
-            for key, speed in (("vx", vx), ("vy", vy), ("rim", 0.0)):
-                member[key][np.abs(member[key] - speed) < at_rest] = speed
+        for key in ("vx", "vy", "rim"):
+            member[key][np.abs(member[key]) < at_rest] = 0.0
         rows = np.zeros(len(link) + MAX_SUPPORTS * len(member), CONTACT)
         log = Log(rows, np.zeros(1, np.int64), collects)
         residual = RESIDUAL * max(at_rest, _closings(member, link).max(initial=0.0)) if has_room else np.inf
@@ -563,35 +554,23 @@ class Collapses:
         swaps = first == NONE  # only the first of a column moves
         normal[swaps] *= -1
         first, second = np.where(swaps, second, first), np.where(swaps, NONE, second)
-        driver = member[np.where(swaps, link["first"], link["second"])]  # a wall, or part of a static island
-        driven = np.stack([driver["vx"], driver["vy"]]) * (second == NONE)
         columns = columns_of(first, second, normal, np.zeros(len(link)))
         mass = np.repeat(1 / member["per_mass"][moves, None], 2, axis=1)
         before = np.stack([member["vx"], member["vy"]], axis=1)[moves]
         nothing = np.zeros(len(link))
         stiffness = STOP_STIFFNESS * float(mass.min())
-        opening = (driven * normal.T).sum(axis=0)
-        _, impulse = equilibrium(columns, mass, mass * before, nothing, nothing > 0, stiffness, opening)
+        _, impulse = equilibrium(columns, mass, mass * before, nothing, nothing > 0, stiffness)
         after = before + pushed(columns, impulse, len(mass)) / mass
         member["vx"][moves], member["vy"][moves] = after.T
         link["impulse"] += impulse
         if _closings(member, link).max() > closing:
             member[:], link[:] = member_before, link_before
 
-    def _give_way(self, member: NDArray[np.void]) -> None:
-        """Have an island woken, which counts as infinitely heavy, where walls close on discs; if none is there, end."""
-        plan, islands = self._world.rest.plan, member["disc"][(member["per_mass"] == 0) & (member["disc"] >= 0)]
-        if len(islands):
-            plan["wake_request"] = islands[0]
-        else:
-            plan["dead_end"] = 1
-
     def _part(self, member: NDArray[np.void], link: NDArray[np.void], still: float) -> None:
         """Let bodies that still touch part at the speed of rounding, but for discs that gravity presses on walls."""
         at_wall = member["disc"][link["second"]] < 0
         pull = link["nx"] * self._world.gravity[0] + link["ny"] * self._world.gravity[1]
-        share = np.where(member["disc"] < 0, 1, 2)  # two discs can be as fast as the fastest
-        fastest = (share * (np.abs(member["vx"]) + np.abs(member["vy"]))).max()
+        fastest = 2 * (np.abs(member["vx"]) + np.abs(member["vy"])).max()
         rounding = 2 * max(still, MIN_APPROACH * fastest)  # so that what is parted is beyond rounding
         touches = (link["impulse"] > 0) & ~(at_wall & (pull > self._world.min_pull))
         before, links_before = member.copy(), link.copy()

@@ -11,8 +11,7 @@ stopping the clock:
   another disc or a kick moves it or the face ends; the only event meanwhile is the end of slipping. What a wall gives
   to a disc that it carries is a contact at the end of each step, and before each other contact. The disc goes round the
   end of a wall in hops: one of radius 10 px that goes off a shelf of 4 px at 20 or 50 px/s leaves it up to 0.03 px/s
-  too fast and, with friction up to 1, its rim up to 0.1 px/s too slow. So does a disc with friction that one wall
-  carries and another, which moves differently, pushes. Discs that lean on each other move apart in hops
+  too fast and, with friction up to 1, its rim up to 0.1 px/s too slow. Discs that lean on each other move apart in hops
   of about the world's hop time: at 900 px/s² and HOP_TIME these are 1.1e-4 px high. A disc that carries others hops
   faster, so that the contacts of a pair, about 1/HOP_TIME a second, grow only as the root of the load. Hops exchange
   momentum as all contacts do, so the walls get the weight of a heap.
@@ -30,10 +29,9 @@ from sandbox.compiled import Record, kernel
 from sandbox.engines.contact_log import Log, log_contact
 from sandbox.engines.exact.friction import friction_at_wall, friction_of_discs
 from sandbox.engines.exact.records import STATIC
-from sandbox.engines.exact.support import carry, normal_on, normal_to, report_support, stop_slipping, unit
-from sandbox.engines.exact.world import Motion, World, motion, move_to_now, release, rotation, seen_from
+from sandbox.engines.exact.support import carry, normal_to, report_support, stop_slipping, unit
+from sandbox.engines.exact.world import Motion, World, motion, move_to_now, release, rotation
 from sandbox.engines.laws import NEVER, mixed
-from sandbox.state import Floats
 
 CONTACT_TIME: Final = 1e-6  # s, far below the time between contacts, far above the clock's rounding
 MIN_STREAK: Final = 64  # contacts of a disc, each within CONTACT_TIME of the last, from which on they may have no end
@@ -134,20 +132,11 @@ def hop_round_end(world: World, pull: Any) -> Any:
 
 
 @kernel
-def _grinds(world: World, i: int, p: int) -> bool:
-    """Return whether a piece of wall moves along another that carries disc i, so that the disc slips on either."""
-    piece, carrier = world.piece, np.int64(world.event[i].carrier)
-    if carrier < 0 or not world.is_rough or world.turn[i].friction == 0:
-        return False
-    return piece[p].vx != piece[carrier].vx or piece[p].vy != piece[carrier].vy
-
-
-@kernel
 def _wall_parting(world: World, i: int, p: int, closing: float, pull: float, now: float) -> Parting:
     """Return how disc i parts from a piece of wall. closing: px/s; pull: px/s², towards the wall if positive."""
     body, piece = world.body[i], world.piece[p]
     speed = mixed(body.elasticity, piece.elasticity) * closing
-    leans, is_face = now < body.leans_until, piece.length > 0 and not _grinds(world, i, p)
+    leans, is_face = now < body.leans_until, piece.length > 0
     if is_face and speed <= pull * _shortest_flight(world, body, now) / 2:
         return Parting(0.0, 0.0, True)
     if leans or (pull > world.min_pull and not is_face):
@@ -180,12 +169,10 @@ def approach_of_discs(m: Motion, o: Motion) -> Approach:
 
 
 @kernel
-def approach_to_piece(m: Motion, piece: Record, now: float) -> Approach:
+def approach_to_piece(m: Motion, piece: Record) -> Approach:
     """Return how a disc that moves like m approaches a piece of wall."""
-    relative = seen_from(piece, m, now)
-    nx, ny, _ = normal_to(relative, piece)
-    speed = abs(m.vx) + abs(m.vy) + abs(piece.vx) + abs(piece.vy)
-    return Approach(nx, ny, relative.vx * nx + relative.vy * ny, m.ax * nx + m.ay * ny, speed)
+    nx, ny, _ = normal_to(m, piece)
+    return Approach(nx, ny, m.vx * nx + m.vy * ny, m.ax * nx + m.ay * ny, abs(m.vx) + abs(m.vy))
 
 
 @kernel
@@ -203,12 +190,12 @@ def parting(m: Motion, approach: Approach) -> Motion:
 
 
 @kernel
-def is_slow(world: World, i: int, frame: Floats, now: float) -> bool:
-    """Return whether disc i, and its rim, are about as slow as hops are. frame: (2,) px/s, from which they are seen."""
+def is_slow(world: World, i: int, now: float) -> bool:
+    """Return whether disc i, and its rim, are about as slow as hops are."""
     m, slow = motion(world, i, now), 2 * SLOW_HOPS * world.hop_speed
     if world.is_rough and abs(rotation(world, i, now)[1]) * world.disc[i].radius > slow:
         return False
-    return math.hypot(m.vx - frame[0], m.vy - frame[1]) < slow
+    return math.hypot(m.vx, m.vy) < slow
 
 
 @kernel
@@ -220,14 +207,12 @@ def is_jammed(world: World, i: int, now: float) -> bool:
 
 @kernel
 def wakes(world: World, i: int, striker: int, now: float) -> bool:
-    """Return whether disc i is part of a static island, and another disc hits it so fast that it wakes it.
-
-    A disc of another island, which moves otherwise, always does.
-    """
+    """Return whether disc i is part of a static island, and another disc hits it so fast that it wakes it."""
     if world.event[i].carrier != STATIC:
         return False
-    closing = approach_of_discs(motion(world, striker, now), motion(world, i, now)).closing
-    return closing >= SLOW_HOPS * world.hop_speed or world.event[striker].carrier == STATIC
+    disc, m = world.disc[i], motion(world, striker, now)
+    nx, ny, _ = unit(disc.x - m.x, disc.y - m.y)
+    return m.vx * nx + m.vy * ny >= SLOW_HOPS * world.hop_speed
 
 
 @kernel
@@ -294,17 +279,17 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
     disc, body, piece, carrier = world.disc[i], world.body[i], world.piece[p], np.int64(world.event[i].carrier)
     move_to_now(world, i, now)
     report_support(world, i, since, now, log)
-    nx, ny, distance = normal_on(world, i, p, now)
+    nx, ny, distance = normal_to(disc, piece)
     if p == carrier:
         if world.is_rough and now == world.turn[i].slips_until:
             stop_slipping(world, i, now)
         else:  # it has reached the end of the face that carries it
             release(world, i)
         return
-    closing = (disc.vx - piece.vx) * nx + (disc.vy - piece.vy) * ny
+    closing = disc.vx * nx + disc.vy * ny
     pull = body.ax * nx + body.ay * ny
     if carrier >= 0:
-        mx, my, _ = normal_on(world, i, carrier, now)
+        mx, my, _ = normal_to(disc, world.piece[carrier])
         if nx * mx + ny * my > 0:  # bouncing off this face, it leaves the other too, and falls freely
             pull = max(pull, world.gravity[0] * nx + world.gravity[1] * ny)
     course = _wall_parting(world, i, p, closing, pull, now)

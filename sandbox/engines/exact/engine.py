@@ -52,8 +52,7 @@ class ExactEngine:
     def step(self) -> None:
         """Process the events of one step. Nothing is computed at its end, so the rate changes no event.
 
-        Raises LimitReached if contacts are recorded and exceed MAX_LOGGED_CONTACTS, with or without end, and where
-        walls that move leave balls no room.
+        Raises LimitReached if contacts are recorded and exceed MAX_LOGGED_CONTACTS, with or without end.
         """
         self.advance(1, *self._row)
 
@@ -73,8 +72,6 @@ class ExactEngine:
             if count:
                 self._contacts.add(log.row[:count].copy())
             self._report(self._do_planned())
-            if self._world.rest.plan["dead_end"][0]:
-                raise LimitReached("exact", self._start + self._now, "walls that move close on balls that have no room")
             if self._contacts.count > MAX_LOGGED_CONTACTS:
                 raise self._limit_reached()
             if len(log.row) - count < self._max_reports:
@@ -91,9 +88,7 @@ class ExactEngine:
         plan = self._world.rest.plan[0]
         if plan["collapsing"] != NONE:
             seed, now = int(plan["collapsing"]), float(plan["time"])
-            report = self._collapses.resolve(seed, self._now, now, collects=self._contacts.recording)
-            if plan["wake_request"] == NONE:
-                return report
+            return self._collapses.resolve(seed, self._now, now, collects=self._contacts.recording)
         return self._islands.do_planned(self._now)
 
     @property
@@ -127,7 +122,7 @@ class ExactEngine:
 
 def _world(scene: Scene, initial: State, hop_time: float) -> World:
     bodies, n = scene.bodies, len(scene.bodies)
-    piece = pieces_of(scene, initial.time)
+    piece = pieces_of(scene)
     grid = empty_grid(n, 2 * float(bodies.radius.max()), scene.arena.size, piece)
     cell = cell_at(grid, initial.position)
     ball = np.argsort(morton_order(grid, cell), kind="stable")
@@ -145,7 +140,5 @@ def _world(scene: Scene, initial: State, hop_time: float) -> World:
     is_rough = scene.is_rough or bool(initial.spin.any() or initial.angle.any())
     gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
     queue, g = empty_queue(disc, event), math.hypot(*gravity)
-    frames = np.unique([(0.0, 0.0), *piece[["vx", "vy"]].tolist()], axis=0)
-    rest = no_islands(n, has_gravity=g > 0)
-    arrays = disc, event, body, turn, bodies.filters[ball], piece, frames, grid, queue, rest
+    arrays = disc, event, body, turn, bodies.filters[ball], piece, grid, queue, no_islands(n, has_gravity=g > 0)
     return World(*arrays, gravity, g > 0, is_rough, bodies.are_filtered, ROUNDING * g, hop_time, g * hop_time / 2)

@@ -74,9 +74,6 @@ def _process_events(world: World, since: float, until: float, log: Log, max_even
         if is_due and (collapses(world, i, now) or (partner >= 0 and collapses(world, partner, now))):
             plan.collapsing, plan.time = i if collapses(world, i, now) else partner, now
             break
-        if partner < 0 and event[i].carrier == STATIC:
-            plan.wake_request, plan.time = i, now
-            break
         if partner < 0:
             bounce(world, i, ~partner, since, now, log)
         elif is_due:
@@ -109,9 +106,8 @@ def _write_state(world: World, now: float, states: States, row: int) -> None:
 def _must_examine(world: World, now: float) -> bool:
     """Return whether discs are to be examined, as is planned for now; otherwise plan the next time."""
     for i in range(len(world.disc)):
-        for k in range(len(world.frames)):
-            if is_restless(world, i, world.frames[k], now):
-                return True
+        if is_restless(world, i, now):
+            return True
     plan_next_check(world, now)
     return False
 

@@ -21,17 +21,10 @@ from sandbox.engines.laws import NEVER, friction_impulse, mixed
 
 @kernel
 def slip_on(world: World, i: int, nx: float, ny: float) -> float:
-    """Return the slip of disc i on a wall that stands still, px/s."""
+    """Return the slip of disc i on a wall, px/s."""
     disc = world.disc[i]
     along = disc.vy * nx - disc.vx * ny
     return along + disc.radius * world.turn[i].spin if world.is_rough else along
-
-
-@kernel
-def slip_on_piece(world: World, i: int, p: int, nx: float, ny: float) -> float:
-    """Return the slip of disc i on a piece of wall, px/s."""
-    piece = world.piece[p]
-    return slip_on(world, i, nx, ny) - (piece.vy * nx - piece.vx * ny)
 
 
 @kernel
@@ -49,7 +42,7 @@ def friction_at_wall(world: World, i: int, p: int, nx: float, ny: float, impulse
 
     Returns the impulse along the tangent (kg px/s), and the slip before (px/s).
     """
-    slip, per_mass = slip_on_piece(world, i, p, nx, ny), 1 / world.body[i].mass
+    slip, per_mass = slip_on(world, i, nx, ny), 1 / world.body[i].mass
     if not world.is_rough:
         return 0.0, slip
     tangential = friction_impulse(slip, mixed(world.turn[i].friction, world.piece[p].friction) * impulse, per_mass)

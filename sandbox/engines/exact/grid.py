@@ -1,9 +1,8 @@
 """The grid: cells wider than any disc, so that a disc can meet only the discs of the 3 x 3 cells around it.
 
 Each cell lists its discs (a linked list, so that any number fits) and the pieces of wall that a disc centred in it can
-touch; a wall that moves is listed in all. A ring of empty cells around the arena spares a test at the border. A disc
-outside the arena belongs to the cell at its edge that is nearest: this puts no two discs further apart, so that none is
-overlooked.
+touch. A ring of empty cells around the arena spares a test at the border. A disc outside the arena belongs to the cell
+at its edge that is nearest: this puts no two discs further apart, so that none is overlooked.
 """
 
 import math
@@ -66,12 +65,11 @@ def _cells_near(piece: Record, x: NDArray[Any], y: NDArray[Any], far: float) -> 
     """Return the numbers of the cells whose centres are at most `far` (px) from a piece.
 
     x, y: px, the centres' coordinates, by column and by row. Of a piece that leaves the arena, also the cells at the
-    edge whose discs outside may be that near, by the piece's bounding box; of one that moves, all.
+    edge whose discs outside may be that near, by the piece's bounding box.
     """
     start = np.array([piece["x"], piece["y"]])
     end = start + piece["length"] * np.array([piece["tx"], piece["ty"]])
-    moves = piece["vx"] != 0 or piece["vy"] != 0
-    far = math.inf if moves else (far + piece["half_thickness"]) * (1 + CELL_MARGIN)
+    far = (far + piece["half_thickness"]) * (1 + CELL_MARGIN)
     low, high = np.minimum(start, end), np.maximum(start, end)
     leaves = (low < 0).any() or (high > (x[0] + x[-1], y[0] + y[-1])).any()
     low, high = np.minimum(low - far, (x[-1], y[-1])), np.maximum(high + far, (x[0], y[0]))

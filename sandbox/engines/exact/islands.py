@@ -7,9 +7,6 @@ an island by their hits goes on to the walls in the same step, as does the momen
 were frozen. (A contact that such a hit would open reports a small negative impulse.) An island is woken as a whole by a
 fast hit, by a kick, or by hits that it cannot carry.
 
-Where walls move, discs are examined once in the frame of each of their velocities, in which other walls support
-nothing. What is at rest there goes on with that velocity, and wakes when it meets a wall or an island with another.
-
 The forces at rest are exact: those of the walls, and those of single contacts where statics determines them. That a
 heap is frozen is an approximation in two respects. Its discs are up to TOUCHING_HOPS heights of a hop apart. And with
 friction, discs that roll together as slowly as hops are stopped, though no contact has a couple that could.
@@ -109,20 +106,20 @@ def report_islands(world: World, since: float, now: float, log: Log) -> None:
 
 
 @entry
-def _freeze(world: World, disc: Integers, frame: Floats, since: float, now: float) -> None:
+def _freeze(world: World, disc: Integers, since: float, now: float) -> None:
     """Make discs part of an island, which gets their momentum, and what walls carried of them. since: start of step.
 
-    frame: (2,) px/s, velocity of the island. Their spin is lost: a couple that no contact without area has.
+    Their spin is lost: a couple that no contact without area has.
     """
     for i in disc:
         d, body, event, absorbed = world.disc[i], world.body[i], world.event[i], world.rest.absorbed[i]
         move_to_now(world, i, now)
         start = max(since, body.last_contact, world.turn[i].reported_until if world.is_rough else since)
         carried_for = now - start if event.carrier != NONE else 0.0
-        absorbed.x = body.mass * (d.vx - frame[0] + carried_for * (world.gravity[0] - body.ax))
-        absorbed.y = body.mass * (d.vy - frame[1] + carried_for * (world.gravity[1] - body.ay))
+        absorbed.x = body.mass * (d.vx + carried_for * (world.gravity[0] - body.ax))
+        absorbed.y = body.mass * (d.vy + carried_for * (world.gravity[1] - body.ay))
         world.rest.plan[0].pending_momentum = 1
-        d.vx, d.vy, body.ax, body.ay = frame[0], frame[1], 0.0, 0.0
+        d.vx = d.vy = body.ax = body.ay = 0.0
         d.serial += 1
         event.carrier, body.corner = STATIC, NONE
         if world.is_rough:
@@ -219,15 +216,7 @@ class Islands:
     def _examine(self, since: float, now: float, *, is_start: bool = False) -> Contacts:
         """Freeze what is at rest, and wake what cannot carry its load. Returns what must be reported."""
         world = self._world
-        reports = [self._examine_in(frame, since, now, is_start=is_start) for frame in world.frames]
-        self._wakes = max(0, self._wakes - (now >= world.rest.plan[0]["next_check"]))
-        _note_examination(world, now)
-        return np.concatenate(reports)
-
-    def _examine_in(self, frame: Floats, since: float, now: float, *, is_start: bool) -> Contacts:
-        """Examine what is at rest in a frame, (2,) px/s."""
-        world = self._world
-        resting, touching = find_restless(world, frame, now, is_start=is_start)
+        resting, touching = find_restless(world, now, is_start=is_start)
         concerned = [island for island in self._islands if resting[island.heap.disc[0]]]
         report = self._close(concerned, since, now)
         absorbed = world.rest.absorbed
@@ -237,10 +226,12 @@ class Islands:
             carried, force = self._carried(carried, touching, np.zeros_like(load))
         was_frozen = resting & (world.event["carrier"] == STATIC)
         frozen = self._open(carried, touching.within(carried), force, now)
-        _freeze(world, np.flatnonzero(frozen & ~was_frozen), frame, since, now)
+        _freeze(world, np.flatnonzero(frozen & ~was_frozen), since, now)
         _thaw(world, np.flatnonzero(was_frozen & ~frozen), now)
         _predict_each(world, np.flatnonzero(frozen != was_frozen), now)
         absorbed["load_x"][resting] = absorbed["load_y"][resting] = 0.0
+        self._wakes = max(0, self._wakes - (now >= world.rest.plan[0]["next_check"]))
+        _note_examination(world, now)
         return report
 
     def _carried(self, resting: Bools, touching: Touching, load: Floats) -> tuple[Bools, Floats]:

@@ -15,8 +15,8 @@ from sandbox.engines.exact.contact import (
 )
 from sandbox.engines.exact.event_queue import NO_PARTNER, rank, schedule
 from sandbox.engines.exact.grid import extent
-from sandbox.engines.exact.records import STATIC
-from sandbox.engines.exact.world import COINCIDENT, Motion, World, meet, motion, seen_from
+from sandbox.engines.exact.records import NONE, STATIC
+from sandbox.engines.exact.world import COINCIDENT, Motion, World, meet, motion
 from sandbox.engines.laws import NEVER, time_to_close, time_to_face, time_to_leave, time_to_touch
 from sandbox.scene.walls import ARENA_COUNT
 
@@ -112,10 +112,7 @@ def _time_to_end(rx: float, ry: float, m: Motion, reach: float, piece: Record) -
 
 @kernel
 def time_to_piece(m: Motion, radius: float, piece: Record, carried: bool) -> float:
-    """Return when a disc touches a piece of wall or, if the piece carries the disc, when it slides off an end.
-
-    m: seen from the piece.
-    """
+    """Return when a disc touches a piece of wall or, if the piece carries the disc, when it slides off an end."""
     rx, ry = m.x - piece.x, m.y - piece.y
     if piece.length == 0:
         return _time_to_end(rx, ry, m, radius + piece.half_thickness, piece)
@@ -134,21 +131,21 @@ def time_to_piece(m: Motion, radius: float, piece: Record, carried: bool) -> flo
 def _predict_walls(world: World, i: int, m: Motion, now: float) -> None:
     """Predict disc i's contacts with the pieces of wall of its cell."""
     event, grid, piece = world.event[i], world.grid, world.piece
+    if event.carrier == STATIC:
+        return
     for k in range(grid.cell[event.cell].begin, grid.cell[event.cell + 1].begin):
         p = grid.piece[k]
-        if event.carrier == STATIC and piece[p].vx == m.vx and piece[p].vy == m.vy:
-            continue
         # A disc that a face carries cannot touch the ends of that wall before it leaves the face.
-        if event.carrier >= 0 and event.carrier != p and piece[p].wall == piece[event.carrier].wall:
+        if event.carrier not in (NONE, p) and piece[p].wall == piece[event.carrier].wall:
             continue
-        time = now + time_to_piece(seen_from(piece[p], m, now), world.disc[i].radius, piece[p], p == event.carrier)
+        time = now + time_to_piece(m, world.disc[i].radius, piece[p], p == event.carrier)
         if p == event.carrier:
             time *= 1 + CLOCK_MARGIN
         elif time < now + CONTACT_TIME:
-            approach = approach_to_piece(m, piece[p], now)
+            approach = approach_to_piece(m, piece[p])
             if time == now and is_rounding(world, approach):
-                parts = seen_from(piece[p], parting(m, approach), now)
-                time = _later(now + time_to_piece(parts, world.disc[i].radius, piece[p], False), now)
+                radius = world.disc[i].radius
+                time = _later(now + time_to_piece(parting(m, approach), radius, piece[p], False), now)
             time = _time_of_next(world, i, i, m, approach, time, now)
         if time < NEVER:
             _propose_contact(world, i, time, ~p, 0)

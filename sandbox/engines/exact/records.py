@@ -102,7 +102,6 @@ PLAN: Final = np.dtype(  # one record: what Python must do before the event loop
         ("wake_request", "i4"),  # a disc whose island is to be woken, or NONE
         ("pending_momentum", "i4"),  # whether an island was given momentum that its walls have not reported
         ("supports", "i4"),  # rows of SUPPORT in use
-        ("dead_end", "i4"),  # whether the engine ends here, since walls close on discs that have no room
     ]
 )
 

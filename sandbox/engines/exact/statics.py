@@ -83,17 +83,12 @@ def _envelope(columns: Columns, count: int, dimensions: int) -> Envelope:
 
 
 class Problem(NamedTuple):
-    """Columns, and what they must carry.
-
-    mass, load: (rows,), by coordinate; drift: (k,), at what rates columns open by themselves; dimensions: coordinates
-    of a disc.
-    """
+    """Columns, and what they must carry. mass, load: (rows,), by coordinate; dimensions: coordinates of a disc."""
 
     columns: Columns
     bilateral: Bools
     mass: Floats
     load: Floats
-    drift: Floats
     dimensions: int
 
 
@@ -112,25 +107,18 @@ class Search(NamedTuple):
 
 
 def equilibrium(
-    columns: Columns,
-    mass: Floats,
-    load: Floats,
-    force: Floats,
-    bilateral: Bools,
-    stiffness: float | None = None,
-    drift: Floats | float = 0.0,
+    columns: Columns, mass: Floats, load: Floats, force: Floats, bilateral: Bools, stiffness: float | None = None
 ) -> tuple[Floats, Floats]:
     """Return the accelerations under a load, like `load`, and the forces of the columns, like `force`.
 
     mass, load: (n, 2 or 3), by coordinate; force: (k,), from which the search starts; bilateral: (k,), whether the
-    column also pulls; stiffness: kg/s², of the springs, STIFFNESS times the mean mass by default; drift: (k,), at what
-    rates the columns open by themselves. Fast if the discs are sorted along a line.
+    column also pulls; stiffness: kg/s², of the springs, STIFFNESS times the mean mass by default. Fast if the discs are
+    sorted along a line.
     """
     if stiffness is None:
         stiffness = STIFFNESS * float(mass[:, 0].mean())
     a, f, k = np.zeros(load.size), force.copy(), len(force)
-    drifts = np.broadcast_to(drift, k).astype(float)
-    problem = Problem(columns, bilateral, mass.ravel(), load.ravel(), drifts, load.shape[1])
+    problem = Problem(columns, bilateral, mass.ravel(), load.ravel(), load.shape[1])
     search = Search(_envelope(columns, *load.shape), np.empty(a.size), np.empty(k), np.empty(k), np.empty(k, bool))
     _solve(problem, stiffness, search, a, f)
     return a.reshape(load.shape), f
@@ -343,7 +331,7 @@ def _minimise(problem: Problem, f: Floats, stiffness: float, search: Search, a: 
         for k in range(len(a)):
             search.step[k] = problem.load[k] - problem.mass[k] * a[k]
         for c in range(len(f)):
-            search.opening[c] = _opening(columns, c, a, d) + problem.drift[c]
+            search.opening[c] = _opening(columns, c, a, d)
             push = _push_of(problem, f, stiffness, search.opening[c], c)
             _push(columns, c, push, search.step, d)
             pushes = push > 0 or problem.bilateral[c]
@@ -369,8 +357,7 @@ def _solve(problem: Problem, stiffness: float, search: Search, a: Floats, f: Flo
         _minimise(problem, f, stiffness, search, a, tolerance)
         change = 0.0
         for c in range(len(f)):
-            opening = _opening(problem.columns, c, a, problem.dimensions) + problem.drift[c]
-            push = _push_of(problem, f, stiffness, opening, c)
+            push = _push_of(problem, f, stiffness, _opening(problem.columns, c, a, problem.dimensions), c)
             change = max(change, abs(push - f[c]))
             f[c] = push
         if change <= tolerance + ROUNDING * stiffness * _largest(a):

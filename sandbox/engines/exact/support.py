@@ -7,9 +7,9 @@ import numpy as np
 
 from sandbox.compiled import Record, kernel
 from sandbox.engines.contact_log import Log, log_contact
-from sandbox.engines.exact.friction import apply_face_friction, slip_on_piece
+from sandbox.engines.exact.friction import apply_face_friction, slip_on
 from sandbox.engines.exact.records import NONE
-from sandbox.engines.exact.world import COINCIDENT, World, motion, rotation, seen_from
+from sandbox.engines.exact.world import COINCIDENT, World, motion, rotation
 from sandbox.engines.laws import NEVER
 from sandbox.scene.walls import ARENA_COUNT
 
@@ -29,7 +29,7 @@ def unit(rx: float, ry: float) -> tuple[float, float, float]:
 def normal_to(disc: Record, piece: Record) -> tuple[float, float, float]:
     """Return the unit normal from a disc to a piece of wall, and the distance of the piece's line or point (px).
 
-    disc: DISC, or a Motion, seen from the piece.
+    disc: DISC, or a Motion.
     """
     rx, ry = piece.x - disc.x, piece.y - disc.y
     if piece.length == 0:
@@ -37,13 +37,6 @@ def normal_to(disc: Record, piece: Record) -> tuple[float, float, float]:
     off = ry * piece.tx - rx * piece.ty
     side = 1.0 if off > 0 and piece.wall >= ARENA_COUNT else -1.0
     return -side * piece.ty, side * piece.tx, side * off
-
-
-@kernel
-def normal_on(world: World, i: int, p: int, now: float) -> tuple[float, float, float]:
-    """Return the unit normal from disc i to a piece of wall now, and the distance of the piece's line or point (px)."""
-    piece = world.piece[p]
-    return normal_to(seen_from(piece, motion(world, i, now), now), piece)
 
 
 @kernel
@@ -61,14 +54,13 @@ def carry(world: World, i: int, p: int, before: int, shortest_flight: float, now
     corner it may go on to turn.
     """
     disc, body = world.disc[i], world.body[i]
-    nx, ny, _ = normal_on(world, i, p, now)
-    _put_on(world, i, p, nx, ny, slip_on_piece(world, i, p, nx, ny), now)
+    nx, ny, _ = normal_to(disc, world.piece[p])
+    _put_on(world, i, p, nx, ny, slip_on(world, i, nx, ny), now)
     if before == NONE:
         return
-    mx, my, _ = normal_on(world, i, before, now)
+    mx, my, _ = normal_to(disc, world.piece[before])
     pull = body.ax * mx + body.ay * my
-    closing = (disc.vx - world.piece[before].vx) * mx + (disc.vy - world.piece[before].vy) * my
-    if pull > world.min_pull and abs(closing) <= pull * shortest_flight / 2:
+    if pull > world.min_pull and abs(disc.vx * mx + disc.vy * my) <= pull * shortest_flight / 2:
         body.corner = before
         _stop_in_corner(world, i, now, log)
 
@@ -105,14 +97,14 @@ class Corner(NamedTuple):
 
 
 @kernel
-def _corner(world: World, i: int, sense: float, now: float) -> Corner:
+def _corner(world: World, i: int, sense: float) -> Corner:
     """Return how both faces of a corner bear disc i, which turns with a spin of this sign; 0 if it rests.
 
     Without friction if it rests: then the forces are not unique.
     """
-    p, q = np.int64(world.event[i].carrier), np.int64(world.body[i].corner)
-    nx, ny, _ = normal_on(world, i, p, now)
-    mx, my, _ = normal_on(world, i, q, now)
+    disc, p, q = world.disc[i], np.int64(world.event[i].carrier), np.int64(world.body[i].corner)
+    nx, ny, _ = normal_to(disc, world.piece[p])
+    mx, my, _ = normal_to(disc, world.piece[q])
     at_n, at_m = 0.0, 0.0
     if sense != 0:
         signed = sense * world.turn[i].friction
@@ -123,33 +115,19 @@ def _corner(world: World, i: int, sense: float, now: float) -> Corner:
 
 
 @kernel
-def _velocity_of_corner(p: Record, q: Record, c: Corner) -> tuple[float, float]:
-    """Return the velocity of the place where two faces meet, px/s."""
-    if p.vx == q.vx and p.vy == q.vy:
-        return p.vx, p.vy
-    off_n, off_m = p.vx * c.nx + p.vy * c.ny, q.vx * c.mx + q.vy * c.my
-    area = c.nx * c.my - c.ny * c.mx
-    return (off_n * c.my - off_m * c.ny) / area, (off_m * c.nx - off_n * c.mx) / area
-
-
-@kernel
 def _stop_in_corner(world: World, i: int, now: float, log: Log) -> None:
-    """Stop disc i where the two faces that carry it meet, and let it turn there until friction has stopped that too.
-
-    It goes on as fast as the place where they meet.
-    """
+    """Stop disc i where the two faces that carry it meet, and let it turn there until friction has stopped that too."""
     disc, body, turn = world.disc[i], world.body[i], world.turn[i]
-    c = _corner(world, i, np.sign(turn.spin) if world.is_rough else 0.0, now)
+    c = _corner(world, i, np.sign(turn.spin) if world.is_rough else 0.0)
     # Where it can neither turn on both faces nor climb either, it jams, and each face takes half of its spin.
     jams = world.is_rough and min(c.to_n, c.to_m) < -world.min_pull
     each = body.mass * disc.radius * turn.spin / 4 if jams else 0.0
-    p, q = np.int64(world.event[i].carrier), np.int64(body.corner)
-    vx, vy = _velocity_of_corner(world.piece[p], world.piece[q], c)
-    x, y = body.mass * (disc.vx - vx) + each * (c.ny + c.my), body.mass * (disc.vy - vy) - each * (c.nx + c.mx)
+    x, y = body.mass * disc.vx + each * (c.ny + c.my), body.mass * disc.vy - each * (c.nx + c.mx)
     to_n, to_m = _along(x, y, c.nx, c.ny, c.mx, c.my)
-    _write_support(world, i, p, c.nx, c.ny, to_n, each, slip_on_piece(world, i, p, c.nx, c.ny), now, log)
-    _write_support(world, i, q, c.mx, c.my, to_m, each, slip_on_piece(world, i, q, c.mx, c.my), now, log)
-    disc.vx, disc.vy, body.ax, body.ay = vx, vy, 0.0, 0.0
+    p, q = np.int64(world.event[i].carrier), np.int64(body.corner)
+    _write_support(world, i, p, c.nx, c.ny, to_n, each, slip_on(world, i, c.nx, c.ny), now, log)
+    _write_support(world, i, q, c.mx, c.my, to_m, each, slip_on(world, i, c.mx, c.my), now, log)
+    disc.vx = disc.vy = body.ax = body.ay = 0.0
     if not world.is_rough:
         return
     friction = c.friction_n + c.friction_m
@@ -166,14 +144,14 @@ def stop_slipping(world: World, i: int, now: float) -> None:
     """Let disc i, whose slip has become 0, go on: on its face, or at rest in its corner or on either of its faces."""
     disc, body, turn = world.disc[i], world.body[i], world.turn[i]
     p, q = np.int64(world.event[i].carrier), np.int64(body.corner)
-    nx, ny, _ = normal_on(world, i, p, now)
+    nx, ny, _ = normal_to(disc, world.piece[p])
     disc.serial += 1
     turn.reported_until = now
     _put_on(world, i, p, nx, ny, 0.0, now)
     if q == NONE:
         return
     turn.spin = 0.0
-    mx, my, _ = normal_on(world, i, q, now)
+    mx, my, _ = normal_to(disc, world.piece[q])
     if body.ax * mx + body.ay * my > 0:
         _put_on(world, i, q, mx, my, 0.0, now)
         if body.ax * nx + body.ay * ny > 0:
@@ -214,12 +192,12 @@ def report_support(world: World, i: int, since: float, now: float, log: Log) -> 
         rim, turning = disc.radius * rotation(world, i, start)[1], -np.sign(world.turn[i].spin_rate)
     momentum, p = body.mass * (now - start), np.int64(event.carrier)
     if body.corner != NONE:
-        c, q = _corner(world, i, turning, now), np.int64(body.corner)
+        c, q = _corner(world, i, turning), np.int64(body.corner)
         _write_support(world, i, p, c.nx, c.ny, momentum * c.to_n, momentum * c.friction_n, rim, now, log)
         _write_support(world, i, q, c.mx, c.my, momentum * c.to_m, momentum * c.friction_m, rim, now, log)
         return
-    nx, ny, _ = normal_on(world, i, p, now)
+    nx, ny, _ = normal_to(disc, world.piece[p])
     x, y, m = world.gravity[0] - body.ax, world.gravity[1] - body.ay, motion(world, i, start)
     friction = momentum * (y * nx - x * ny) if world.is_rough else 0.0
-    slip = (m.vy - world.piece[p].vy) * nx - (m.vx - world.piece[p].vx) * ny + rim
+    slip = m.vy * nx - m.vx * ny + rim
     _write_support(world, i, p, nx, ny, momentum * (x * nx + y * ny), friction, slip, now, log)

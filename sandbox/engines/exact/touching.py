@@ -9,7 +9,7 @@ from sandbox.compiled import entry, kernel
 from sandbox.engines.exact.contact import is_jammed, is_slow
 from sandbox.engines.exact.records import NONE, STATIC
 from sandbox.engines.exact.support import normal_to
-from sandbox.engines.exact.world import World, meet, motion, seen_from
+from sandbox.engines.exact.world import World, meet, motion
 from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Bools, Floats, Integers
 
@@ -34,19 +34,18 @@ class Touching(NamedTuple):
         return Touching(self.first[kept], self.second[kept], self.normal[kept])
 
 
-def find_restless(world: World, frame: Floats, now: float, *, is_start: bool) -> tuple[Bools, Touching]:
+def find_restless(world: World, now: float, *, is_start: bool) -> tuple[Bools, Touching]:
     """Return the discs that must be examined, with all at rest that they touch, (n,), and their contacts.
 
-    frame: (2,) px/s, velocity of what is at rest; is_start: whether nothing has happened yet; then these are all that
-    are at rest and touch something.
+    is_start: whether nothing has happened yet; then these are all that are at rest and touch something.
     """
     n = len(world.disc)
     resting, restless = np.empty(n, bool), np.empty(n, bool)
-    _find_resting(world, frame, now, is_start, resting, restless)
+    _find_resting(world, now, is_start, resting, restless)
     capacity = MAX_TOUCHING * n
     first, second, normal = np.empty(capacity, np.int64), np.empty(capacity, np.int64), np.empty((capacity, 2))
     gap = TOUCHING_HOPS * math.hypot(*world.gravity) * world.hop_time**2 / 8
-    count = _find_touching(world, frame, now, resting, gap, first, second, normal)
+    count = _find_touching(world, now, resting, gap, first, second, normal)
     touching = Touching(first[:count], second[:count], normal[:count])
     group = groups(touching, n)
     wanted = np.zeros(n, bool)
@@ -67,43 +66,33 @@ def groups(touching: Touching, count: int) -> Integers:
 
 
 @kernel
-def _is_still(world: World, i: int, frame: Floats, now: float) -> bool:
-    """Return whether disc i neither moves, seen from a frame, nor turns."""
+def _is_still(world: World, i: int, now: float) -> bool:
+    """Return whether disc i neither moves nor turns."""
     m = motion(world, i, now)
-    return m.vx == frame[0] and m.vy == frame[1] and (not world.is_rough or world.turn[i].spin == 0)
+    return m.vx == 0 and m.vy == 0 and (not world.is_rough or world.turn[i].spin == 0)
 
 
 @kernel
-def is_restless(world: World, i: int, frame: Floats, now: float) -> bool:
-    """Return whether disc i must be examined: it hops though it is slow, is jammed, or carries more than its weight.
-
-    frame: (2,) px/s, velocity of what is at rest.
-    """
+def is_restless(world: World, i: int, now: float) -> bool:
+    """Return whether disc i must be examined: it hops though it is slow, is jammed, or carries more than its weight."""
     if world.event[i].carrier == STATIC:
         return world.rest.absorbed[i].load_x != 0 or world.rest.absorbed[i].load_y != 0
-    return is_slow(world, i, frame, now) and (is_jammed(world, i, now) or now < world.body[i].leans_until)
+    return is_slow(world, i, now) and (is_jammed(world, i, now) or now < world.body[i].leans_until)
 
 
 @entry
-def _find_resting(world: World, frame: Floats, now: float, is_start: bool, resting: Bools, restless: Bools) -> None:
+def _find_resting(world: World, now: float, is_start: bool, resting: Bools, restless: Bools) -> None:
     """Find the discs that may be at rest, and those of them that must be examined. resting, restless: (n,), to fill."""
     for i in range(len(world.disc)):
         m = motion(world, i, now)
-        speed, carrier = math.hypot(m.vx - frame[0], m.vy - frame[1]), world.event[i].carrier
-        if carrier == STATIC and speed > 0:  # in an island of another frame
-            resting[i] = restless[i] = False
-            continue
-        restless[i] = is_restless(world, i, frame, now) or (is_start and _is_still(world, i, frame, now))
+        restless[i] = is_restless(world, i, now) or (is_start and _is_still(world, i, now))
         slow = world.hop_speed if world.is_rough else CARRIED_HOPS * world.hop_speed
-        resting[i] = restless[i] or (carrier != NONE and speed < slow)
+        resting[i] = restless[i] or (world.event[i].carrier != NONE and math.hypot(m.vx, m.vy) < slow)
 
 
 @kernel
 def gap_to_piece(world: World, i: int, p: int, x: float, y: float) -> float:
-    """Return the gap (px) between disc i at a place and a piece of wall; infinite if it is not beside the face.
-
-    x, y: px, seen from the piece.
-    """
+    """Return the gap (px) between disc i at a place and a piece of wall; infinite if it is not beside the face."""
     disc, piece = world.disc[i], world.piece[p]
     rx, ry = x - piece.x, y - piece.y
     reach = disc.radius + piece.half_thickness
@@ -117,19 +106,9 @@ def gap_to_piece(world: World, i: int, p: int, x: float, y: float) -> float:
 
 @entry
 def _find_touching(
-    world: World,
-    frame: Floats,
-    now: float,
-    resting: Bools,
-    gap: float,
-    first: Integers,
-    second: Integers,
-    normal: Floats,
+    world: World, now: float, resting: Bools, gap: float, first: Integers, second: Integers, normal: Floats
 ) -> int:
-    """Find the contacts of resting discs, at most a gap (px) apart, as in `Touching`. Returns their number.
-
-    A wall with another velocity than the frame's supports nothing that is at rest there.
-    """
+    """Find the contacts of resting discs, at most a gap (px) apart, as in `Touching`. Returns their number."""
     count = 0
     for i in range(len(world.disc)):
         if not resting[i]:
@@ -151,11 +130,9 @@ def _find_touching(
                     j = np.int64(world.disc[j].next)
         for k in range(grid.cell[event.cell].begin, grid.cell[event.cell + 1].begin):
             p = grid.piece[k]
-            piece, relative = world.piece[p], seen_from(world.piece[p], m, now)
-            is_at_rest = piece.vx == frame[0] and piece.vy == frame[1]
-            if is_at_rest and gap_to_piece(world, i, p, relative.x, relative.y) < gap and count < len(first):
+            if gap_to_piece(world, i, p, m.x, m.y) < gap and count < len(first):
                 first[count], second[count] = i, ~p
-                normal[count, 0], normal[count, 1], _ = normal_to(relative, piece)
+                normal[count, 0], normal[count, 1], _ = normal_to(m, world.piece[p])
                 count += 1
     return count
 

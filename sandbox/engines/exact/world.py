@@ -5,13 +5,13 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.compiled import Record, kernel
+from sandbox.compiled import kernel
 from sandbox.engines.exact.event_queue import EventQueue
 from sandbox.engines.exact.grid import Grid
 from sandbox.engines.exact.records import NONE
 from sandbox.engines.laws import NEVER
 from sandbox.quantity import pass_through
-from sandbox.state import Floats, Integers
+from sandbox.state import Integers
 
 COINCIDENT: Final = 1e-100  # px along x between centres that coincide, so that their normal is (1, 0)
 
@@ -28,10 +28,10 @@ class World(NamedTuple):
     """The data of the event loop. Discs are stored so that those near each other are near in memory too.
 
     disc: (n,) DISC; event: (n,) EVENT; body: (n,) BODY; turn: (n,) TURN, which is read only if something is_rough: has
-    friction or spin; filters: (n, 3), as in `Bodies`, which are read only if it is_filtered; piece: (m,) PIECE, where
-    they are at 0 s of the clock; frames: (k, 2) px/s, their velocities, each once, and 0; rest: static islands;
-    gravity: px/s²; has_gravity: whether it is not 0; min_pull: px/s², below which a pull is rounding; hop_time: s, for
-    which discs that lean on each other are apart; hop_speed: px/s, at which they part.
+    friction or spin; filters: (n, 3), as in `Bodies`, which are read only if it is_filtered; piece: (m,) PIECE; rest:
+    static islands; gravity: px/s²; has_gravity: whether it is not 0;
+    min_pull: px/s², below which a pull is rounding; hop_time: s, for which discs that lean on each other are apart;
+    hop_speed: px/s, at which they part.
     """
 
     disc: NDArray[np.void]
@@ -40,7 +40,6 @@ class World(NamedTuple):
     turn: NDArray[np.void]
     filters: Integers
     piece: NDArray[np.void]
-    frames: Floats
     grid: Grid
     queue: EventQueue
     rest: Rest
@@ -80,12 +79,6 @@ def motion(world: World, i: int, now: float) -> Motion:
     ax, ay = world.body[i].ax, world.body[i].ay
     x, y = disc.x + dt * (disc.vx + 0.5 * dt * ax), disc.y + dt * (disc.vy + 0.5 * dt * ay)
     return Motion(x, y, disc.vx + dt * ax, disc.vy + dt * ay, ax, ay)
-
-
-@kernel
-def seen_from(piece: Record, m: Motion, now: float) -> Motion:
-    """Return how a disc that moves like m moves relative to a piece of wall, which is where it is at 0 s."""
-    return Motion(m.x - now * piece.vx, m.y - now * piece.vy, m.vx - piece.vx, m.vy - piece.vy, m.ax, m.ay)
 
 
 @kernel
