@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Any, Final, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -196,18 +196,6 @@ class SetVelocity(Edit):
         return replace(state, velocity=velocity)
 
 
-class Heat(Edit):
-    """Heat or cool all balls: multiply the energy of their flight and spin, in every engine by the same factor."""
-
-    do: Literal["heat"] = "heat"
-    factor: Annotated[NotNegative, Field(le=100)]
-    """Factor of each ball's energy of motion."""
-
-    def change_state(self, state: State) -> State:
-        faster = math.sqrt(self.factor)
-        return replace(state, velocity=faster * state.velocity, spin=faster * state.spin)
-
-
 class AddWall(Edit):
     """Add a wall, after all others. It may not go through a ball, in any engine."""
 
@@ -354,7 +342,6 @@ AnyEdit = (
     | ChangeBall
     | DeleteBall
     | SetVelocity
-    | Heat
     | AddWall
     | ChangeWall
     | DeleteWall

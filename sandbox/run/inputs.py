@@ -16,7 +16,6 @@ Inputs belong to steps, not to clock times, so that the same inputs give the sam
     {"step": 70, "do": "velocity", "ball": 2, "velocity": [0.0, -60.0]}
     {"step": 70, "do": "elasticity", "elasticity": 0.9}
     {"step": 70, "do": "gravity", "gravity": [0.0, 900.0]}
-    {"step": 75, "do": "heat", "factor": 1.1}
     {"step": 80, "do": "rate", "rate": 120}
     {"step": 95, "do": "end"}
 """

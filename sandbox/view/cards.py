@@ -51,12 +51,6 @@ class Messages:
         return f"{time:.2f} s    {speed}{video}    {note}    {self._progress or self._notice.text}"
 
     @property
-    def clock(self) -> str:
-        """What the stopwatch says, or else the time."""
-        time, zero = self._playback.view.moment.time, self._playback.stopwatch
-        return f"{time:.2f} s" if zero is None else f"{time - zero:+.3f} s"
-
-    @property
     def _progress(self) -> str:
         """How far engines that run again still are from the current step, or nothing."""
         playback, session = self._playback, self._playback.session

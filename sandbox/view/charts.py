@@ -13,15 +13,15 @@ from sandbox.report.scales import Span, round_up
 from sandbox.scene.model import Scene
 from sandbox.scene.units import PIXELS, Units
 from sandbox.session.history import Moment
-from sandbox.session.samples import Samples
+from sandbox.session.samples import Quantity, Samples
 from sandbox.state import Floats
 from sandbox.view import chart_marks
 from sandbox.view.chart_marks import Mark, TimeAxis, small, spread
 from sandbox.view.instruments import LAW, LOGARITHMIC, Even, Instrument, TimeChart, time_chart
 from sandbox.view.layout import ScreenPoint
 from sandbox.view.primitives import card, draw_marker, lettering, shortened, text_width, write
+from sandbox.view.speed_chart import SpeedChart
 from sandbox.view.theme import chart_palette, theme
-from sandbox.view.untimed_charts import BallChart, PlaneChart, SpeedChart
 
 NOTHING: tuple[float, float] = (np.inf, -np.inf)  # the least and the largest of no values
 
@@ -40,7 +40,7 @@ class Charts:
         self.moment: Moment | None = None
         self.axis = TimeAxis(seconds)
         self.instrument = Instrument.ENERGY
-        self.across: Instrument | None = None  # over what it is drawn, unless over time
+        self.of_ball = Quantity.X  # what the chart of a ball shows
         self._logarithmic: set[Instrument] = set()
         self._remarked: Scene | None  # the scene of the remark
         self.recolour()
@@ -52,7 +52,6 @@ class Charts:
         self._colours = self.palette.engines(samples.engines) | {LAW: self.palette.law}
         self._names = max(text_width(name, 100) for name in self._colours) / 100 + 1.0  # in heights of its text
         self._speeds = SpeedChart(samples.reference, self._colours, self.palette)
-        self._balls = BallChart(self._colours, self.palette)
         self._drawn: Surface | None = None
         self._drawn_as: object = None  # axes, places, drops and remark of that picture
         self.show(self.instrument)
@@ -62,10 +61,10 @@ class Charts:
     def show(self, instrument: Instrument) -> None:
         """Show an instrument."""
         self.instrument = instrument
-        self._chart = time_chart(instrument, self.samples, self._units, logarithmic=self.is_logarithmic)
+        self._chart = time_chart(
+            instrument, self.samples, self._units, logarithmic=self.is_logarithmic, of_ball=self.of_ball
+        )
         self._columns = self._chart.columns(self.samples) if self._chart else {}
-        across = time_chart(self.across, self.samples, self._units, logarithmic=False) if self.across else None
-        self._plane = PlaneChart(self._chart, across, self._colours, self.palette) if self._chart and across else None
         self._remark, self._remarked = "", None
         self._samples = 0  # how many of the series are drawn
         self._seen = 0, 0.0, 0  # drops of the series, scale of energy, and how many samples the span includes
@@ -77,7 +76,7 @@ class Charts:
     def show_as(self, other: "Charts") -> None:
         """Show what another run's chart shows."""
         self._logarithmic = set(other._logarithmic)
-        self.across = other.across
+        self.of_ball = other.of_ball
         self.show(other.instrument)
 
     def show_next(self) -> None:
@@ -85,20 +84,15 @@ class Charts:
         instruments = [*Instrument, *Instrument]
         self.show(instruments[instruments.index(self.instrument) + 1])
 
-    def show_across(self, instrument: Instrument | None) -> None:
-        """Draw what is shown over another quantity, or over time."""
-        self.across = instrument
-        self.show(self.instrument)
+    def show_of_ball(self, quantity: Quantity) -> None:
+        """Show a quantity of the ball that is followed."""
+        self.of_ball = quantity
+        self.show(Instrument.BALL)
 
     def follow(self, ball: int) -> None:
         """Show the quantities of a ball by its number among all that ever were in the run."""
         if self.samples.follow(ball):
             self.show(self.instrument)
-
-    @property
-    def has_axes(self) -> bool:
-        """Whether a quantity is shown, and not a picture of the step shown."""
-        return self._chart is not None
 
     @property
     def is_logarithmic(self) -> bool:
@@ -124,7 +118,7 @@ class Charts:
 
     def is_over_time(self, place: Rect, point: ScreenPoint) -> bool:
         """Return whether a point of the window is in a chart over time, or in its margins."""
-        return self.has_axes and self._plane is None and bool(place.height) and bool(place.collidepoint(point))
+        return self._chart is not None and bool(place.height) and bool(place.collidepoint(point))
 
     def time_at(self, place: Rect, text_height: int, x: int) -> float:
         """Return the time (s) of a column of the window, clamped to the axis of a chart at a place."""
@@ -180,8 +174,8 @@ class Charts:
             self.show(self.instrument)
         axis = self.axis
         axis.follow(time, float(self.samples.times[-1]))
-        if self._chart is None or self._plane:
-            self._draw_without_time(surface, place, text_height, time, point)
+        if self._chart is None:
+            self._draw_speeds(surface, place, text_height, point)
             return
         self._extend_span()
         scene = self.moment.scene if self.moment else None
@@ -210,27 +204,15 @@ class Charts:
         if point and place.collidepoint(point):
             self._draw_card(surface, place, text_height, point)
 
-    def _draw_without_time(
-        self, surface: Surface, place: Rect, text_height: int, time: float, point: ScreenPoint | None
-    ) -> None:
-        """Draw the chart of the moment shown, or of one quantity over another, and its values at a point."""
+    def _draw_speeds(self, surface: Surface, place: Rect, text_height: int, point: ScreenPoint | None) -> None:
+        """Draw the speeds of the moment shown, and its values at a point."""
         if self.moment is None:
             return
-        plot, height = self.plot(place, text_height).move(place.topleft), small(text_height)
-        at = point if point and place.collidepoint(point) else None
-        rows: list[list[str]] = []
-        if self._plane:
-            surface.fill(self.palette.ground, place)
-            self._plane.draw(surface, plot, self.samples, time, height)
-            rows = self._plane.rows_at(self.samples, time) if at else []
-        elif self.instrument is Instrument.MOMENTA:
-            self._balls.draw(surface, place, self.moment, height)
-            rows = self._balls.rows_at(place, at, self.moment) if at else []
-        else:
-            self._speeds.draw(surface, place, plot, self.moment, height)
-            rows = self._speeds.rows_at(plot, at[0], self.moment) if at else []
-        if at:
-            card(surface, rows, at, text_height, surface.get_rect())
+        plot = self.plot(place, text_height).move(place.topleft)
+        self._speeds.draw(surface, place, plot, self.moment, small(text_height))
+        if point and place.collidepoint(point):
+            rows = self._speeds.rows_at(plot, point[0], self.moment)
+            card(surface, rows, point, text_height, surface.get_rect())
 
     def _draw_axes(self, surface: Surface, chart: TimeChart, plot: Rect, text_height: int) -> None:
         surface.fill(self.palette.ground)

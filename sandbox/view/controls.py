@@ -13,11 +13,11 @@ from sandbox.view import Layer
 Action = Enum(
     "Action",
     "GO_TO_START STEP_BACK PAUSE STEP GO_TO_END SECOND_BACK SECOND_FORWARD PREVIOUS_CONTACT NEXT_CONTACT "
-    "RESTART STOPWATCH TAKE_SNAPSHOT RETURN SLOWER FASTER "
+    "RESTART SLOWER FASTER "
     "PICK_SCENE PREVIOUS_SCENE NEXT_SCENE NEXT_SEED SAVE_SCENE SAVE_INPUTS COPY_CODE "
-    "UNDO REDO ADD_BALL DELETE_BALL NEXT_TOOL COOL HEAT USE_IMPULSE SELECT_PREVIOUS SELECT_NEXT "
+    "UNDO REDO ADD_BALL DELETE_BALL NEXT_TOOL USE_IMPULSE SELECT_PREVIOUS SELECT_NEXT "
     "NEXT_CHART SCALE SHOW_ALL ZOOM_IN ZOOM_OUT "
-    "LARGER_TEXT SMALLER_TEXT THEME ABOUT COLUMN PLAIN SAVE_PICTURE RECORD FULL_SCREEN HELP ESCAPE",
+    "LARGER_TEXT SMALLER_TEXT THEME COLUMN PLAIN SAVE_PICTURE RECORD FULL_SCREEN HELP ESCAPE",
 )
 
 
@@ -73,9 +73,6 @@ CONTROLS: Final = (
     _control(Action.PREVIOUS_CONTACT, "<", "go to the previous contact that differs", repeats=True),
     _control(Action.NEXT_CONTACT, ">", "go to the next contact that differs, and draw it", repeats=True),
     _control(Action.RESTART, "R", "restart and clear edits"),
-    _control(Action.STOPWATCH, "M", "stopwatch from here, or show the time again"),
-    _control(Action.TAKE_SNAPSHOT, "3", "take a snapshot to return to"),
-    _control(Action.RETURN, "4", "return to the latest snapshot"),
     Control(Action.SLOWER, "-", "slower, down to 1/100", (pygame.K_KP_MINUS,), "-"),
     Control(Action.FASTER, "+", "faster, up to as fast as possible", (pygame.K_KP_PLUS,), "+="),
     _control(Action.PICK_SCENE, "/, Ctrl O", "choose a scene"),
@@ -100,8 +97,6 @@ CONTROLS: Final = (
         (pygame.K_DELETE, pygame.K_BACKSPACE),
     ),
     _control(Action.NEXT_TOOL, "F", "next tool: hand, move, ball, wall, erase"),
-    _control(Action.COOL, "5", "cool: take a tenth of the balls' energy of motion"),
-    _control(Action.HEAT, "6", "heat: give a tenth more"),
     _control(Action.USE_IMPULSE, "I", "replace article by impulse"),
     _control(Action.SELECT_PREVIOUS, ",", "select the previous ball; in Balls, walls too", repeats=True),
     _control(Action.SELECT_NEXT, ".", "select the next ball; in Balls, walls too", repeats=True),
@@ -121,7 +116,6 @@ CONTROLS: Final = (
     Control(Action.LARGER_TEXT, "Ctrl +", "larger text", (pygame.K_EQUALS, pygame.K_PLUS, pygame.K_KP_PLUS), ctrl=True),
     Control(Action.SMALLER_TEXT, "Ctrl -", "smaller text", (pygame.K_MINUS, pygame.K_KP_MINUS), ctrl=True),
     _control(Action.THEME, "F7", "light, or dark"),
-    _control(Action.ABOUT, "F10", "show or hide what the scene is about"),
     _control(Action.COLUMN, "F8", "show or hide the column"),
     _control(Action.PLAIN, "D", "Pymunk's debug-draw plain, or smooth"),
     _control(Action.SAVE_PICTURE, "F12", "save a picture of the window"),
@@ -132,7 +126,7 @@ CONTROLS: Final = (
 )
 OF_ACTION: Final[dict[object, Control]] = {control.action: control for control in CONTROLS}
 EDITS: Final = (  # they apply to the balls at the current step
-    *(Action.UNDO, Action.REDO, Action.ADD_BALL, Action.DELETE_BALL, Action.NEXT_TOOL, Action.COOL, Action.HEAT),
+    *(Action.UNDO, Action.REDO, Action.ADD_BALL, Action.DELETE_BALL, Action.NEXT_TOOL),
     *(Action.USE_IMPULSE, Action.SELECT_PREVIOUS, Action.SELECT_NEXT),
 )
 HELP: Final = (

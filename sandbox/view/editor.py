@@ -17,7 +17,6 @@ from sandbox.run.edits import (
     DeleteBall,
     DeleteWall,
     Edit,
-    Heat,
     SetElasticity,
     SetGravity,
     SetRate,
@@ -36,7 +35,6 @@ ARENA_WALL: Final = (
     "the arena's walls cannot be changed here: they stand at its edges, with the elasticity and friction "
     "under [arena] in the scene's file"
 )
-SHARE: Final = 0.1  # of each ball's energy of motion, that a press of the heater gives or takes
 
 
 class Editor:
@@ -274,10 +272,6 @@ class Editor:
         """Set the gravity downwards, px/s²."""
         self._playback.settle()  # the moment shown may be another step's, with another gravity sideways
         self.give(SetGravity(step=self._step, gravity=(self._moment.scene.gravity[0], gravity)))
-
-    def heat(self, share: float) -> None:
-        """Give every ball a share of its energy of motion, or take it if negative."""
-        self.give(Heat(step=self._step, factor=1 + share))
 
     def rate(self) -> float:
         """Return the steps per second."""

@@ -34,16 +34,11 @@ class Instrument(Enum):
     HEIGHT = "height"
     CONTACTS = "contacts a second"
     PRESSURE = "pressure"
-    BALL_X = "ball's x"
-    BALL_Y = "ball's y"
-    BALL_VX = "ball's vx"
-    BALL_VY = "ball's vy"
+    BALL = "ball"
     COST = "step time"
     SPEEDS = "speeds"
-    MOMENTA = "momenta"
 
 
-OF_THE_MOMENT: Final = (Instrument.SPEEDS, Instrument.MOMENTA)  # all others are over time, or over one another
 LOGARITHMIC: Final = (Instrument.ENERGY, Instrument.GAP)  # those that can have a logarithmic axis
 MEANINGS: Final[Mapping[Instrument, str]] = {
     Instrument.ENERGY: "of each engine, in % of the largest kinetic energy so far; logarithmic: how far it is off",
@@ -53,13 +48,15 @@ MEANINGS: Final[Mapping[Instrument, str]] = {
     Instrument.HEIGHT: "of the centre of mass, above the lower edge",
     Instrument.CONTACTS: "counted over the last second",
     Instrument.PRESSURE: "on the arena's walls over 10 s, beside theory",
-    Instrument.BALL_X: "from the left edge, of the selected ball",
-    Instrument.BALL_Y: "from the upper edge, of the selected ball",
-    Instrument.BALL_VX: "velocity to the right, of the selected ball",
-    Instrument.BALL_VY: "velocity downwards, of the selected ball",
+    Instrument.BALL: "position or velocity of the selected ball, from the upper left",
     Instrument.COST: "how long each engine's steps take here",
-    Instrument.MOMENTA: "of up to 30 balls, head to tail, and their kinetic energies as bars",
     Instrument.SPEEDS: "how many balls have each speed, beside the law",
+}
+OF_BALL: Final[Mapping[Quantity, tuple[str, Dimension]]] = {  # what can be shown of a ball
+    Quantity.X: ("x", Dimension.LENGTH),
+    Quantity.Y: ("y", Dimension.LENGTH),
+    Quantity.VX: ("vx", Dimension.VELOCITY),
+    Quantity.VY: ("vy", Dimension.VELOCITY),
 }
 
 
@@ -142,9 +139,14 @@ class Even:
         return [(at, f"{at:,.6g}{self.unit if at == ordered[0] else ''}") for at in ordered]
 
 
-def time_chart(instrument: Instrument, samples: Samples, units: Units, *, logarithmic: bool) -> TimeChart | None:
-    """Return the chart of an instrument over time, or None for one of the moment. logarithmic: whether its axis is."""
-    if instrument in OF_THE_MOMENT:
+def time_chart(
+    instrument: Instrument, samples: Samples, units: Units, *, logarithmic: bool, of_ball: Quantity = Quantity.X
+) -> TimeChart | None:
+    """Return the chart of an instrument over time, or None for speeds, which are of the step shown.
+
+    logarithmic: whether its axis is; of_ball: what is shown of a ball.
+    """
+    if instrument is Instrument.SPEEDS:
         return None
     percent = bool(samples.energy_scale)
     if instrument is Instrument.ENERGY:
@@ -154,13 +156,17 @@ def time_chart(instrument: Instrument, samples: Samples, units: Units, *, logari
         scale = gap_scale(units) if logarithmic else Even(f" {unit}")
         line, factor = f"{unit} from {samples.reference}", units.factor(Dimension.LENGTH)
         return TimeChart(instrument, line, scale, f"{{:.4g}} {unit}", _of(Quantity.GAP), factor)
+    if instrument is Instrument.BALL:
+        name, dimension = OF_BALL[of_ball]
+        factor, unit = units.factor(dimension), units.name(dimension)
+        line = f"{name}, {unit}, ball {samples.ball}"
+        return TimeChart(instrument, line, Even(), f"{{:.4f}} {unit}", _of(of_ball), factor)
     dimension, digits, in_pixels = OVER_TIME[instrument]
     if isinstance(dimension, Dimension):
         factor, unit = units.factor(dimension), units.name(dimension)
     else:
         factor, unit = 1.0, dimension
-    of_ball = f", ball {samples.ball}" if instrument in OF_BALL else ""
-    return TimeChart(instrument, f"{unit}{of_ball}", Even(), f"{digits} {unit}", in_pixels, factor)
+    return TimeChart(instrument, unit, Even(), f"{digits} {unit}", in_pixels, factor)
 
 
 def _energy_chart(samples: Samples, units: Units, *, percent: bool, logarithmic: bool) -> TimeChart:
@@ -192,9 +198,4 @@ OVER_TIME: Final[Mapping[Instrument, tuple[Dimension | str, str, Values]]] = {  
     Instrument.CONTACTS: ("in the last second", "{:,.6g}", _contacts),
     Instrument.PRESSURE: ("kg/s²", "{:,.5g}", _pressures),
     Instrument.COST: ("ms", "{:.3g}", _of(Quantity.COST)),
-    Instrument.BALL_X: (Dimension.LENGTH, "{:.4f}", _of(Quantity.X)),
-    Instrument.BALL_Y: (Dimension.LENGTH, "{:.4f}", _of(Quantity.Y)),
-    Instrument.BALL_VX: (Dimension.VELOCITY, "{:.4f}", _of(Quantity.VX)),
-    Instrument.BALL_VY: (Dimension.VELOCITY, "{:.4f}", _of(Quantity.VY)),
 }
-OF_BALL: Final = (Instrument.BALL_X, Instrument.BALL_Y, Instrument.BALL_VX, Instrument.BALL_VY)

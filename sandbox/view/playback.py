@@ -1,10 +1,8 @@
-"""How time passes in a run: forward and back, slower and faster, and to snapshots; how fast it does; undo."""
+"""How time passes in a run: forward and back, slower and faster; how fast it does; undo."""
 
 import gc
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import partial
 from time import perf_counter
 from typing import Final
 
@@ -22,7 +20,6 @@ FRAME_BUDGET: Final = 0.025  # s of a frame that physics may take; if that is to
 SPEEDS: Final = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, math.inf)
 MEASURED_SECONDS: Final = 1.0  # so long is measured before the number changes
 KEPT_UP: Final = 0.95  # share of the speed asked for, below which the machine does not keep up
-MAX_SNAPSHOTS: Final = 8  # more, and the earliest goes
 
 
 class Pace:
@@ -73,7 +70,6 @@ class Playback:
         self._show_progress = show_progress
         self.paused = False
         self.speed = 1.0
-        self.stopwatch: float | None = None  # s, the time from which it counts; None while it is off
         self.pace = Pace()
         self.view = view
         self.play(view)
@@ -296,30 +292,13 @@ class Playback:
         self._release()
         self._show_change(self.session.undo(), "there is nothing to undo here")
 
-    def toggle_stopwatch(self) -> None:
-        """Let the stopwatch count from the time shown, or switch it off."""
-        self.stopwatch = self.view.moment.time if self.stopwatch is None else None
-
-    def return_to(self, step: int, inputs: Sequence[Input]) -> None:
-        """Go to a step that was reached with some inputs; later steps stay if the run has the same inputs up to it."""
-        self._release()
-        session = self.session
-        if [given for given in session.inputs if given.step <= step] == list(inputs) and step <= session.end:
-            self.seek(step)
-            return
-        self._try(partial(session.return_to, step, list(inputs)), "")
-
     def redo(self) -> None:
         """Redo what was undone last; if an engine refuses it, one that runs only since then, show a notice."""
-        self._try(self.session.redo, "there is nothing to redo")
-
-    def _try(self, change: Callable[[], bool | None], otherwise: str) -> None:
-        """Change the inputs as far as no engine refuses one."""
         inputs, step = [*self.session.inputs], self.session.step
         try:
-            is_there = change() is not False
+            is_there = self.session.redo()
             self._run_to_here()
-            self._show_change(is_there, otherwise)
+            self._show_change(is_there, "there is nothing to redo")
         except SandboxError as error:
             self.session.return_to(step, inputs)
             self.settle()
@@ -332,44 +311,3 @@ class Playback:
             self.settle()
         else:
             self._notice.show(otherwise)
-
-
-@dataclass(frozen=True, eq=False)
-class Snapshot:
-    """A step, its time (s), and the inputs up to it, from which the engines run again to the same bits."""
-
-    step: int
-    time: float
-    inputs: tuple[Input, ...]
-
-
-@dataclass
-class Snapshots:
-    """The snapshots of a scene's runs, the earliest taken first."""
-
-    _playback: Playback
-    _notice: Notice
-    taken: Sequence[Snapshot] = ()
-
-    def take(self) -> None:
-        """Take a snapshot of the step shown."""
-        session = self._playback.session
-        snapshot = Snapshot(session.step, self._playback.view.moment.time, tuple(session.given()))
-        self.taken = [*self.taken, snapshot][-MAX_SNAPSHOTS:]
-        self._notice.show(f"snapshot at {snapshot.time:.2f} s: 4, or the page Scene, returns to it", Kind.DONE)
-
-    def return_to_latest(self) -> None:
-        """Return to the snapshot taken last."""
-        if self.taken:
-            self.return_to(self.taken[-1])
-        else:
-            self._notice.show("there is no snapshot; 3 takes one")
-
-    def return_to(self, snapshot: Snapshot) -> None:
-        """Pause, and go to a snapshot; what was done otherwise since then is dropped."""
-        self._playback.paused = True
-        self._playback.return_to(snapshot.step, snapshot.inputs)
-
-    def forget(self) -> None:
-        """Forget all, as another scene runs."""
-        self.taken = ()

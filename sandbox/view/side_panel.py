@@ -1,7 +1,7 @@
 """The column beside the panes: one page of widgets below the names of all, or nothing; the pages Scene and Show."""
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache, partial
+from functools import partial
 from itertools import accumulate, pairwise
 from typing import Final, Protocol
 
@@ -12,7 +12,7 @@ from sandbox.scene.units import PER_METRE, Dimension
 from sandbox.view import Layer
 from sandbox.view.controls import OF_ACTION, Action, Panel, tip_of
 from sandbox.view.editor import Editor
-from sandbox.view.playback import Playback, Snapshot, Snapshots
+from sandbox.view.playback import Playback
 from sandbox.view.theme import theme
 from sandbox.view.toolbars import action_button
 from sandbox.view.widgets import Widget, Words
@@ -25,7 +25,6 @@ ELASTICITIES: Final = tuple(k / 20 for k in range(21))
 GRAVITIES: Final = tuple(range(-10, 21))  # m/s², downwards
 PIXELS_PER_METRE: Final = 100.0  # of scenes that do not say it
 RATES: Final = (15, 30, 60, 120, 240, 480, 960, 1920, 3840)
-SNAPSHOTS_PER_ROW: Final = 4
 NAMES: Final = {  # of layers, where their own names say too little
     Layer.VELOCITY: "velocities",
     Layer.CENTRE: "centre of mass",
@@ -38,7 +37,6 @@ LOOKS: Final = {
     Action.SMALLER_TEXT: "smaller text",
     Action.LARGER_TEXT: "larger text",
     Action.FULL_SCREEN: "full screen",
-    Action.ABOUT: "what it is about",
 }
 
 
@@ -181,12 +179,11 @@ def _stacked(rows: Sequence[Sequence[Widget]], width: int, text_height: int) -> 
 
 
 class ScenePage:
-    """Says what the scene is, changes what applies to all balls, and has the snapshots. do: does an action."""
+    """Says what the scene is, and changes what applies to all balls. do: does an action."""
 
-    def __init__(self, playback: Playback, editor: Editor, snapshots: Snapshots, do: Callable[[Action], None]) -> None:
+    def __init__(self, playback: Playback, editor: Editor, do: Callable[[Action], None]) -> None:
         self._playback = playback
         self._editor = editor
-        self._snapshots = snapshots
         self._title, self._about, self._facts = Words("", bold=True), Words(""), Words("")
 
         def gravity() -> float:
@@ -200,11 +197,9 @@ class ScenePage:
         self._elasticity = Slider("elasticity", ELASTICITIES, editor.elasticity, editor.set_elasticity, pairs)
         self._steps = Slider("steps", RATES, editor.rate, editor.set_rate, "steps per second", " per second")
         self._buttons = [
-            [action_button("Cool", Action.COOL, do), action_button("Heat", Action.HEAT, do)],
-            [action_button("Restart", Action.RESTART, do), action_button("Next seed", Action.NEXT_SEED, do)],
-            [action_button("Take a snapshot", Action.TAKE_SNAPSHOT, do)],
+            action_button("Restart", Action.RESTART, do),
+            action_button("Next seed", Action.NEXT_SEED, do),
         ]
-        self._return_button = cache(self._make_return_button)
 
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets."""
@@ -216,14 +211,9 @@ class ScenePage:
         self._gravity.does, self._gravity.unit = f"gravity downwards, {unit}", f" {unit}"
         self._gravity.values = [PER_METRE.get(scene.units.length, PIXELS_PER_METRE) * value for value in GRAVITIES]
         self._elasticity.unit = "" if self._editor.has_one_elasticity else " between balls"
-        returns = [self._return_button(snapshot) for snapshot in self._snapshots.taken]
         texts = [self._title, *([self._about] if scene.about else []), self._facts]
         column = [*texts, self._gravity, self._elasticity, self._steps]
-        return [*rows_of(column, 1), *self._buttons, *rows_of(returns, SNAPSHOTS_PER_ROW)]
-
-    def _make_return_button(self, snapshot: Snapshot) -> TextButton:
-        text = f"{snapshot.time:.2f} s"
-        return TextButton(text, partial(self._snapshots.return_to, snapshot), f"return to the snapshot at {text}")
+        return [*rows_of(column, 1), self._buttons]
 
 
 class ShowPage:

@@ -11,12 +11,12 @@ from pygame import Color, Rect, Surface
 from sandbox.scene.model import Scene
 from sandbox.view.charts import Charts
 from sandbox.view.controls import OF_ACTION, Action, tip_of
-from sandbox.view.instruments import MEANINGS, OF_THE_MOMENT, Instrument
+from sandbox.view.instruments import MEANINGS, OF_BALL, Instrument
 from sandbox.view.layout import GAP, TIME_LETTERS, Layout
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.move_tool import DOES, Tool
 from sandbox.view.playback import SPEEDS, Playback, speed_text
-from sandbox.view.primitives import wrapped, write
+from sandbox.view.primitives import write
 from sandbox.view.theme import chart_palette, theme
 from sandbox.view.widgets import Label, Widget
 from sandbox.view.widgets.buttons import Menu, TextButton
@@ -24,8 +24,6 @@ from sandbox.view.widgets.group import Placed, WidgetRow
 
 LEFT: Final = "\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}"
 RIGHT: Final = "\N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}"
-ABOUT_LETTERS: Final = 40  # width of what the scene is about, while the mouse is on it, in heights of the text
-MIN_ABOUT: Final = 10  # heights of the text; where there is less room, it is left out
 SAVES: Final = {
     Action.SAVE_SCENE: "Scene",
     Action.SAVE_PICTURE: "Picture",
@@ -40,7 +38,7 @@ def action_button(text: str, action: Action, do: Callable[[Action], None], **mor
 
 
 class Header:
-    """A row of buttons round what the scene is about.
+    """A row with the scene's title and buttons.
 
     scene: returns the one that runs. do: does an action. is_on: whether an action's state is on. recorded: s, None
     while nothing is recorded.
@@ -53,8 +51,6 @@ class Header:
         is_on: Callable[[Action], bool],
         recorded: Callable[[], float | None],
     ) -> None:
-        self._scene = scene
-        self._is_on = is_on
 
         def button(text: str, action: Action, **more: Any) -> TextButton:
             return action_button(text, action, do, is_on=partial(is_on, action), **more)
@@ -67,10 +63,6 @@ class Header:
             for action, text in SAVES.items()
         ]
         self._title = Label(lambda: scene().title or scene().name, bold=True, scale=1.2)
-        self._about = Label(
-            lambda: scene().about, lambda: "\n".join(wrapped(scene().about, ABOUT_LETTERS * 14, 14)), dim=True
-        )
-        self._close = action_button("\N{MULTIPLICATION SIGN}", Action.ABOUT, do)
         self._buttons: list[Widget] = [
             button("Open\N{HORIZONTAL ELLIPSIS}", Action.PICK_SCENE),
             button(LEFT, Action.PREVIOUS_SCENE),
@@ -85,18 +77,12 @@ class Header:
         self._row = WidgetRow([self._title, *self._buttons], right)
 
     def placed(self, layout: Layout) -> list[Placed]:
-        """Return its widgets with their places; what the scene is about has the room that the others leave."""
+        """Return its widgets with their places; the title is left out if there is no room."""
         place, height = layout.header, layout.text_height
         self._row.left = [self._title, *self._buttons]
         if self._row.width(height) > place.width:
             self._row.left = self._buttons
-        placed = self._row.placed(place, height, layout.side)
-        left = max((where.right for widget, where in placed if widget in self._row.left), default=place.x) + GAP
-        right = min((where.x for widget, where in placed if widget in self._row.right), default=place.right) - GAP
-        close = Rect(right - layout.side, place.y, layout.side, layout.side)
-        if close.x - left > MIN_ABOUT * height and self._scene().about and self._is_on(Action.ABOUT):
-            placed += [(self._about, Rect(left, place.y, close.x - GAP - left, layout.side)), (self._close, close)]
-        return placed
+        return self._row.placed(place, height, layout.side)
 
 
 def tool_palette(mouse: MouseTool, do: Callable[[Action], None]) -> WidgetRow:
@@ -123,9 +109,9 @@ MARK: Final = 2  # px, half of the width of the gap round a mark
 
 
 class Timeline:
-    """The lowest part of the window. do: does an action; time: what the clock before the track says."""
+    """The lowest part of the window. do: does an action."""
 
-    def __init__(self, playback: Playback, do: Callable[[Action], None], time: Callable[[], str]) -> None:
+    def __init__(self, playback: Playback, do: Callable[[Action], None]) -> None:
         self._playback = playback
         play = action_button(
             "", Action.PAUSE, do, is_on=lambda: playback.paused,
@@ -139,7 +125,6 @@ class Timeline:
                 action_button(RIGHT, Action.STEP, do),
             ]
         )
-        self._clock = action_button("", Action.STOPWATCH, do, is_on=lambda: playback.stopwatch is not None, said=time)
         speeds = Menu(lambda: playback.speed_text, self._speeds, "how fast time passes  (+ and -)", widest=WIDEST)
         self._after = WidgetRow([], [action_button(f"{RIGHT}|", Action.GO_TO_END, do), speeds])
         tabs = [self._tab(instrument) for instrument in TABS]
@@ -149,12 +134,8 @@ class Timeline:
             said=lambda: "logarithmic" if self._charts.is_logarithmic else "linear",
             refusal=lambda: self._charts.why_one_scale,
         )  # fmt: skip
-        self._across = Menu(
-            lambda: f"over {name_across(self._charts.across)}", self._choices_across,
-            "over what the chart is drawn: time, or another quantity",
-            lambda: self._charts.across is not None,
-        )  # fmt: skip
-        self._tabs = WidgetRow([*tabs, more], [self._across, self._scale])
+        self._of_ball = Menu(lambda: OF_BALL[self._charts.of_ball][0], self._choices_of_ball, "what of the ball")
+        self._tabs = WidgetRow([*tabs, more], [self._scale])
 
     # What its widgets do
 
@@ -183,11 +164,11 @@ class Timeline:
     def _others(self) -> list[TextButton]:
         return [self._item(instrument) for instrument in Instrument if instrument not in TABS]
 
-    def _choices_across(self) -> list[TextButton]:
-        charts, quantities = self._charts, [each for each in Instrument if each not in OF_THE_MOMENT]
+    def _choices_of_ball(self) -> list[TextButton]:
+        charts = self._charts
         return [
-            TextButton(name_across(each), partial(charts.show_across, each), is_on=partial(eq, each, charts.across))
-            for each in (None, *quantities)
+            TextButton(name, partial(charts.show_of_ball, quantity), is_on=partial(eq, quantity, charts.of_ball))
+            for quantity, (name, _) in OF_BALL.items()
         ]
 
     def _shows_other(self) -> bool:
@@ -204,11 +185,9 @@ class Timeline:
 
     def placed(self, layout: Layout) -> list[Placed]:
         """Return its widgets with their places."""
-        self._tabs.right = [self._across, self._scale] if self._charts.has_axes else [self._scale]
+        self._tabs.right = [self._of_ball] if self._charts.instrument is Instrument.BALL else [self._scale]
         rows = ((self._before, layout.transport), (self._after, layout.transport), (self._tabs, layout.tabs))
-        placed = [one for row, place in rows for one in row.placed(place, layout.text_height, layout.side)]
-        width, track = TIME_LETTERS * layout.text_height, layout.bar
-        return [*placed, (self._clock, Rect(track.x - GAP - width, track.y, width, track.height))]
+        return [one for row, place in rows for one in row.placed(place, layout.text_height, layout.side)]
 
     def draw(self, surface: Surface, layout: Layout) -> None:
         """Draw its ground, and the track with its marks and its end; without the widgets and the chart."""
@@ -220,22 +199,17 @@ class Timeline:
         end = self._playback.track_end
         steps = self._playback.view.moment.step, session.end, end
         draw_track(surface, track, steps, marks_of_track(self._playback), height)
-        last = f"{session.start.clock.time(end):.4g} s"
         room = Rect(track.right + GAP, track.y, TIME_LETTERS * height - GAP, track.height)
-        write(surface, last, room, theme.dim, height)
+        write(surface, f"{session.start.clock.time(end):.4g} s", room, theme.dim, height)
+        room.right = track.x
+        write(surface, f"{self._playback.view.moment.time:.2f} s", room, theme.ink, height)
 
 
 def marks_of_track(playback: Playback) -> dict[int, Color]:
-    """Return the steps of first differences, in the colours of their engines, and where the stopwatch began."""
+    """Return the steps of first differences, in the colours of their engines."""
     session, marks = playback.session, playback.view.charts.marks
     colours = chart_palette().engines([*session.names, session.reference])
-    steps = {session.step_at(time): colours[name] for name, time in marks.differences.items() if name in colours}
-    return steps if playback.stopwatch is None else steps | {session.step_at(playback.stopwatch): theme.accent}
-
-
-def name_across(across: Instrument | None) -> str:
-    """Return the name of what a chart is drawn over."""
-    return across.value if across else "time"
+    return {session.step_at(time): colours[name] for name, time in marks.differences.items() if name in colours}
 
 
 def draw_track(

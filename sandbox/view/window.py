@@ -20,14 +20,14 @@ from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.compilation import Compilation
 from sandbox.view.controls import EDITS, Action, Panel, control_of
 from sandbox.view.display import KeyRepeat, PendingEvents, Stopped, caption, open_window, set_mode
-from sandbox.view.editor import SHARE, Editor
+from sandbox.view.editor import Editor
 from sandbox.view.engines_page import EnginesPage, LineUp
 from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, layout_of
 from sandbox.view.mouse_tool import ZOOM_FACTOR, MouseTool
 from sandbox.view.move_tool import Tool
 from sandbox.view.notice import Guard, Notice
 from sandbox.view.pixels import fill
-from sandbox.view.playback import Playback, Snapshots
+from sandbox.view.playback import Playback
 from sandbox.view.saver import Saver
 from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import SessionView
@@ -57,7 +57,6 @@ class Window:
     """
 
     text_height = TEXT_HEIGHT
-    about_open = True
     running = True
     _cursor = pygame.SYSTEM_CURSOR_ARROW
     _window_size: tuple[int, int] | None = None  # before full screen, px
@@ -84,7 +83,6 @@ class Window:
         self.line_up = LineUp(self.playback, self.notice, self.use_engines)
         self.saver = Saver(self.playback, self.notice)
         self.recorder = Recorder(self.notice)
-        self.snapshots = Snapshots(self.playback, self.notice)
         self.showing = opens_with(len(scene.bodies))
         self.messages = Messages(self.playback, self.notice, compilation)
         self.key_repeat = KeyRepeat()
@@ -94,9 +92,9 @@ class Window:
         self._is_on = self._states()
         self.header = Header(lambda: self.scene, self.do, self.is_on, lambda: self.recorder.seconds)
         self.palette = tool_palette(self.mouse, self.do)
-        self.timeline = Timeline(self.playback, self.do, lambda: self.messages.clock)
+        self.timeline = Timeline(self.playback, self.do)
         pages: dict[Panel, Page] = {
-            Panel.SCENE: ScenePage(self.playback, self.editor, self.snapshots, self.do),
+            Panel.SCENE: ScenePage(self.playback, self.editor, self.do),
             Panel.BALLS: BallsPage(self.playback, self.editor, self.mouse, self.notice),
             Panel.ENGINES: EnginesPage(self.line_up),
             Panel.WHY: self.why,
@@ -123,9 +121,6 @@ class Window:
     def begin(self, scene: Scene, engines: Sequence[str] | None) -> None:
         """Run a scene from its start. Raises SandboxError, with the old one still running, if that is impossible."""
         size, before = self.scene.arena.size, opens_with(len(self.scene.bodies))
-        if scene != self.scene:
-            self.snapshots.forget()
-        self.playback.stopwatch = None
         view = SessionView(scene, engines, beside=self.view.session.beside)
         self.view.session.stop()
         self.playback.play(view)
@@ -158,11 +153,9 @@ class Window:
     def _states(self) -> dict[Action, Callable[[], bool]]:
         return {
             Action.PAUSE: lambda: self.playback.paused,
-            Action.STOPWATCH: lambda: self.playback.stopwatch is not None,
             Action.RECORD: lambda: self.recorder.video is not None,
             Action.FULL_SCREEN: lambda: self._window_size is not None,
             Action.HELP: lambda: self.cards.help_open,
-            Action.ABOUT: lambda: self.about_open,
             Action.COLUMN: lambda: self.panel.open is not None,
             Action.PLAIN: lambda: self.view.plain,
             Action.THEME: lambda: theme.is_dark,
@@ -179,9 +172,6 @@ class Window:
             Action.SECOND_BACK: partial(self.playback.skip, -1),
             Action.SECOND_FORWARD: partial(self.playback.skip, 1),
             Action.RESTART: lambda: self.begin(self.scene, self.view.session.names),
-            Action.STOPWATCH: self.playback.toggle_stopwatch,
-            Action.TAKE_SNAPSHOT: self.snapshots.take,
-            Action.RETURN: self.snapshots.return_to_latest,
             Action.SLOWER: self.playback.slower,
             Action.FASTER: self.playback.faster,
             Action.PICK_SCENE: self.scenes.open_picker,
@@ -196,8 +186,6 @@ class Window:
             Action.ADD_BALL: self.mouse.add_ball,
             Action.DELETE_BALL: self.mouse.delete_ball,
             Action.NEXT_TOOL: self.mouse.choose_next,
-            Action.COOL: partial(self.editor.heat, -SHARE),
-            Action.HEAT: partial(self.editor.heat, SHARE),
             Action.USE_IMPULSE: self.line_up.use_impulse,
             Action.SHOW_ALL: self.mouse.show_all,
             Action.ZOOM_IN: partial(self.mouse.zoom_by, ZOOM_FACTOR),
@@ -216,7 +204,6 @@ class Window:
             Action.LARGER_TEXT: partial(self._change_text, 1),
             Action.SMALLER_TEXT: partial(self._change_text, -1),
             Action.THEME: self._toggle_theme,
-            Action.ABOUT: self._toggle_about,
             Action.COLUMN: self.panel.toggle,
             Action.PLAIN: self._toggle_plain,
             Action.SAVE_PICTURE: self._save_picture,
@@ -398,9 +385,6 @@ class Window:
     def _change_text(self, by: int) -> None:
         low, high = TEXT_HEIGHTS
         self.text_height = min(max(self.text_height + by, low), high)
-
-    def _toggle_about(self) -> None:
-        self.about_open = not self.about_open
 
     def _escape(self) -> None:
         """Close what is open over the panes; if nothing is, close the window, the second time."""

@@ -48,7 +48,7 @@ def test_inputs_as_in_the_module_s_docstring_are_read(tmp_path: Path) -> None:
 
 
 KINDS = (
-    "start, grab, move, release, kick, add, change, delete, velocity, heat, add-wall, change-wall, delete-wall, "
+    "start, grab, move, release, kick, add, change, delete, velocity, add-wall, change-wall, delete-wall, "
     "elasticity, gravity, rate, end"
 )
 BAD_INPUTS = {

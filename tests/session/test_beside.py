@@ -13,7 +13,7 @@ from sandbox.compiled import NotCompiledYet, entry, without_waiting
 from sandbox.engines.exact import engine as exact_engine
 from sandbox.engines.exact.engine import ExactEngine
 from sandbox.errors import SandboxError
-from sandbox.run.edits import AddBall, AddWall, DeleteBall, Heat, SetGravity, SetRate
+from sandbox.run.edits import AddBall, AddWall, DeleteBall, SetGravity, SetRate
 from sandbox.run.inputs import Grab, Input, Kick, Move, Release
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
@@ -24,7 +24,7 @@ HIDDEN, SHOWN = ("pymunk", "impulse"), ("exact", "pymunk")
 THROW: list[Input] = [Grab(step=5, ball=2, at=(600, 300)), Move(step=9, at=(640, 200)), Release(step=14)]
 EDITS: list[Input] = [
     *(SetGravity(step=4, gravity=(0, 500)), AddBall(step=9, position=(90, 90), radius=9)),
-    *(Kick(step=12, ball=0, velocity=(30, -9)), Heat(step=15, factor=2), DeleteBall(step=20, ball=1)),
+    *(Kick(step=12, ball=0, velocity=(30, -9)), DeleteBall(step=20, ball=1)),
     *(SetRate(step=22, rate=100), AddWall(step=25, start=(20, 580), to=(300, 590))),
 ]
 

@@ -12,7 +12,6 @@ from sandbox.run.edits import (
     ChangeWall,
     DeleteBall,
     Edit,
-    Heat,
     SetElasticity,
     SetGravity,
     SetRate,
@@ -196,20 +195,6 @@ def test_a_step_s_other_edits_are_applied_when_one_is_refused(scene: Scene) -> N
     assert is_replay(session)
 
 
-@pytest.mark.parametrize("factor", [0.0, 0.9, 2.0])
-def test_a_heater_multiplies_the_energy_of_flight_and_spin_and_counts_as_the_hand_s(factor: float) -> None:
-    ball = "radius = 20\nposition = [200, 300]\nvelocity = [60, 0]\nspin = 3"
-    session = Session(scene_of(ball), ["pymunk", "impulse", "exact"])
-    run(session, 10)
-    before = session.shown.energy
-    session.give(Heat(step=10, factor=factor))
-    moment = session.shown
-    assert moment.energy == pytest.approx({name: factor * energy for name, energy in before.items()})
-    assert moment.work == pytest.approx({name: (factor - 1) * energy for name, energy in before.items()})
-    run(session, 10)
-    assert is_replay(session)
-
-
 def test_inputs_to_come_are_not_recorded(session: Session) -> None:
     perform(session, THROW, 40)
     session.seek(9)
@@ -221,7 +206,6 @@ ACTIONS: dict[str, list[Input]] = {
     "throw": THROW,
     "edit": [SetElasticity(step=10, elasticity=0.5)],
     "delete": [DeleteBall(step=10, ball=1)],
-    "heat": [Heat(step=10, factor=1.1)],
     "drag-of-a-wall": [
         AddWall(step=10, start=(300, 500), to=(700, 500)),
         ChangeWall(step=11, wall=0, to=(700, 505), continued=True),

@@ -8,14 +8,14 @@ import pygame
 import pytest
 from conftest import scene_of
 from pygame import Color, Rect, Surface
-from window_driver import hover, run, step
+from window_driver import click, hover, press, run, step
 
 from sandbox.analysis.reference import Trust
 from sandbox.report.run_so_far import Marks
 from sandbox.report.scales import BothSigns, Logarithmic, Scale, Span
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
-from sandbox.session.samples import Samples
+from sandbox.session.samples import Quantity, Samples
 from sandbox.state import State, no_contacts
 from sandbox.view.chart_marks import spread
 from sandbox.view.charts import Charts
@@ -465,3 +465,35 @@ def test_the_wheel_and_the_right_button_zoom_in_time(window: Window) -> None:
     length = before[1] - before[0]
     assert shown() == pytest.approx((0.2 * length, 0.5 * length), abs=0.02 * length)
     assert step(window) == 60
+
+
+@pytest.mark.usefixtures("memory_screen")
+def test_a_click_in_the_histogram_goes_to_no_time(window: Window) -> None:
+    press(window, "p")
+    run(window, 10)
+    strip = window.layout.strip
+    for instrument, reached in ((Instrument.SPEEDS, 10), (Instrument.ENERGY, 0)):
+        window.view.charts.show(instrument)
+        click(window, (strip.x + 9, strip.centery))
+        assert step(window) == reached
+
+
+@pytest.mark.usefixtures("memory_screen")
+def test_what_is_shown_of_the_selected_ball_is_chosen_and_kept_in_the_next_scene(window: Window) -> None:
+    """And sampled as far back as the history goes."""
+    press(window, "p")
+    run(window, 5)
+    for ball, name, start, speed in ((0, "x", 200, 240), (2, "x", 600, 60), (2, "y", 100, -30), (2, "vx", 60, 0)):
+        window.editor.select(ball)
+        {item.text: item for item in window.timeline._choices_of_ball()}[name].do()
+        window.draw()
+        charts, samples = window.view.charts, window.view.session.samples
+        assert charts._chart
+        assert charts._chart.unit == f"{name}, {'px/s' if name == 'vx' else 'px'}, ball {ball}"
+        values = charts._chart.values(samples, 0)[:, samples.engines.index("exact")]
+        assert values == pytest.approx(start + speed * np.arange(6) / 60)
+    assert window.timeline._of_ball in {widget for widget, _ in window._placed}
+    window.begin(window.scene, None)
+    assert (window.view.charts.instrument, window.view.charts.of_ball) == (Instrument.BALL, Quantity.VX)
+    window.view.charts.show(Instrument.ENERGY)
+    assert window.timeline._of_ball not in {widget for widget, _ in window._placed}

@@ -23,11 +23,10 @@ from window_driver import (
 )
 
 from sandbox.errors import SandboxError
-from sandbox.run.edits import AddBall, DeleteBall, DeleteWall, Heat, SetElasticity, SetGravity, SetRate
+from sandbox.run.edits import AddBall, DeleteBall, DeleteWall, SetElasticity, SetGravity, SetRate
 from sandbox.run.inputs import Grab, Release
 from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
-from sandbox.view.controls import Panel
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -254,18 +253,3 @@ def test_edits_at_a_step_not_in_the_history_apply_to_the_balls_of_that_step(
         assert (type(edit), edit.step, step(window)) == (kind, there, there)
         press(window, "undo")
         run(window, 100 - step(window))
-
-
-def test_the_heater_gives_and_takes_a_tenth_of_the_energy_and_is_undone(window: Window) -> None:
-    press(window, "p")
-    run(window, 5)
-    before = shown(window)
-    energy = window.view.moment.energy["exact"]
-    window.panel.show(Panel.SCENE)
-    click(window, tool(window, "Heat"))
-    assert window.view.moment.energy["exact"] == pytest.approx(1.1 * energy)
-    press(window, "5")
-    assert window.view.moment.energy["exact"] == pytest.approx(0.99 * energy)
-    assert given(window) == [Heat(step=5, factor=1.1), Heat(step=5, factor=0.9)]
-    press(window, "u", "u")
-    assert shown(window) == before

@@ -9,17 +9,15 @@ import pygame
 import pytest
 from conftest import scene_of
 from pygame.event import Event
-from window_driver import WorkerHere, click, colour_at, given, mouse, press, run, shown, step, tool
+from window_driver import WorkerHere, colour_at, given, mouse, press, run, shown, step
 
 from sandbox.compiled import NotCompiledYet
 from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
 from sandbox.session.samples import Quantity
 from sandbox.view.case_so_far import CaseSoFar
-from sandbox.view.controls import Panel
 from sandbox.view.display import PendingEvents, Stopped
 from sandbox.view.session_view import AS_IT_SHOULD_BE
-from sandbox.view.theme import theme
 from sandbox.view.window import STOPPED, Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -359,58 +357,3 @@ def test_a_reference_that_reaches_its_limit_stands_still_in_its_pane_and_nothing
     assert gap[:7] == pytest.approx(np.zeros(7), abs=1e-9)
     assert np.isnan(gap[7:]).all()
     assert len(gap) == 11
-
-
-def test_a_snapshot_is_returned_to_with_what_was_done_until_then(window: Window) -> None:
-    press(window, "p")
-    run(window, 10)
-    window.editor.set_gravity(300.0)
-    run(window, 10)
-    window.draw()
-    press(window, "3")
-    taken, inputs = shown(window), given(window)
-    press(window, "u")
-    run(window, 30)
-    window.editor.set_gravity(-100.0)
-    run(window, 5)
-    press(window, "4")
-    assert (step(window), shown(window), given(window)) == (20, taken, inputs)
-    run(window, 3)
-    press(window, "4")
-    assert window.view.session.end == 23  # nothing else was done, so later steps stay
-    assert shown(window) == taken
-
-
-def test_a_snapshot_s_button_returns_to_it_and_another_scene_forgets_it(window: Window) -> None:
-    press(window, "p")
-    for _ in range(10):
-        run(window, 6)
-        press(window, "3")
-    assert [snapshot.step for snapshot in window.snapshots.taken] == [18, 24, 30, 36, 42, 48, 54, 60]
-    window.panel.show(Panel.SCENE)
-    click(window, tool(window, "0.40 s"))
-    assert step(window) == 24
-    press(window, "r")
-    click(window, tool(window, "0.80 s"))
-    assert step(window) == 48
-    press(window, "n", "4")
-    assert "there is no snapshot" in window.status
-
-
-def test_the_stopwatch_counts_from_where_it_was_started(window: Window) -> None:
-    press(window, "p")
-    run(window, 30)
-    click(window, tool(window, "0.50 s"))
-    assert tool(window, "+0.000 s")
-    run(window, 12)
-    assert tool(window, "+0.200 s")
-    press(window, "Home")
-    assert tool(window, "-0.500 s")
-    window.draw()
-    bar, end = window.layout.bar, window.scene.steps
-    x = bar.x + round((bar.width - 1) * 30 / end)
-    assert tuple(window.screen.get_at((x, bar.y + 3)))[:3] == tuple(theme.accent)[:3]
-    press(window, "m")
-    assert tool(window, "0.00 s")
-    window.draw()
-    assert tuple(window.screen.get_at((x, bar.y + 3)))[:3] != tuple(theme.accent)[:3]

@@ -17,7 +17,7 @@ from sandbox.view.controls import Action
 from sandbox.view.display import has_display
 from sandbox.view.layout import MIN_SIZE
 from sandbox.view.notice import Guard, Kind
-from sandbox.view.theme import DARK, GREEN, VERMILLION, readable, theme
+from sandbox.view.theme import GREEN, VERMILLION, readable
 from sandbox.view.widgets.buttons import Menu
 from sandbox.view.widgets.fields import Slider
 from sandbox.view.window import Window
@@ -101,15 +101,6 @@ def test_the_length_of_a_recording_is_on_its_button(window: Window) -> None:
     window.recorder.stop()
 
 
-def test_what_a_scene_is_about_is_in_the_header_and_whole_while_the_mouse_is_on_it(window: Window) -> None:
-    window.begin(load("article"), None)
-    window.draw()
-    [(label, place)] = [(widget, at) for widget, at in window._placed if widget is window.header._about]
-    assert label.tip.replace("\n", " ") == window.scene.about
-    assert not any(place.colliderect(at) for widget, at in window._placed if widget is not label)
-    assert place.bottom <= min(arena.y for arena in window.layout.arenas)
-
-
 def test_a_part_that_fails_switches_itself_off_and_the_run_goes_on(
     window: Window, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -166,36 +157,6 @@ def test_an_action_that_fails_is_reported_and_the_window_stays_open(
     assert window.notice.text == "That failed, and the run goes on: in an action"
     assert len(caplog.records) == 2
     assert not window.guard.failed
-
-
-def test_what_a_scene_is_about_can_be_closed_and_shown_again(window: Window) -> None:
-    def is_shown() -> bool:
-        return any(widget is window.header._about for widget, _ in window._placed)
-
-    window.begin(load("article"), None)
-    click(window, tool(window, "\N{MULTIPLICATION SIGN}"))
-    assert not is_shown()
-    window.begin(load("head-on"), None)
-    assert not is_shown()
-    press(window, "F10")
-    assert is_shown()
-
-
-def test_the_theme_follows_the_system_when_the_window_is_come_back_to(
-    window: Window, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("SANDBOX_THEME", "dark")
-    window.on_event(Event(pygame.WINDOWFOCUSGAINED))
-    assert window._system._asking
-    window._system._asking.join()
-    window.frame(0.0)
-    assert theme.is_dark
-    assert tuple(window.screen.get_at((1, 1)))[:3] == tuple(DARK.ground)[:3]
-    press(window, "F7")
-    window.on_event(Event(pygame.WINDOWFOCUSGAINED))
-    window._system._asking.join()
-    window.frame(0.0)
-    assert not theme.is_dark  # what F7 chose stays until the system's preference changes
 
 
 def test_the_column_folds_in_a_narrow_window_and_comes_back(window: Window) -> None:

@@ -149,21 +149,15 @@ class Words(Pressable):
 
 @dataclass(eq=False)
 class Label(Widget):
-    """Says something. said: what; more: what is said while the mouse is on it; scale: of its text."""
+    """Says something. said: what; scale: of its text."""
 
     said: Callable[[], str]
-    more: Callable[[], str] = str
     bold: bool = False
     dim: bool = False
     scale: float = 1.0
     widest: str = ""
 
     takes_keys = False
-
-    @property
-    def tip(self) -> str:
-        """What it says at length."""
-        return self.more()
 
     @property
     def look(self) -> object:
