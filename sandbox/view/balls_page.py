@@ -21,13 +21,13 @@ from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.move_tool import Tool
 from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
-from sandbox.view.primitives import dot, text_width, write
+from sandbox.view.primitives import dot, fitting, shortened, text_width, write
 from sandbox.view.theme import chart_palette, theme
 from sandbox.view.widgets import Widget, Words
 from sandbox.view.widgets.buttons import Swatch, TextButton
 from sandbox.view.widgets.fields import Field
 
-LINE: Final = 1.5  # height of a row, in heights of the text
+LINE_HEIGHT: Final = 1.5  # of a row's lines, in heights of the text
 NUMBER: Final = 3.2  # width of the column of numbers, likewise
 MAX_BALLS: Final = 2_000  # in the table
 Values = Callable[[State, Scene], Floats]
@@ -36,21 +36,18 @@ DECIMALS: Final = 3  # of numbers in px
 
 
 class Column(NamedTuple):
-    """A column: its values in px; their dimension; whether its heading has the unit."""
+    """A column: its values in px, and their dimension."""
 
     values: Values
-    dimension: Dimension = Dimension.NUMBER
-    has_unit: bool = False
+    dimension: Dimension
 
 
-MOTION: Final[Mapping[str, Column]] = {
-    "x": Column(lambda state, _: state.position[:, 0], Dimension.LENGTH, has_unit=True),
-    "y": Column(lambda state, _: state.position[:, 1], Dimension.LENGTH, has_unit=True),
-    "vx": Column(lambda state, _: state.velocity[:, 0], Dimension.VELOCITY, has_unit=True),
-    "vy": Column(lambda state, _: state.velocity[:, 1], Dimension.VELOCITY, has_unit=True),
+COLUMNS: Final[Mapping[str, Column]] = {  # as many on each of the two lines of a row
+    "x": Column(lambda state, _: state.position[:, 0], Dimension.LENGTH),
+    "y": Column(lambda state, _: state.position[:, 1], Dimension.LENGTH),
+    "vx": Column(lambda state, _: state.velocity[:, 0], Dimension.VELOCITY),
+    "vy": Column(lambda state, _: state.velocity[:, 1], Dimension.VELOCITY),
     "speed": Column(lambda state, _: length(state.velocity), Dimension.VELOCITY),
-}
-BODY: Final[Mapping[str, Column]] = {
     "mass": Column(lambda _, scene: scene.bodies.mass, Dimension.MASS),
     "radius": Column(lambda _, scene: scene.bodies.radius, Dimension.LENGTH),
     "momentum": Column(lambda state, scene: length(state.velocity) * scene.bodies.mass, Dimension.MOMENTUM),
@@ -60,17 +57,17 @@ BODY: Final[Mapping[str, Column]] = {
     ),
     "spin": Column(lambda state, _: state.spin, Dimension.SPIN),
 }
+PER_LINE: Final = len(COLUMNS) // 2
 
 
 @dataclass(eq=False)
 class BallTable(Widget):
     """Rows of balls under the names of columns: a press on a name sorts by it, one on a row selects the ball.
 
-    shown: returns the state, the scene and the step in an engine. columns: returns the columns shown.
+    shown: returns the state, the scene and the step in an engine.
     """
 
     shown: Callable[[], tuple[State, Scene, int]]
-    columns: Callable[[], Mapping[str, Column]]
     selected: Callable[[], int | None]
     select: Callable[[int], None]
     sorted_by: str = ""  # a column, or nothing: by number
@@ -83,66 +80,66 @@ class BallTable(Widget):
     def look(self) -> object:
         """The step, and how it is sorted."""
         state, scene, step = self.shown()
-        return step, id(state), id(scene), tuple(self.columns()), self.selected(), self.sorted_by, self.falling
+        return step, id(state), id(scene), self.selected(), self.sorted_by, self.falling
 
     def height(self, width: int, text_height: int) -> int:
         """Return the height of its rows, px."""
-        return round(LINE * text_height) * (1 + min(MAX_BALLS, len(self.shown()[0].position)))
+        return 2 * round(LINE_HEIGHT * text_height) * (1 + min(MAX_BALLS, len(self.shown()[0].position)))
 
     @property
     def order(self) -> Sequence[int]:
         """The balls in the order of the rows."""
         state, scene, _ = self.shown()
-        if self.sorted_by not in self.columns():
+        if not self.sorted_by:
             return range(len(state.position))
-        values = self.columns()[self.sorted_by].values(state, scene)
+        values = COLUMNS[self.sorted_by].values(state, scene)
         order: list[int] = np.argsort(-values if self.falling else values, kind="stable").tolist()
         return order
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
         """Draw the rows that are in the clipped part of the surface."""
         state, scene, _ = self.shown()
-        self._line, self._text_height = round(LINE * text_height), text_height
-        columns, units, first, small = (
-            self.columns(),
-            scene.units,
-            round(NUMBER * text_height),
-            round(0.9 * text_height),
-        )
-        width = (place.width - first) // len(columns)
-        cells = [Rect(place.x + first + k * width, place.y, width, self._line) for k in range(len(columns))]
-        values = np.column_stack([column.values(state, scene) for column in columns.values()])
-        for cell, (name, column) in zip(cells, columns.items(), strict=True):
+        self._line, self._text_height = round(LINE_HEIGHT * text_height), text_height
+        units, first, small = scene.units, round(NUMBER * text_height), round(0.9 * text_height)
+        width, tall = (place.width - first) // PER_LINE, 2 * self._line
+        cells = [
+            Rect(place.x + first + k % PER_LINE * width, place.y + k // PER_LINE * self._line, width, self._line)
+            for k in range(len(COLUMNS))
+        ]
+        values = np.column_stack([column.values(state, scene) for column in COLUMNS.values()])
+        for cell, (name, column) in zip(cells, COLUMNS.items(), strict=True):
             is_sorted = name == self.sorted_by
-            heading = f"{name}, {units.name(column.dimension)}" if column.has_unit else name
-            heading = heading if text_width(heading, small, bold=is_sorted) < width - small // 2 else name
-            _right(surface, heading, cell, small, bold=is_sorted)
+            heading = f"{name}, {units.name(column.dimension)}"
+            room = width - 4
+            heading = heading if text_width(heading, small, bold=is_sorted) < room else name
+            height = fitting(text_width(heading, small, bold=is_sorted), room, small)
+            _right(surface, shortened(heading, room, height), cell, height, bold=is_sorted)
         clip, chosen, order = surface.get_clip(), self.selected(), self.order
-        top = max(0, (clip.y - place.y) // self._line - 1)
+        top = max(0, (clip.y - place.y) // tall - 1)
         for row in range(top, min(len(order), MAX_BALLS)):
-            line = Rect(place.x, place.y + (row + 1) * self._line, place.width, self._line)
+            line = Rect(place.x, place.y + (row + 1) * tall, place.width, tall)
             if line.y > clip.bottom:
                 break
             ball = order[row]
             if ball == chosen:
                 surface.fill(theme.hover, line)
+            surface.fill(theme.line, (line.x, line.y, line.width, 1))
             disc = dot(max(2, small // 3), rgb(scene.colors[ball]), theme.dim)  # or white balls would not be seen
             surface.blit(disc, disc.get_rect(center=(line.x + small // 2, line.centery)))
             write(surface, str(ball), Rect(line.x + small, line.y, first, line.height), theme.ink, small)
-            for cell, value, column in zip(cells, values[ball], columns.values(), strict=True):
+            for cell, value, column in zip(cells, values[ball], COLUMNS.values(), strict=True):
                 text = _cell_text(value, column.dimension, units)
                 _right(surface, text, cell.move(0, line.y - place.y), small, ink=True)
 
     def press(self, place: Rect, point: tuple[int, int]) -> None:
         """Sort by the column whose name is pressed, or select the ball of the row."""
-        row = (point[1] - place.y) // max(1, self._line) - 1
-        if row >= 0:
-            for ball in self.order[row : row + 1]:
+        line, first = (point[1] - place.y) // self._line, round(NUMBER * self._text_height)
+        if line >= 2:
+            for ball in self.order[line // 2 - 1 : line // 2]:
                 self.select(ball)
             return
-        names, first = list(self.columns()), round(NUMBER * self._text_height)
-        column = (point[0] - place.x - first) // max(1, (place.width - first) // len(names))
-        name = names[min(column, len(names) - 1)] if column >= 0 else ""
+        column = (point[0] - place.x - first) // max(1, (place.width - first) // PER_LINE)
+        name = list(COLUMNS)[PER_LINE * line + min(column, PER_LINE - 1)] if column >= 0 else ""
         self.falling = name != self.sorted_by or not self.falling  # the largest first, then the smallest
         self.sorted_by = name
 
@@ -162,7 +159,6 @@ def _right(surface: Surface, text: str, cell: Rect, height: int, *, ink: bool = 
     write(surface, text, place, theme.ink if ink else theme.dim, height, bold=bold)
 
 
-COLUMNS: Final[Mapping[str, Column]] = {**MOTION, **BODY}
 IF_SET: Final = "the same in every engine if you set it"
 DOES: Final = {
     "x": f"position of its centre, to the right; {IF_SET}",
@@ -361,18 +357,8 @@ class BallsPage:
         self._playback = playback
         self._editor = editor
         self._inspector = Inspector(playback, editor, mouse, notice)
-        self._columns = MOTION
-        self._table = BallTable(
-            self._shown, lambda: self._columns, lambda: editor.selected, lambda ball: editor.select(ball, editor.pane)
-        )
+        self._table = BallTable(self._shown, lambda: editor.selected, lambda ball: editor.select(ball, editor.pane))
         self._engine = cache(self._make_engine)
-        self._kinds = [
-            TextButton("motion", partial(self._show, MOTION), "position and velocity", lambda: self._columns is MOTION),
-            TextButton("body", partial(self._show, BODY), "", lambda: self._columns is BODY),
-        ]
-
-    def _show(self, columns: Mapping[str, Column]) -> None:
-        self._columns = columns
 
     def _shown(self) -> tuple[State, Scene, int]:
         view = self._playback.view
@@ -384,12 +370,9 @@ class BallsPage:
 
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets."""
-        units = self._playback.scene.units
-        momentum, energy = units.name(Dimension.MOMENTUM), units.name(Dimension.ENERGY)
-        self._kinds[1].does = f"mass, radius, momentum ({momentum}), kinetic energy ({energy}) and spin (rad/s)"
         names = [pane.name for pane in self._playback.view.panes]
         colours = chart_palette().engines([*names, self._playback.session.reference])
         buttons = [self._engine(pane, name) for pane, name in enumerate(names)]
         for button in buttons:
             button.colour = colours[button.text]
-        return [*self._inspector.rows(), buttons, self._kinds, [self._table]]
+        return [*self._inspector.rows(), buttons, [self._table]]

@@ -62,11 +62,10 @@ def font(height: int, *, bold: bool = False, fallback: str = "") -> pygame.font.
 
 
 @lru_cache(maxsize=1024)
-def _lacks(text: str, fallback: str) -> int:
-    """Return how many characters of a text a font has no picture of, but draws as it draws one that does not exist."""
+def _has(text: str, fallback: str) -> bool:
+    """Return whether a font has all characters of a text: it draws none as it draws one that does not exist."""
     face = font(LARGE, fallback=fallback)
-    missing = face.metrics("\uffff")[0]
-    return sum(shape in (None, missing) for shape in face.metrics(text))
+    return {None, *face.metrics("\uffff")}.isdisjoint(face.metrics(text))
 
 
 @lru_cache(maxsize=1)
@@ -76,10 +75,10 @@ def _installed() -> tuple[str, ...]:
 
 
 def _face(text: str, height: int, *, bold: bool) -> pygame.font.Font:
-    """Return the font that a text is written in: where the usual one lacks characters, that which lacks fewest."""
-    if text.isascii():
-        return font(height, bold=bold)
-    return font(height, bold=bold, fallback=min(("", *_installed()), key=lambda name: _lacks(text, name)))
+    """Return the font that a text is written in: the usual one, or if that lacks characters, the first that has all."""
+    usual = text.isascii() or _has(text, "")
+    fallback = "" if usual else next((name for name in _installed() if _has(text, name)), "")
+    return font(height, bold=bold, fallback=fallback)
 
 
 @lru_cache(maxsize=2048)

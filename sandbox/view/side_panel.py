@@ -192,10 +192,11 @@ class ScenePage:
         def set_gravity(value: float) -> None:
             editor.set_gravity(value / self._playback.scene.units.factor(Dimension.ACCELERATION))
 
-        self._gravity = Slider("gravity", GRAVITIES, gravity, set_gravity)
-        pairs = "elasticity of every pair"
-        self._elasticity = Slider("elasticity", ELASTICITIES, editor.elasticity, editor.set_elasticity, pairs)
-        self._steps = Slider("steps", RATES, editor.rate, editor.set_rate, "steps per second", " per second")
+        self._gravity = Slider("gravity", GRAVITIES, gravity, set_gravity, "downwards")
+        self._elasticity = Slider(
+            "elasticity", ELASTICITIES, editor.elasticity, editor.set_elasticity, "of any two that meet"
+        )
+        self._steps = Slider("steps", RATES, editor.rate, editor.set_rate, unit=" per second")
         self._buttons = [
             action_button("Restart", Action.RESTART, do),
             action_button("Next seed", Action.NEXT_SEED, do),
@@ -207,8 +208,7 @@ class ScenePage:
         self._title.text, self._about.text = scene.title or scene.name, scene.about
         balls = len(scene.bodies)
         self._facts.text, self._facts.colour = f"{balls:,} ball{'s' * (balls != 1)}, seed {scene.seed}", theme.dim
-        unit = scene.units.name(Dimension.ACCELERATION)
-        self._gravity.does, self._gravity.unit = f"gravity downwards, {unit}", f" {unit}"
+        self._gravity.unit = f" {scene.units.name(Dimension.ACCELERATION)}"
         self._gravity.values = [PER_METRE.get(scene.units.length, PIXELS_PER_METRE) * value for value in GRAVITIES]
         self._elasticity.unit = "" if self._editor.has_one_elasticity else " between balls"
         texts = [self._title, *([self._about] if scene.about else []), self._facts]

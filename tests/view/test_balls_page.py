@@ -28,7 +28,7 @@ from window_driver import (
 from sandbox.run.edits import AddBall, AddWall, ChangeBall, ChangeWall, DeleteBall, DeleteWall, SetVelocity
 from sandbox.run.inputs import Grab
 from sandbox.scene.files import parse
-from sandbox.view.balls_page import MOTION, NUMBER, BallTable
+from sandbox.view.balls_page import NUMBER, PER_LINE, BallTable
 from sandbox.view.controls import Panel
 from sandbox.view.editor import ARENA_WALL
 from sandbox.view.move_tool import Tool
@@ -216,7 +216,7 @@ def test_the_table_has_every_ball_sorts_and_selects(desk: Window) -> None:
     desk.draw()
     line = round(1.5 * desk.layout.text_height)
     place = next(place for widget, place in desk._placed if widget is table)
-    click(desk, (place.x + 60, place.y + round(2.5 * line)))
+    click(desk, (place.x + 60, place.y + round(4.5 * line)))
     assert desk.editor.selected == 1
     place = next(place for widget, place in desk._placed if widget is table)
     click(desk, (place.right - 10, place.y + line // 2))
@@ -224,6 +224,8 @@ def test_the_table_has_every_ball_sorts_and_selects(desk: Window) -> None:
     assert list(table.order) == np.argsort(-speeds).tolist()
     click(desk, (place.right - 10, place.y + line // 2))
     assert list(table.order) == np.argsort(speeds, kind="stable").tolist()
+    click(desk, (place.right - 10, place.y + round(1.5 * line)))
+    assert table.sorted_by == "spin"
     push(desk, "impulse")
     assert table.shown()[0] is desk.view.panes[1].state
 
@@ -388,14 +390,14 @@ def test_walls_that_do_not_stand_are_not_selected(desk: Window) -> None:
 @pytest.mark.parametrize("width", [260, 300, 400])
 def test_the_headings_of_a_narrow_table_do_not_run_into_each_other(window: Window, width: int) -> None:
     scene, state = window.scene, window.view.panes[0].state
-    table = BallTable(lambda: (state, scene, 0), lambda: MOTION, lambda: None, lambda _: None)
+    table = BallTable(lambda: (state, scene, 0), lambda: None, lambda _: None)
     surface = pygame.Surface((width, 60))
     surface.fill(theme.raised)
     table.draw(surface, surface.get_rect(), 14, hot=False)
     first = round(NUMBER * 14)
-    cell = (width - first) // len(MOTION)
-    for column in range(1, len(MOTION)):
-        gap = surface.subsurface((first + column * cell, 0, 4, 20))
+    cell = (width - first) // PER_LINE
+    for column in range(1, PER_LINE):
+        gap = surface.subsurface((first + column * cell, 0, 4, 40))
         assert colours(gap) == {tuple(theme.raised)[:3]}
 
 

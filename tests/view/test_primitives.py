@@ -56,7 +56,7 @@ def test_a_line_may_be_broken_between_a_number_and_a_word_that_begins_like_a_uni
     assert any(line.startswith("steps") for lines in broken for line in lines)
 
 
-def test_characters_that_the_usual_font_lacks_are_written_in_the_font_of_the_system_that_has_most_of_them() -> None:
+def test_a_text_that_the_usual_font_lacks_is_written_in_a_font_of_the_system_that_has_it() -> None:
     if not pygame.font.match_font("dejavusans"):
         pytest.skip("needs the font DejaVu Sans")
     for text in ("\u2200x", "\u2203\u2200"):

@@ -118,11 +118,6 @@ class Slider(Widget):
 
     follows_mouse = True
 
-    @property
-    def tip(self) -> str:
-        """What it sets, and its value."""
-        return f"{self.does}: {self._value_text()}"
-
     def _value_text(self) -> str:
         value = self.value() if self.dragged is None else self.values[self.dragged]
         return f"{value:g}{self.unit}"
