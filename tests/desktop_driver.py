@@ -16,9 +16,9 @@ from pygame import Rect
 from pygame.event import Event
 from window_driver import WorkerHere, drag, hover, pixels, point, press
 
-from sandbox.report.case import OtherContact
 from sandbox.run.inputs import End, Input, load_inputs
 from sandbox.scene.model import Scene
+from sandbox.view.case import OtherContact
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import CONTROLS, Panel
 from sandbox.view.layout import WIDE, Layout

@@ -21,7 +21,7 @@ from sandbox.jit import _Cache
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn, warnings
-from sandbox.view.compilation import Compilation, Part
+from sandbox.view.compilation import Compilation, Target
 from sandbox.view.compiling import WindowCompiler
 
 FEW_BALLS = ("article", "bouncing", "break-shot", "head-on", "newtons-cradle", "oblique")
@@ -141,8 +141,8 @@ print(json.dumps(sorted(loaded - by_parts)))
     assert json.loads(run_python(f"{silent_engine = }\n{code}")) == []
 
 
-def parts(*acts: Any) -> tuple[Part, ...]:
-    return tuple(Part(f"part {number}", (f"module{number}.",), act) for number, act in enumerate(acts))
+def parts(*acts: Any) -> tuple[Target, ...]:
+    return tuple(Target(f"part {number}", (f"module{number}.",), act) for number, act in enumerate(acts))
 
 
 @pytest.fixture

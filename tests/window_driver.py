@@ -8,12 +8,12 @@ from pygame import Rect, Surface
 from pygame.event import Event
 
 from sandbox.errors import SandboxError
-from sandbox.report.case import Case
-from sandbox.report.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.run.inputs import Input
 from sandbox.view import Layer
+from sandbox.view.case import Case
 from sandbox.view.case_so_far import CaseWorker, answer
 from sandbox.view.controls import Action, Panel, tip_of
+from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.view.widgets.fields import Slider
 from sandbox.view.window import Window
 

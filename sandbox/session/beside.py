@@ -18,7 +18,7 @@ from sandbox.signals import abandon_at
 from sandbox.state import Contacts, State, no_contacts
 
 
-class Part(NamedTuple):
+class PartialMoment(NamedTuple):
     """The engines of one lockstep at a step, see `Moment`."""
 
     states: dict[str, State]
@@ -30,7 +30,7 @@ class Part(NamedTuple):
     standing: frozenset[str]
 
 
-class PartReader:
+class MomentReader:
     """Reads the engines of a lockstep step by step, and counts their contacts from its start."""
 
     def __init__(self, lockstep: Lockstep) -> None:
@@ -40,7 +40,7 @@ class PartReader:
         for runner in lockstep.engines.values():
             runner.record_contacts()
 
-    def read(self) -> Part:
+    def read(self) -> PartialMoment:
         """Return what a moment has of the engines now, with the contacts since the last call."""
         lockstep = self._lockstep
         contacts = {name: runner.contacts() for name, runner in lockstep.engines.items()}
@@ -49,7 +49,7 @@ class PartReader:
                 self._counts[name] += len(resolved)
                 self._wall_impulse[name] += wall_impulse(resolved, lockstep.scene.arena.size)
         states = lockstep.states()
-        return Part(
+        return PartialMoment(
             states,
             # after an edit, the balls of these contacts may have other numbers
             dict.fromkeys(contacts, no_contacts()) if lockstep.edited else contacts,
@@ -66,7 +66,7 @@ class Beside:
 
     def __init__(self, lockstep: Lockstep) -> None:
         self.lockstep = lockstep
-        self._reader = PartReader(lockstep)
+        self._reader = MomentReader(lockstep)
         self._abandoned = Event()
         self._thread = ThreadPoolExecutor(1, "beside", initializer=abandon_at, initargs=(self._abandoned,))
         self._tasks: list[Future[None]] = []  # since the last part was asked for
@@ -80,7 +80,7 @@ class Beside:
         """Have an input of the next step applied."""
         self._tasks.append(self._thread.submit(partial(self.lockstep.apply, given)))
 
-    def part(self) -> Callable[[float | None], Part]:
+    def part(self) -> Callable[[float | None], PartialMoment]:
         """Have the engine read. Return a function that waits for some seconds (by default, None) for what is read.
 
         It raises TimeoutError if that is not there yet, and SandboxError if a step before it has failed.
@@ -100,7 +100,7 @@ class Beside:
         _stop(self._thread, self._abandoned)
 
 
-def _result(part: "Future[Part]", tasks: "list[Future[None]]", seconds: float | None) -> Part:
+def _result(part: "Future[PartialMoment]", tasks: "list[Future[None]]", seconds: float | None) -> PartialMoment:
     read = part.result(seconds)
     for task in tasks:
         task.result()

@@ -22,13 +22,13 @@ from sandbox.scene.balls import BallGroup
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.scores.energy_scale import EnergyScale
-from sandbox.session.beside import Beside, Part, PartReader
+from sandbox.session.beside import Beside, MomentReader, PartialMoment
 from sandbox.session.history import MAX_BYTES_KEPT, MAX_RECENT, History, Moment
 from sandbox.session.samples import Samples
 from sandbox.state import States
 
 T = TypeVar("T")
-NOTHING: Final = Part({}, {}, {}, {}, {}, {}, frozenset())  # is missing
+NOTHING: Final = PartialMoment({}, {}, {}, {}, {}, {}, frozenset())  # is missing
 CALLS_PER_TRY: Final = 30  # between two tries whether the reference is compiled by now
 
 
@@ -37,7 +37,7 @@ class Unfinished(NamedTuple):
 
     moment: Moment
     edited: bool
-    part: Callable[[float | None], Part]
+    part: Callable[[float | None], PartialMoment]
 
 
 class Session:
@@ -321,7 +321,7 @@ class Session:
         self.stop()
         self._order = list(engines)
         self.lockstep = lockstep(set(engines) - beside)
-        self._reader = PartReader(self.lockstep)
+        self._reader = MomentReader(self.lockstep)
         self._beside = Beside(lockstep(beside)) if beside & set(engines) else None
         self._stale = False
         self.stopped: tuple[float, str] | None = None  # s, when the reference could go on no longer, and its message
@@ -416,7 +416,7 @@ class Session:
         else:
             self._history.keep(self._complete(moment, NOTHING, edited=lockstep.edited))
 
-    def _complete(self, moment: Moment, rest: Part, *, edited: bool) -> Moment:
+    def _complete(self, moment: Moment, rest: PartialMoment, *, edited: bool) -> Moment:
         """Return a moment with the rest of its engines, and sample it. edited: whether an edit led to it."""
         joined: dict[str, Any] = {"standing": moment.standing | rest.standing}
         for key, of_engines in rest._asdict().items():

@@ -27,7 +27,7 @@ from sandbox.view.widgets import Widget, Words
 from sandbox.view.widgets.buttons import Swatch, TextButton
 from sandbox.view.widgets.fields import Field
 
-LINE_HEIGHT: Final = 1.5  # of a row's lines, in heights of the text
+CELL_HEIGHT: Final = 1.5  # in heights of the text
 NUMBER: Final = 3.2  # width of the column of numbers, likewise
 MAX_BALLS: Final = 2_000  # in the table
 Values = Callable[[State, Scene], Floats]
@@ -84,7 +84,7 @@ class BallTable(Widget):
 
     def height(self, width: int, text_height: int) -> int:
         """Return the height of its rows, px."""
-        return 2 * round(LINE_HEIGHT * text_height) * (1 + min(MAX_BALLS, len(self.shown()[0].position)))
+        return 2 * round(CELL_HEIGHT * text_height) * (1 + min(MAX_BALLS, len(self.shown()[0].position)))
 
     @property
     def order(self) -> Sequence[int]:
@@ -99,7 +99,7 @@ class BallTable(Widget):
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
         """Draw the rows that are in the clipped part of the surface."""
         state, scene, _ = self.shown()
-        self._line, self._text_height = round(LINE_HEIGHT * text_height), text_height
+        self._line, self._text_height = round(CELL_HEIGHT * text_height), text_height
         units, first, small = scene.units, round(NUMBER * text_height), round(0.9 * text_height)
         width, tall = (place.width - first) // PER_LINE, 2 * self._line
         cells = [

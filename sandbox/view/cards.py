@@ -15,7 +15,7 @@ from sandbox.view.controls import HELP
 from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout, ScreenPoint
 from sandbox.view.mouse_tool import MouseTool
-from sandbox.view.notice import Kind, Notice, draw_notice
+from sandbox.view.notice import Notice, NoticeKind, draw_notice
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import card, panel, text_width, wrapped, write
 from sandbox.view.scene_loader import SceneLoader
@@ -71,7 +71,7 @@ class Messages:
                 draw_status(surface, place, self._compilation, height)
             place.width = room
         if text:
-            draw_notice(surface, place, height, text, Kind.HINT if self._progress else self._notice.kind)
+            draw_notice(surface, place, height, text, NoticeKind.HINT if self._progress else self._notice.kind)
 
 
 @dataclass

@@ -11,11 +11,11 @@ from typing import Any, Final
 from sandbox.errors import SandboxError
 from sandbox.files import whole_file
 from sandbox.processes import ChildProcess, serve
-from sandbox.report.case import Case, case_of
-from sandbox.report.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.session.session import Session
 from sandbox.signals import signals_deferred
-from sandbox.view.notice import Kind, Notice
+from sandbox.view.case import Case, case_of
+from sandbox.view.notice import Notice, NoticeKind
+from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
 
 DIED = "the process that compares has died"
 MAX_REST: Final = 2.0  # s; until then, the worker is busy for half of the time at most
@@ -144,7 +144,7 @@ class CaseSoFar:
             self.case, self.error = answer, ""
         page, self._page = self._page, ""
         if page and self.error:
-            self._notice.show(self.error, Kind.ERROR)
+            self._notice.show(self.error, NoticeKind.ERROR)
         elif page:
             self._notice.show_saved(page)
             webbrowser.open(Path(page).absolute().as_uri())

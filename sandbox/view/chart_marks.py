@@ -8,9 +8,9 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.report.run_so_far import Marks
 from sandbox.state import Floats
 from sandbox.view.primitives import lettering, shortened, text_width
+from sandbox.view.run_so_far import Marks
 from sandbox.view.theme import Palette
 
 AXIS: Final = 4.4  # heights of text, for the numbers of the axis

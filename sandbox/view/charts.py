@@ -8,7 +8,6 @@ import numpy as np
 import pygame
 from pygame import Rect, Surface
 
-from sandbox.report.run_so_far import Marks
 from sandbox.report.scales import Span, round_up
 from sandbox.scene.model import Scene
 from sandbox.scene.units import PIXELS, Units
@@ -20,6 +19,7 @@ from sandbox.view.chart_marks import Mark, TimeAxis, small, spread
 from sandbox.view.instruments import LAW, LOGARITHMIC, Even, Instrument, TimeChart, time_chart
 from sandbox.view.layout import ScreenPoint
 from sandbox.view.primitives import card, draw_marker, lettering, shortened, text_width, write
+from sandbox.view.run_so_far import Marks
 from sandbox.view.speed_chart import SpeedChart
 from sandbox.view.theme import chart_palette, theme
 

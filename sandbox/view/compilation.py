@@ -74,7 +74,7 @@ def _compile_drawing() -> None:
     load_kernels()
 
 
-class Part(NamedTuple):
+class Target(NamedTuple):
     """A part of the program. modules: beginnings of the names of those with its kernels; compile: calls each kernel."""
 
     title: str
@@ -84,16 +84,16 @@ class Part(NamedTuple):
 
 # In the order of what a window of few balls lacks: the charts, its engines at full speed, and then the marks.
 COMPUTATION: Final = (
-    Part("exact", ("sandbox.engines.exact",), _compile_exact),
-    Part("article", ("sandbox.engines.article",), partial(_compile_engine, "article")),
-    Part("impulse", ("sandbox.engines.impulse",), partial(_compile_engine, "impulse")),
-    Part("scenes", ("sandbox.scene", "sandbox.quantity"), _compile_scenes),
-    Part("judge", ("sandbox.judge",), _compile_judge),
+    Target("exact", ("sandbox.engines.exact",), _compile_exact),
+    Target("article", ("sandbox.engines.article",), partial(_compile_engine, "article")),
+    Target("impulse", ("sandbox.engines.impulse",), partial(_compile_engine, "impulse")),
+    Target("scenes", ("sandbox.scene", "sandbox.quantity"), _compile_scenes),
+    Target("judge", ("sandbox.judge",), _compile_judge),
 )
-DRAWING: Final = Part("drawing", ("sandbox.view",), _compile_drawing)
+DRAWING: Final = Target("drawing", ("sandbox.view",), _compile_drawing)
 
 
-def _compile(_: "connection.Connection[Any, Any]", part: Part) -> None:
+def _compile(_: "connection.Connection[Any, Any]", part: Target) -> None:
     part.compile()
 
 
@@ -104,11 +104,11 @@ class Compilation:
     kernel can `poll` too.
     """
 
-    def __init__(self, parts: tuple[Part, ...], at_once: int) -> None:
+    def __init__(self, parts: tuple[Target, ...], at_once: int) -> None:
         self._parts = parts
         self._at_once = at_once
         self._todo = list(parts)
-        self._running: dict[Part, ChildProcess] = {}
+        self._running: dict[Target, ChildProcess] = {}
         self._lock = Lock()  # of both
 
     def until_compiled(self, module: str) -> Iterator["Compilation"]:

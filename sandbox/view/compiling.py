@@ -51,7 +51,7 @@ class WindowCompiler:
                 with suppress(NotCompiledYet, SandboxError), without_waiting():
                     draw_start(surface.subsurface(place), self._undrawn)
                     self._undrawn = None
-            draw_notice(surface, progress)
+            draw_progress(surface, progress)
             pygame.display.flip()
             if pygame.event.peek(pygame.QUIT):  # which also lets the system know that the window is alive
                 raise SystemExit
@@ -81,7 +81,7 @@ def compiling_beside_window(scene: Scene, engines: Sequence[str] | None) -> Iter
         compiler.compilation.stop()
 
 
-def draw_notice(surface: Surface, progress: Compilation) -> None:
+def draw_progress(surface: Surface, progress: Compilation) -> None:
     """Draw what is being compiled, and how far that is, in the middle of a surface."""
     text = str(progress)
     width = max(text_width(text, TEXT_HEIGHT), BAR_WIDTH)

@@ -12,7 +12,7 @@ from sandbox.engines.pymunk import settings_of
 from sandbox.errors import SandboxError
 from sandbox.run.edits import Edit, edited_scenes
 from sandbox.scene.model import PymunkSettings, Scene
-from sandbox.view.notice import Kind, Notice
+from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.playback import Playback
 from sandbox.view.theme import chart_palette, theme
 from sandbox.view.widgets import Widget, Words
@@ -161,12 +161,12 @@ class LineUp:
             check_name(spec := spec.strip())
             spec = normal(spec, self.scene)
         except SandboxError as error:
-            self._notice.show(str(error), Kind.ERROR)
+            self._notice.show(str(error), NoticeKind.ERROR)
             return
         if any(are_same(spec, name, self.scene) for name in others):
-            self._notice.show(f"{spec} runs already, in another pane", Kind.ERROR)
+            self._notice.show(f"{spec} runs already, in another pane", NoticeKind.ERROR)
         elif len(others) == MAX_PANES:
-            self._notice.show(FULL, Kind.ERROR)
+            self._notice.show(FULL, NoticeKind.ERROR)
         elif [*others[:pane], spec, *others[pane:]] != self.names:
             self._use([*others[:pane], spec, *others[pane:]])
 

@@ -157,8 +157,8 @@ def time_chart(
         line, factor = f"{unit} from {samples.reference}", units.factor(Dimension.LENGTH)
         return TimeChart(instrument, line, scale, f"{{:.4g}} {unit}", _of(Quantity.GAP), factor)
     if instrument is Instrument.BALL:
-        name, dimension = OF_BALL[of_ball]
-        factor, unit = units.factor(dimension), units.name(dimension)
+        name, of_name = OF_BALL[of_ball]
+        factor, unit = units.factor(of_name), units.name(of_name)
         line = f"{name}, {unit}, ball {samples.ball}"
         return TimeChart(instrument, line, Even(), f"{{:.4f}} {unit}", _of(of_ball), factor)
     dimension, digits, in_pixels = OVER_TIME[instrument]

@@ -21,7 +21,7 @@ MAX_LINES: Final = 4
 SIGN_INK: Final = Color("white")
 
 
-class Kind(Enum):
+class NoticeKind(Enum):
     """What a message is about, which its colour and its sign show."""
 
     HINT = auto()
@@ -40,22 +40,22 @@ class Notice:
         """The message, while it is shown; then nothing."""
         return self._text if monotonic() < self._until else ""
 
-    def show(self, text: str, kind: Kind = Kind.HINT) -> None:
+    def show(self, text: str, kind: NoticeKind = NoticeKind.HINT) -> None:
         """Show a message."""
         self.kind, self._text, self._until = kind, text, monotonic() + SECONDS_SHOWN
 
     def show_saved(self, file: str | Path, more: str = "") -> None:
         """Show that a file was saved, and in which folder."""
         path = Path(file).absolute()
-        self.show(f"saved {path.name} in {path.parent}{more}", Kind.DONE)
+        self.show(f"saved {path.name} in {path.parent}{more}", NoticeKind.DONE)
 
     def clear(self) -> None:
         """Show nothing."""
-        self.kind, self._text, self._until = Kind.HINT, "", 0.0
+        self.kind, self._text, self._until = NoticeKind.HINT, "", 0.0
 
     def go_stale(self) -> None:
         """Show nothing that the user's next action answers: only what was saved stays."""
-        if self.kind is not Kind.DONE:
+        if self.kind is not NoticeKind.DONE:
             self.clear()
 
     @contextmanager
@@ -64,14 +64,14 @@ class Notice:
         try:
             yield
         except SandboxError as error:
-            self.show(str(error), Kind.ERROR)
+            self.show(str(error), NoticeKind.ERROR)
 
 
-SIGNS: Final = {Kind.HINT: "", Kind.DONE: "OK", Kind.ERROR: "!"}  # not everybody distinguishes the colours
-GROUNDS: Final = {Kind.DONE: readable(Color(GREEN), SIGN_INK), Kind.ERROR: readable(Color(VERMILLION), SIGN_INK)}
+SIGNS: Final = {NoticeKind.HINT: "", NoticeKind.DONE: "OK", NoticeKind.ERROR: "!"}  # not all see the colours
+COLOURS: Final = {NoticeKind.DONE: GREEN, NoticeKind.ERROR: VERMILLION}
 
 
-def draw_notice(surface: Surface, place: Rect, height: int, message: str, kind: Kind) -> None:
+def draw_notice(surface: Surface, place: Rect, height: int, message: str, kind: NoticeKind) -> None:
     """Write a message over the lower edge of a place, after a sign on the colour of its kind. height: of the text."""
     sign, line = SIGNS[kind], round(1.45 * height)
     chip_width = text_width(sign, height) + height if sign else 0
@@ -83,7 +83,7 @@ def draw_notice(surface: Surface, place: Rect, height: int, message: str, kind: 
     left = card.x + height
     if sign:
         chip = Rect(left, card.y + height // 2, chip_width, line)
-        pygame.draw.rect(surface, GROUNDS[kind], chip, border_radius=height // 4)
+        pygame.draw.rect(surface, readable(Color(COLOURS[kind]), SIGN_INK), chip, border_radius=height // 4)
         write(surface, sign, chip.move(height // 2, 0), SIGN_INK, height, bold=True)
         left = chip.right + height // 2
     for number, text in enumerate(lines):
@@ -130,7 +130,7 @@ class Guard:
             if name:
                 self.failed += (name,)
                 text = f"{name} failed and is switched off, the run goes on; restart (R) shows it again: {error}"
-            self._notice.show(f"{text[0].upper()}{text[1:]}", Kind.ERROR)
+            self._notice.show(f"{text[0].upper()}{text[1:]}", NoticeKind.ERROR)
 
     def try_again(self) -> None:
         """Show the parts again that failed."""

@@ -15,7 +15,6 @@ from sandbox.analysis.comparison import Comparison
 from sandbox.engines import create
 from sandbox.errors import EngineError, SandboxError
 from sandbox.files import whole_file
-from sandbox.report.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.run.inputs import Input
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
@@ -25,6 +24,7 @@ from sandbox.state import no_contacts
 from sandbox.view import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.primitives import Discs, draw_walls, first_lines, write
+from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.view.session_view import Pane, SessionView, draw_panes
 from sandbox.view.theme import palette, theme
 from sandbox.view.video import VIDEO_FORMATS

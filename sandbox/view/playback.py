@@ -12,7 +12,7 @@ from sandbox.run.inputs import Input, Release
 from sandbox.scene.model import Scene
 from sandbox.session.session import Session
 from sandbox.view.display import Stopped
-from sandbox.view.notice import Kind, Notice
+from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.session_view import NOTED_LAG, SessionView
 
 PATIENCE: Final = 0.004  # s that a frame waits for a reference computed beside it, which mostly is there by then
@@ -106,7 +106,7 @@ class Playback:
             self._run_to_here()
         except SandboxError as error:
             self.play(before)
-            self._notice.show(str(error), Kind.ERROR)
+            self._notice.show(str(error), NoticeKind.ERROR)
             return False
         except Stopped:
             self.play(before)
@@ -302,7 +302,7 @@ class Playback:
         except SandboxError as error:
             self.session.return_to(step, inputs)
             self.settle()
-            self._notice.show(str(error), Kind.ERROR)
+            self._notice.show(str(error), NoticeKind.ERROR)
 
     def _show_change(self, changed: bool, otherwise: str) -> None:
         if changed:

@@ -49,7 +49,7 @@ _BEFORE_UNIT: Final = re.compile(r"(?<=\d) (?=(?:ms|s|px|mm|cm|m|kg|J|rad|%)(?:\
 Point = Sequence[float]
 Ink = Color | tuple[int, ...]
 MIN_RADIUS: Final = 1.0  # px; smaller discs are drawn with it, or they would hardly be seen
-LINE: Final = (44, 62, 80)  # the colour of the lines, as in Pymunk's debug-draw
+RADIUS_INK: Final = (44, 62, 80)  # of the line from the centre to the rim, as in Pymunk's debug-draw
 
 
 @lru_cache(maxsize=256)
@@ -335,7 +335,7 @@ class Discs:
             self._format = surface.get_shifts()
             values = {colour: pixel_of(surface, rgb(colour)) for colour in set(self._colours)}
             self._values = np.array([values[colour] for colour in self._colours])
-        line = pixel_of(surface, LINE)
+        line = pixel_of(surface, RADIUS_INK)
         stamp_discs(*pixels_of(surface), place_of(surface), centre, radius, self._values, angle, line)
 
     def _draw_plainly(self, surface: Surface, centre: Floats, radius: Floats, angle: Floats) -> None:
@@ -347,4 +347,4 @@ class Discs:
             capsule(surface, rgb(self._colours[k]), (x, y), (x, y), r)
             if MIN_TURNED < r - 1 < MAX_PYGAME_LINE:
                 rim = int(x + (r - 1) * math.cos(angle[k])), int(y + (r - 1) * math.sin(angle[k]))
-                pygame.draw.line(surface, LINE, (int(x), int(y)), rim, 2 if r - 1 > 20 else 1)
+                pygame.draw.line(surface, RADIUS_INK, (int(x), int(y)), rim, 2 if r - 1 > 20 else 1)

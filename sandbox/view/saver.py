@@ -17,7 +17,7 @@ from sandbox.report.pymunk_program import pymunk_code
 from sandbox.run.inputs import Input, write_run
 from sandbox.scene.files import TRUTHS, bundled, write
 from sandbox.scene.model import Scene
-from sandbox.view.notice import Kind, Notice
+from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.offscreen import save_picture
 from sandbox.view.playback import Playback
 
@@ -65,7 +65,7 @@ class Saver:
         view = self._playback.view
         code = pymunk_code(view.moment.scene, view.panes[pane].state)
         if _copy(code):
-            self._notice.show("copied: the balls as they are as a program for Pymunk", Kind.DONE)
+            self._notice.show("copied: the balls as they are as a program for Pymunk", NoticeKind.DONE)
             return
         name = self.free_name(".py")
         with self._notice.reporting(), whole_file(name) as file:

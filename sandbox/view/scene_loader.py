@@ -10,7 +10,7 @@ from sandbox.errors import Refused, SandboxError
 from sandbox.files import MAX_TEXT_FILE_BYTES
 from sandbox.scene.files import TRUTHS, bundled, load
 from sandbox.scene.model import Scene
-from sandbox.view.notice import Kind, Notice
+from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.offscreen import Previews
 from sandbox.view.scene_picker import ScenePicker
 
@@ -94,7 +94,7 @@ class SceneLoader:
             self._begin(scene, self.engines)
         except Refused as refusal:
             self._begin(scene, None)
-            self._notice.show(str(refusal), Kind.ERROR)
+            self._notice.show(str(refusal), NoticeKind.ERROR)
         self._opened(scene)
 
     def reload_if_edited(self) -> bool:

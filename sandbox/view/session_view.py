@@ -12,7 +12,6 @@ from sandbox.engines import REFERENCE, Engine, default_engines
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.engines.stand_ins import StoppingEngine
 from sandbox.errors import EngineError
-from sandbox.report.run_so_far import Marks
 from sandbox.run.edits import edited_scenes
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
@@ -28,6 +27,7 @@ from sandbox.view.layout import EDGE, Layout, ScreenPoint
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Canvas, Overlay, RecentContacts, Trail
 from sandbox.view.pixels import fill
 from sandbox.view.primitives import Discs, card, draw_walls, first_lines, shortened, text_width, write
+from sandbox.view.run_so_far import Marks
 from sandbox.view.theme import chart_palette, palette, theme
 
 AS_IT_SHOULD_BE: Final = "energy as it should be"

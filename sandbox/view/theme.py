@@ -1,13 +1,8 @@
-"""The colours of the window, light or dark as the system prefers, and of the panes on any background."""
+"""The colours of the window, light or dark, and of the panes on any background."""
 
-import os
-import subprocess
-import sys
 from collections.abc import Iterable
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
-from threading import Thread
 from typing import Final
 
 from pygame import Color
@@ -15,16 +10,7 @@ from pygame import Color
 from sandbox.report.colours import colours_of
 from sandbox.scene.fields import PALETTE, rgb
 
-THEME: Final = "SANDBOX_THEME"  # environment variable: light or dark, whatever the system prefers
-ASK_SECONDS: Final = 1.0  # s, that the system may take to say what it prefers
-PORTAL: Final = (
-    *("gdbus", "call", "--session", "--dest", "org.freedesktop.portal.Desktop"),
-    *("--object-path", "/org/freedesktop/portal/desktop", "--method", "org.freedesktop.portal.Settings.Read"),
-    *("org.freedesktop.appearance", "color-scheme"),
-)
-GNOME: Final = ("gsettings", "get", "org.gnome.desktop.interface", "color-scheme")
-MAC: Final = ("defaults", "read", "-g", "AppleInterfaceStyle")
-REGISTRY_KEY: Final = r"Software\Microsoft\Windows\CurrentVersion\Themes\Personalize"
+THEME: Final = "SANDBOX_THEME"  # environment variable: dark, or else light
 
 
 class Theme:
@@ -69,62 +55,6 @@ COLOURS: Final = {  # of each theme: light, dark
 }
 LIGHT, DARK = Theme(dark=False), Theme(dark=True)
 theme: Final = Theme(dark=False)
-
-
-def prefers_dark() -> bool:
-    """Return whether the system prefers dark windows."""
-    chosen = os.environ.get(THEME, "")
-    if chosen:
-        return chosen == "dark"
-    if sys.platform == "win32":
-        return _windows_prefers_dark()
-    if sys.platform == "darwin":
-        return "Dark" in _answer(MAC)
-    if os.environ.get("DBUS_SESSION_BUS_ADDRESS"):
-        return "uint32 1" in (_answer(PORTAL) or "") or "dark" in _answer(GNOME)
-    return False
-
-
-class SystemTheme:
-    """Whether the system prefers dark windows: asked at first, and again beside the event loop."""
-
-    def __init__(self) -> None:
-        self.is_dark = prefers_dark()
-        self._followed: bool | None = None
-        self._asking: Thread | None = None
-
-    def follow(self) -> bool:
-        """Use the theme that the system prefers, if that is another than before. Return whether it is."""
-        if self.is_dark == self._followed:
-            return False
-        self._followed = self.is_dark
-        theme.use(dark=self.is_dark)
-        return True
-
-    def ask(self) -> None:
-        """Ask again, and let `is_dark` be the answer as soon as it is there."""
-        if self._asking is None or not self._asking.is_alive():
-            self._asking = Thread(target=self._ask, daemon=True)
-            self._asking.start()
-
-    def _ask(self) -> None:
-        self.is_dark = prefers_dark()
-
-
-def _answer(command: tuple[str, ...]) -> str:
-    """Return what a command prints; nothing if it is not there, or does not answer."""
-    with suppress(OSError, subprocess.SubprocessError):
-        asked = subprocess.run(command, capture_output=True, text=True, timeout=ASK_SECONDS, check=False)
-        return asked.stdout
-    return ""
-
-
-def _windows_prefers_dark() -> bool:
-    import winreg  # noqa: PLC0415  # exists on Windows only
-
-    with suppress(OSError), winreg.OpenKey(winreg.HKEY_CURRENT_USER, REGISTRY_KEY) as key:  # type: ignore[attr-defined]
-        return not winreg.QueryValueEx(key, "AppsUseLightTheme")[0]  # type: ignore[attr-defined]
-    return False
 
 
 def luminance(colour: Color) -> float:

@@ -28,7 +28,7 @@ from pygame import Surface
 
 from sandbox.errors import MissingLibrary, SandboxError
 from sandbox.files import whole_file, write_errors
-from sandbox.view.notice import Kind, Notice
+from sandbox.view.notice import Notice, NoticeKind
 
 MAX_GIF_COLOURS: Final = 255  # of a frame, besides the transparent one
 TRANSPARENT: Final = 255  # index in a frame's palette
@@ -248,7 +248,7 @@ class Recorder:
             except SandboxError as error:
                 video.discard()
                 self.video = None
-                self._notice.show(str(error), Kind.ERROR)
+                self._notice.show(str(error), NoticeKind.ERROR)
 
     def stop(self) -> None:
         """Save the recording, if there is one."""

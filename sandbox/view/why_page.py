@@ -9,14 +9,14 @@ from pygame import Color, Surface
 from sandbox.analysis.difference import MAX_DIFFERENCES, Difference
 from sandbox.analysis.verdict import MARK
 from sandbox.judge.causes import Cause
-from sandbox.report.case import Case, EngineCase, LedgerLine, OtherContact
-from sandbox.report.run_so_far import Marks
 from sandbox.scene.fields import rgb
+from sandbox.view.case import Case, EngineCase, LedgerLine, OtherContact
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.contact_mark import ContactPicture, draw_contact
 from sandbox.view.controls import Action
 from sandbox.view.layout import Layout
 from sandbox.view.playback import Playback
+from sandbox.view.run_so_far import Marks
 from sandbox.view.saver import Saver
 from sandbox.view.session_view import IT_SHOULD_HAVE, MIN_CHANGE, amount_text
 from sandbox.view.theme import chart_palette, palette, theme

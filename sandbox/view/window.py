@@ -1,5 +1,6 @@
 """The window: several engines run a scene side by side, and the mouse drags their balls."""
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -32,7 +33,7 @@ from sandbox.view.saver import Saver
 from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import SessionView
 from sandbox.view.side_panel import Page, ScenePage, ShowPage, SidePanel
-from sandbox.view.theme import SystemTheme, theme
+from sandbox.view.theme import THEME, theme
 from sandbox.view.toolbars import Header, Timeline, tool_palette
 from sandbox.view.video import Recorder
 from sandbox.view.why_page import WhyPage
@@ -72,8 +73,7 @@ class Window:
         *,
         beside: bool = False,
     ) -> None:
-        self._system = SystemTheme()
-        self._system.follow()
+        theme.use(dark=os.environ.get(THEME) == "dark")
         self.notice = Notice()
         self.guard = Guard(self.notice)
         self.playback = Playback(SessionView(scene, engines, inputs, beside=beside), self.notice, self.show_progress)
@@ -237,9 +237,6 @@ class Window:
     def frame(self, seconds: float) -> None:
         """Let some seconds pass, and draw what has changed."""
         playback, video = self.playback, self.recorder.video
-        if self._system.follow():
-            self.view.recolour()
-            self._outdated = True
         if again := self.key_repeat.due(seconds):
             with self._stoppable():
                 self._on_press(again)
@@ -298,8 +295,6 @@ class Window:
             self.running = False
         elif event.type == pygame.WINDOWSIZECHANGED:
             self._fit_column()
-        elif event.type == pygame.WINDOWFOCUSGAINED:  # perhaps from the system's settings
-            self._system.ask()
         elif event.type == pygame.DROPFILE:
             self.scenes.open_file(Path(event.file))
         elif self.scenes.picker and event.type not in RELEASES:

@@ -11,7 +11,6 @@ from pygame import Color, Rect, Surface
 from window_driver import click, hover, press, run, step
 
 from sandbox.analysis.reference import Trust
-from sandbox.report.run_so_far import Marks
 from sandbox.report.scales import BothSigns, Logarithmic, Scale, Span
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
@@ -20,6 +19,7 @@ from sandbox.state import State, no_contacts
 from sandbox.view.chart_marks import spread
 from sandbox.view.charts import Charts
 from sandbox.view.instruments import Even, Instrument
+from sandbox.view.run_so_far import Marks
 from sandbox.view.theme import LIGHT, chart_palette
 from sandbox.view.window import Window
 

@@ -16,7 +16,7 @@ from sandbox.errors import Terminated
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import load
 from sandbox.signals import signals_as_exceptions
-from sandbox.view.compilation import Compilation, Part
+from sandbox.view.compilation import Compilation, Target
 from sandbox.view.compiling import WindowCompiler, compiling_beside_window
 from sandbox.view.theme import theme
 from sandbox.view.window import Window
@@ -167,7 +167,7 @@ def test_the_status_line_shows_the_bar_until_all_is_compiled() -> None:
 
 @pytest.mark.usefixtures("screen")
 def test_compiling_ends_with_the_window(monkeypatch: pytest.MonkeyPatch) -> None:
-    endless = Part("endless", ("sandbox",), partial(os.system, "sleep 60"))
+    endless = Target("endless", ("sandbox",), partial(os.system, "sleep 60"))
     monkeypatch.setattr("sandbox.view.compiling.COMPUTATION", (endless,))
     with compiling_beside_window(load("article"), None) as compilation:
         assert compiled._compiler is not None

@@ -37,7 +37,7 @@ def drawn(
 ) -> NDArray[np.int64]:
     """Draw discs, with black lines at an angle, or in the discs' own colour. Return the pixels: (width, height, 3)."""
     n = len(centres)
-    with patch.object(sandbox.view.primitives, "LINE", rgb(colour) if angle is None else (0, 0, 0)):
+    with patch.object(sandbox.view.primitives, "RADIUS_INK", rgb(colour) if angle is None else (0, 0, 0)):
         Discs(np.full(n, radius), [colour] * n).draw(surface, centres, 1.0, np.full(n, angle or 0.0))
     return pixels(surface).astype(np.int64)
 

@@ -22,7 +22,7 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn
 from sandbox.view.engines_page import MAX_PANES, SCALES, are_same, in_force, meaning_of, normal, scale_of, with_setting
-from sandbox.view.notice import Kind
+from sandbox.view.notice import NoticeKind
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -262,7 +262,7 @@ def test_progress_is_shown_while_the_engines_run_again(window: Window, monkeypat
 
 def test_the_error_of_a_name_typed_wrongly_goes_when_the_right_one_runs(window: Window) -> None:
     window.line_up.add("exakt")
-    assert window.notice.kind is Kind.ERROR
+    assert window.notice.kind is NoticeKind.ERROR
     assert window.notice.text
     window.line_up.add("exact")
     assert not window.notice.text

@@ -11,12 +11,12 @@ from window_driver import colour_at, pixels, point, press, run
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.reference import Trust
 from sandbox.engines.pymunk import PymunkEngine
-from sandbox.report.run_so_far import Marks
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import load
 from sandbox.scene.units import PIXELS
 from sandbox.view.layout import Layout
 from sandbox.view.offscreen import draw_picture
+from sandbox.view.run_so_far import Marks
 from sandbox.view.session_view import AS_IT_SHOULD_BE, energy_in_words
 from sandbox.view.window import Window
 

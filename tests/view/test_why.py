@@ -13,17 +13,17 @@ from window_driver import WorkerHere, button, click, press, run, step
 
 from sandbox.analysis.comparison import compare
 from sandbox.errors import SandboxError
-from sandbox.report.case import Case, case_of
 from sandbox.report.comparison import page
-from sandbox.report.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.session.session import Session
 from sandbox.state import State
+from sandbox.view.case import Case, case_of
 from sandbox.view.case_so_far import DIED, CaseWorker
 from sandbox.view.contact_mark import NORMAL
 from sandbox.view.controls import Panel
+from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.view.theme import palette
 from sandbox.view.why_page import LISTED
 from sandbox.view.widgets import Bar, Widget, Words

@@ -16,8 +16,8 @@ from sandbox.scene.files import load
 from sandbox.view.controls import Action
 from sandbox.view.display import has_display
 from sandbox.view.layout import MIN_SIZE
-from sandbox.view.notice import Guard, Kind
-from sandbox.view.theme import GREEN, VERMILLION, readable
+from sandbox.view.notice import Guard, NoticeKind
+from sandbox.view.theme import DARK, GREEN, LIGHT, VERMILLION, readable
 from sandbox.view.widgets.buttons import Menu
 from sandbox.view.widgets.fields import Slider
 from sandbox.view.window import Window
@@ -83,7 +83,7 @@ def test_a_notice_leaves_the_time_and_goes_when_something_else_is_done(window: W
 
 def test_notices_of_success_and_error_look_different(window: Window) -> None:
     seen = []
-    for kind in Kind:
+    for kind in NoticeKind:
         window.notice.show("the same", kind)
         window.draw()
         seen.append(colours(window.screen.subsurface(window.layout.status)))
@@ -157,6 +157,16 @@ def test_an_action_that_fails_is_reported_and_the_window_stays_open(
     assert window.notice.text == "That failed, and the run goes on: in an action"
     assert len(caplog.records) == 2
     assert not window.guard.failed
+
+
+@pytest.mark.usefixtures("memory_screen")
+def test_a_window_opens_dark_by_the_environment_and_a_key_changes_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SANDBOX_THEME", "dark")
+    window = Window(load("article"), ["pymunk"])
+    for ground in (DARK.ground, LIGHT.ground):
+        window.draw()
+        assert window.screen.get_at((1, 1)) == ground
+        press(window, "F7")
 
 
 def test_the_column_folds_in_a_narrow_window_and_comes_back(window: Window) -> None:

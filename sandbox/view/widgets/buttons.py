@@ -12,7 +12,7 @@ from sandbox.view.primitives import fitting, panel, text_width, wrapped, write
 from sandbox.view.theme import readable, theme
 from sandbox.view.widgets import ENTER, Pressable, draw_ground
 
-LINE: Final = 1.7  # height of an item, in heights of the text
+ITEM_HEIGHT: Final = 1.7  # in a list, in heights of the text
 
 
 @dataclass(eq=False)
@@ -210,7 +210,7 @@ class Menu(Pressable):
         names = max(text_width(item.text, text_height) for item in items)
         does = max(text_width(item.does, text_height) for item in items)
         width = names + (does + text_height if does else 0) + 2 * text_height
-        height = round(len(items) * LINE * text_height) + text_height // 2
+        height = round(len(items) * ITEM_HEIGHT * text_height) + text_height // 2
         below = place.bottom + height <= within.bottom
         return Rect(place.x, place.bottom if below else place.y - height, max(width, place.width), height).clamp(within)
 
@@ -239,7 +239,7 @@ class Menu(Pressable):
 
     @staticmethod
     def _item_at(y: int, where: Rect, text_height: int, count: int) -> int:
-        return min(max(int((y - where.y - text_height / 4) / (LINE * text_height)), 0), count - 1)
+        return min(max(int((y - where.y - text_height / 4) / (ITEM_HEIGHT * text_height)), 0), count - 1)
 
     def draw_list(self, surface: Surface, place: Rect, text_height: int) -> None:
         """Draw the list."""
@@ -247,8 +247,8 @@ class Menu(Pressable):
         panel(surface, where)
         names = max(text_width(item.text, text_height) for item in items)
         for number, item in enumerate(items):
-            top = where.y + text_height // 4 + round(number * LINE * text_height)
-            line = Rect(where.x + 2, top, where.width - 4, round(LINE * text_height))
+            top = where.y + text_height // 4 + round(number * ITEM_HEIGHT * text_height)
+            line = Rect(where.x + 2, top, where.width - 4, round(ITEM_HEIGHT * text_height))
             ink, dim = theme.ink, theme.dim
             if number == self.at:
                 ink = dim = theme.on_accent

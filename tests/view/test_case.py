@@ -8,12 +8,12 @@ import pytest
 from conftest import Command, scene_of
 
 from sandbox.judge.causes import Cause
-from sandbox.report.case import Case, case_of
-from sandbox.report.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.run.edits import SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release, write_run
 from sandbox.scene.files import load
 from sandbox.session.session import Session
+from sandbox.view.case import Case, case_of
+from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
 
 DRAG: tuple[Input, ...] = (
     Grab(step=20, ball=1, at=(300, 300)),

@@ -10,13 +10,13 @@ from conftest import scene_of
 
 from sandbox.analysis.comparison import RunningComparison, compare
 from sandbox.engines import named
-from sandbox.report.run_so_far import ComparisonSoFar, Marks, RunSoFar
 from sandbox.run.edits import DeleteBall, SetElasticity, SetRate, SetVelocity
 from sandbox.run.inputs import Grab, Input, Kick, Move, Release
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.session.session import Session
+from sandbox.view.run_so_far import ComparisonSoFar, Marks, RunSoFar
 
 
 class Watched:

@@ -7,8 +7,8 @@ from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import Difference
 from sandbox.analysis.figures import Run
 from sandbox.analysis.verdict import ledger_mark, until_words, verdict_parts
-from sandbox.report.run_so_far import Marks, RunSoFar
 from sandbox.report.tables import NOTHING, sentence, share_text, velocities_and_spins
+from sandbox.view.run_so_far import Marks, RunSoFar
 
 
 @dataclass(frozen=True)
