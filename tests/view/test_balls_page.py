@@ -87,14 +87,15 @@ def position(window: Window, ball: int, pane: int = 0) -> list[float]:
     return found
 
 
-def test_the_key_opens_the_page_and_closes_it_and_the_tabs_change_it(window: Window) -> None:
-    press(window, "k")
-    assert window.panel.open is Panel.BALLS
-    press(window, "k")
+@pytest.mark.parametrize(("key", "panel"), [("k", Panel.BALLS), ("e", Panel.ENGINES), ("w", Panel.WHY)])
+def test_a_key_opens_a_page_and_closes_it_and_the_tabs_change_it(window: Window, key: str, panel: Panel) -> None:
+    press(window, key)
+    assert window.panel.open is panel
+    press(window, key)
     assert window.panel.open is None
-    press(window, "k")
-    click(window, button(window, Panel.SCENE))
-    assert window.panel.open is Panel.SCENE
+    window.panel.show(Panel.SCENE)
+    click(window, button(window, panel))
+    assert window.panel.open is panel
 
 
 def test_a_ball_is_shown_as_in_the_pane_where_it_was_clicked(desk: Window) -> None:

@@ -147,9 +147,6 @@ def test_energy_gets_another_unit_and_scale_as_soon_as_there_is_one(
         assert cards[-1][0][1] == f"energy, {unit} from exact"
     values = dict(charts._values_at(charts.plot(PLACE, TEXT), plot.right)[1:])
     assert values["article"] == "+50 %"
-    at_once = Charts(samples, 10.0)  # draws all samples to the scale of the latest
-    at_once.toggle_scale()
-    assert draw(charts, 1.0).get_buffer().raw == draw(at_once, 1.0).get_buffer().raw
 
 
 def test_lines_are_drawn_at_the_height_of_their_values(scene: Scene) -> None:

@@ -7,7 +7,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
-from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -102,22 +101,6 @@ def test_a_dragged_ball_arrives_in_both_panes_and_the_replay_agrees(desktop: Des
         run = simulate(desktop.scene, engine, steps=steps_of(inputs), inputs=inputs)
         assert run.position[-1, 0] == pytest.approx([500, 150], abs=3)
         assert run.position[-1, 1].tolist() == [600, 500]
-
-
-@pytest.mark.wide
-def test_a_ball_released_in_motion_keeps_flying(desktop: Desktop) -> None:
-    desktop.press(200, 300, pane=1)
-    start, end = desktop.point(200, 300, pane=1), desktop.point(400, 300, pane=1)
-    moves = [("mousemove", "--window", desktop.window, x, start[1], "sleep", 0.02) for x in range(start[0], end[0], 8)]
-    desktop.xdo(*chain.from_iterable(moves), "mouseup", 1)  # in one command, or the ball comes to rest between two
-    time.sleep(0.3)
-    inputs = desktop.quit()
-    [released] = [given.step for given in inputs if isinstance(given, Release)]
-    assert steps_of(inputs) > released + 5
-    for engine in ENGINES:
-        run = simulate(desktop.scene, engine, steps=steps_of(inputs), inputs=inputs)
-        assert run.velocity[released, 0, 0] > 30
-        assert run.velocity[-1, 0].tolist() == run.velocity[released, 0].tolist()
 
 
 @pytest.mark.wide

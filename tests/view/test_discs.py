@@ -172,12 +172,6 @@ def test_a_surface_can_be_drawn_on_again_after_a_kernel() -> None:
     assert not surface.get_locked()
 
 
-def test_a_surface_without_a_byte_for_each_colour_is_drawn_on_too() -> None:
-    surface = Surface((100, 80), depth=16)
-    surface.fill("white")
-    assert pygame.Color(*drawn(surface, np.array([(40.0, 40.0)]), 5.0)[40, 40].tolist()) != pygame.Color("white")
-
-
 @pytest.mark.parametrize(
     "masks",
     [(0xFF0000, 0xFF00, 0xFF, 0xFF000000), (0xFF000000, 0xFF0000, 0xFF00, 0xFF), (0xFF000000, 0xFF0000, 0xFF00, 0)],

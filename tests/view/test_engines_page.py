@@ -5,9 +5,8 @@ import pygame
 import pytest
 from conftest import scene_of
 from pygame import Rect
-from window_driver import THREE_BALLS, button, click, colours, mouse, press, run
+from window_driver import THREE_BALLS, click, colours, mouse, press, run
 
-from sandbox.view.controls import Panel
 from sandbox.view.engines_page import FULL
 from sandbox.view.session_view import SessionView
 from sandbox.view.theme import chart_palette
@@ -55,16 +54,6 @@ def listed(window: Window) -> list[str]:
     texts = [widget.text for widget, _ in placed(window) if isinstance(widget, Heading)]
     assert texts == window.view.session.names == [pane.name for pane in window.view.panes]
     return texts
-
-
-def test_the_button_and_the_key_open_and_close_the_page() -> None:
-    window = Window(scene_of(*THREE_BALLS), None)
-    window.panel.show(Panel.SCENE)
-    click(window, button(window, Panel.ENGINES))
-    assert window.panel.open is Panel.ENGINES
-    assert listed(window) == ["pymunk", "impulse"]
-    press(window, "e")
-    assert window.panel.open is None
 
 
 def test_panes_are_moved_exchanged_removed_and_added_by_the_mouse(window: Window) -> None:

@@ -1,6 +1,5 @@
 """Everything in the window has its place."""
 
-import numpy as np
 import pygame
 import pytest
 from hypothesis import given
@@ -92,14 +91,3 @@ def test_a_new_window_fits_the_desktop() -> None:
         assert size[0] <= desktop[0]
         assert size[1] <= desktop[1]
     assert natural_size((3840, 2160)) == (1600, 1000)
-
-
-@pytest.mark.parametrize("size", [(480, 320), (800, 600), (1680, 1010), (700, 1400)])
-@pytest.mark.parametrize("panes", [1, 2, 3, 4])
-@pytest.mark.parametrize("has_column", [True, False])
-def test_arenas_column_and_timeline_do_not_overlap(size: tuple[int, int], panes: int, has_column: bool) -> None:
-    layout = Layout(size, (800.0, 600.0), panes, TEXT_HEIGHT, has_chart=True, has_controls=True, has_column=has_column)
-    covered = np.zeros(size, int)
-    for place in (*layout.arenas, layout.timeline, layout.panel):
-        covered[place.left : place.right, place.top : place.bottom] += 1
-    assert (covered <= 1).all()

@@ -33,7 +33,6 @@ from sandbox.view import Layer
 from sandbox.view.cards import ball_table
 from sandbox.view.layout import GAP, Layout, Lens
 from sandbox.view.mouse_tool import ball_at
-from sandbox.view.theme import theme
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -87,18 +86,6 @@ def test_the_line_to_the_pointer_is_drawn_in_every_pane(window: Window) -> None:
     window.draw()
     for pane in (0, 1):
         assert colour_at(window, 600, 180, pane) == (0, 0, 0)
-
-
-def test_the_run_equals_the_replay_of_its_inputs(window: Window) -> None:
-    x, y = grab(window)
-    for k in range(40):
-        mouse(window, pygame.MOUSEMOTION, (x - 5 * k, y - 2 * k))
-        run(window, 1)
-    window.mouse.release()
-    run(window, 1)
-    for pane in window.view.panes:
-        replay = simulate(window.scene, pane.name, steps=41, inputs=given(window))
-        assert np.array_equal(replay.position[-1], pane.state.position)
 
 
 def test_a_drag_far_outside_of_a_very_large_arena_pulls_to_its_edge() -> None:
@@ -255,26 +242,24 @@ def test_the_card_of_a_ball_that_turns_shows_its_spin() -> None:
 
 
 @pytest.mark.parametrize("x", [200, 600, 790])
-def test_the_card_of_a_ball_under_the_mouse_shows_its_values_in_every_engine(x: int) -> None:
+def test_the_card_of_a_ball_under_the_mouse_shows_its_values_in_every_engine(
+    x: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     scene = scene_of(*THREE_BALLS, f"radius = 10\nposition = [{x}, 590]\nvelocity = [0, -5]\nmass = 4")
     window = Window(scene, ["pymunk", "impulse"])
     assert ball_table(window.view.panes, 3)[1:] == [
         [name, f"{x:.2f}, 590.00", "0.00, -5.00", "50"] for name in ("pymunk", "impulse")
     ]
-    window.draw()
-    before = pixels(window.screen)
+    places: list[pygame.Rect] = []
+    monkeypatch.setattr("sandbox.view.primitives.panel", lambda _, place: places.append(place))
     hover(window, point(window, x, 590, pane=1))
     window.draw()
-    changed = (pixels(window.screen) != before).any(axis=2)
-    columns, rows = np.nonzero(changed)
-    card = pygame.Rect(int(columns.min()), int(rows.min()), int(np.ptp(columns)) + 1, int(np.ptp(rows)) + 1)
+    [card] = places
     assert card.width > 200
-    assert window.screen.get_rect().inflate(-1, -1).contains(card.inflate(-2, -2))
-    assert window.screen.get_at((card.x, card.y + card.height // 2))[:3] == theme.dim[:3]  # its whole edge
-    assert window.screen.get_at((card.right - 1, card.y + card.height // 2))[:3] == theme.dim[:3]
+    assert window.screen.get_rect().contains(card)
     window.on_event(Event(pygame.WINDOWLEAVE))
     window.draw()
-    assert np.array_equal(pixels(window.screen), before)
+    assert places == [card]
 
 
 def test_a_ball_is_found_by_its_edge_not_its_centre() -> None:

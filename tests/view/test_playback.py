@@ -197,13 +197,6 @@ def test_a_step_not_in_the_history_is_shown_once_it_has_been_run_again(
     assert shown(window)[0] == simulate(window.scene, "pymunk", steps=37).position[37].tobytes()
 
 
-def test_charts_follow_the_run_and_restart_with_it(window: Window) -> None:
-    run(window, 20)
-    assert window.view.session.samples.series.steps.tolist() == list(range(21))
-    press(window, "r")
-    assert window.view.charts.samples.series.steps.tolist() == [0]
-
-
 def test_an_edit_in_the_past_removes_later_samples_from_the_charts(window: Window) -> None:
     run(window, 60)
     steps = window.view.session.samples.series.steps

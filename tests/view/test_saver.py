@@ -44,11 +44,6 @@ def test_a_saved_picture_is_what_the_window_shows(window: Window, tmp_path: Path
     assert window.status.endswith(f"saved {file.name} in {tmp_path}")
 
 
-def test_a_second_picture_of_a_step_does_not_replace_the_first(window: Window, tmp_path: Path) -> None:
-    press(window, "F12", "F12")
-    assert {file.name for file in tmp_path.glob("*.png")} == {"test-0-000000.png", "test-0-000000-2.png"}
-
-
 def test_what_was_done_is_saved_at_any_time_and_its_command_shows_the_same(window: Window, tmp_path: Path) -> None:
     run(window, 5)
     window.editor.set_velocity(1, (90.0, -60.0))
