@@ -4,8 +4,6 @@
     from_space  returns the scene of a live pymunk.Space
     to_space    returns the pymunk.Space of a scene
     lint        returns what is wrong in how a live pymunk.Space is set up
-    save_space  writes a live pymunk.Space to a file: bodies, all shapes, all constraints, settings
-    load_space  returns the pymunk.Space in such a file
     write       writes a scene file
     dump        does the same as write: what it writes, load reads
     simulate    runs a scene in one engine or several, and returns trajectories
@@ -14,7 +12,7 @@
     advise      tries other settings of Pymunk on a scene, and returns which are better
     verify      scores engines against what scenes expect
     sweep       runs a scene with many seeds, rates, engines and settings, and returns a table
-    watch       records what a live pymunk.Space does, and compares it with the exact reference
+    watch       records what a live pymunk.Space does, and returns what is wrong with it
     scenes      returns the bundled scenes
     engines     returns what each engine supports
     to_dataframe  returns a pandas table of contacts, of a ledger, a trajectory or a comparison
@@ -38,15 +36,14 @@ if TYPE_CHECKING:
     from sandbox.errors import Refused, SandboxError, SpaceWarning
     from sandbox.run.trajectory import Trajectory
     from sandbox.scene import Scene, dump, load, scenes, write
-    from sandbox.scene.from_pymunk import from_space
     from sandbox.scripting.calls import advise, compare, simulate, sweep, to_dataframe, verify
     from sandbox.scripting.comparison import Comparison
     from sandbox.scripting.results import Advice, Scores, SweepTable
     from sandbox.scripting.simulation import Simulation
-    from sandbox.scripting.watch import watch
-    from sandbox.space.files import load_space, save_space
     from sandbox.space.findings import Finding
+    from sandbox.space.from_pymunk import from_space
     from sandbox.space.lint import lint
+    from sandbox.space.watch import watch
     from sandbox.state import Contacts, State
 
 __version__ = "0.1.0"
@@ -75,8 +72,6 @@ __all__ = [
     "from_space",
     "lint",
     "load",
-    "load_space",
-    "save_space",
     "scenes",
     "simulate",
     "sweep",
@@ -107,18 +102,16 @@ _MODULES: Final = {
     "compare": "scripting.calls",
     "dump": "scene",
     "engines": "engines.support",
-    "from_space": "scene.from_pymunk",
+    "from_space": "space.from_pymunk",
     "lint": "space.lint",
     "load": "scene",
-    "load_space": "space.files",
-    "save_space": "space.files",
     "scenes": "scene",
     "simulate": "scripting.calls",
     "sweep": "scripting.calls",
     "to_dataframe": "scripting.calls",
     "to_space": "engines.pymunk",
     "verify": "scripting.calls",
-    "watch": "scripting.watch",
+    "watch": "space.watch",
     "write": "scene",
 }
 

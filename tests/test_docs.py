@@ -44,7 +44,6 @@ from sandbox.scene.model import Scene
 from sandbox.space.changes import CALLS, NAMES
 from sandbox.space.evidence import STEP_RULES
 from sandbox.space.findings import TEXTS, Rules
-from sandbox.space.finer import COMPARED_RULES
 from sandbox.space.rules import RULES
 from sandbox.view.controls import HELP
 
@@ -313,7 +312,6 @@ def test_the_keys_are_those_of_the_window() -> None:
     [
         ("how it is set up", RULES),
         ("what its steps show", STEP_RULES),
-        ("what the comparison with finer steps shows", COMPARED_RULES),
     ],
 )
 def test_every_rule_for_a_space_is_in_its_table(title: str, rules: Rules[Any]) -> None:

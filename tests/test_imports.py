@@ -34,9 +34,6 @@ LIBRARIES: Final = {  # library -> the modules and folders that may import it; n
     "pymunk": (
         "engines.pymunk",
         "engines.space_reader",
-        "scene.from_pymunk",
-        "scripting.trial",
-        "scripting.watch",
         "space",
         "view.debug_draw",
         *PLAIN,

@@ -17,7 +17,7 @@ from test_example_notebook import CODE
 import sandbox
 
 VERBS = (
-    *("advise", "compare", "dump", "engines", "from_space", "lint", "load", "load_space", "save_space", "scenes"),
+    *("advise", "compare", "dump", "engines", "from_space", "lint", "load", "scenes"),
     *("simulate", "sweep", "to_dataframe", "to_space", "verify", "watch", "write"),
 )
 CLASSES = (
@@ -165,8 +165,7 @@ class Soft(Mine):
 
 def kept(space: pymunk.Space) -> None:
     warnings.simplefilter("ignore", sandbox.SpaceWarning)
-    sandbox.save_space(space, "level.json")
-    sandbox.write(sandbox.from_space(sandbox.load_space("level.json"), skip=True), "level.toml")
+    sandbox.write(sandbox.from_space(space, skip=True), "level.toml")
 
 
 def impulses(engine: Engine) -> Contacts:

@@ -128,7 +128,10 @@ def run(
     inputs: Inputs = None,
     save_inputs: Annotated[str | None, file_option("Save drags and edits as JSON lines.")] = None,
 ) -> None:
-    """Open a scene in the window. Without a display: compare its engines, and save a picture of the end."""
+    """Open a scene in the window.
+
+    Without a display: compare the engines of the scene, and save a picture of the end.
+    """
     warn_of_pygame()
     from sandbox.run.inputs import write_run
     from sandbox.view.compiling import compiling_beside_window
@@ -294,29 +297,22 @@ def watch(
     ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="Run without a window, a display or waiting.")] = False,
     json_file: JsonFile = None,
-    save_space: Annotated[str | None, file_option("Write the first Space, before its first step, as JSON.")] = None,
-    limits: Limits,
 ) -> None:
     """Run a Pymunk program unchanged, and print what is wrong in its Spaces and what to change.
 
-    The options come before PROGRAM. The diagnosis follows when the program ends, on Ctrl-C, or after --seconds. Spaces
-    of discs and walls are compared with the exact engine too, others with themselves in finer steps. Exit code: that of
-    the program; 1 if a limit was exceeded, 2 if it could not be checked.
+    The options come before PROGRAM. The diagnosis follows when the program ends, on Ctrl-C, or after --seconds. Exit
+    code: that of the program.
     """
     from sandbox.cli.diagnoses import HEADLESS_SECONDS, Report, warn_of_misplaced_options
     from sandbox.scripting.program import Program, run_on_trial
-    from sandbox.scripting.trial import Trials
-    from sandbox.space.files import StartFile
+    from sandbox.space.trial import Trials
 
-    if save_space in STANDARD_OUTPUT:
-        raise SandboxError("--save-space -: must be a file, as it is written while the program runs")
-    check_outputs({"--json": json_file, "--save-space": save_space}, [None if module else program])
+    check_outputs({"--json": json_file}, [None if module else program])
     show_compiling()
     given = Program(program, arguments or (), module)
     warn_of_misplaced_options(given)
-    start = StartFile(save_space) if save_space else None
-    trials = Trials(HEADLESS_SECONDS if headless and seconds is None else seconds, start.write if start else None)
-    diagnoses = Report(given, trials, json_file, asdict(limits), start)
+    trials = Trials(HEADLESS_SECONDS if headless and seconds is None else seconds)
+    diagnoses = Report(given, trials, json_file)
     with _printed_beside([json_file]):
         code = run_on_trial(given, trials, diagnoses.write, headless=headless)
     raise typer.Exit(code)
@@ -585,10 +581,9 @@ def bench(
 
 
 class Document(StrEnum):
-    """The documents with a JSON Schema: scene files, files of Spaces, and the JSON of two commands."""
+    """The documents with a JSON Schema: scene files, and the JSON of two commands."""
 
     SCENE = "scene"
-    SPACE = "space"
     COMPARE = "compare"
     VERIFY = "verify"
 
@@ -597,19 +592,15 @@ class Document(StrEnum):
 def print_schema(
     document: Annotated[
         Document,
-        typer.Argument(help="Scene files, files of a pymunk.Space, or what compare or verify writes with --json."),
+        typer.Argument(help="Scene files, or what compare or verify writes with --json."),
     ] = Document.SCENE,
 ) -> None:
-    """Print the JSON Schema of scene files, files of Spaces, or what compare or verify writes with --json."""
+    """Print the JSON Schema of scene files, or what compare or verify writes with --json."""
     match document:
         case Document.SCENE:
             from sandbox.scene.files import schema
 
             content = schema()
-        case Document.SPACE:
-            from sandbox.space.files import schema as space_schema
-
-            content = space_schema()
         case Document.COMPARE:
             from sandbox.analysis.documents import comparison_schema
 

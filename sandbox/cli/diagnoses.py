@@ -6,19 +6,14 @@ from dataclasses import dataclass, field
 from textwrap import fill
 from typing import Final, TextIO
 
-from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, write_text
-from sandbox.scripting.diagnosis import Diagnosis
 from sandbox.scripting.program import End, Program
-from sandbox.scripting.trial import Trials
-from sandbox.space.files import StartFile
+from sandbox.space.diagnosis import Diagnosis
+from sandbox.space.trial import Trials
 from sandbox.text import console, counted, json_text, printable
 
 HEADLESS_SECONDS: Final = 20.0  # of a Space's time, as nobody closes a window
-_OPTIONS: Final = (
-    *("--headless", "--seconds", "--json", "--save-space"),
-    *("--max-gap", "--max-drift", "--max-energy-error"),
-)
+_OPTIONS: Final = ("--headless", "--seconds", "--json")
 _ENDS: Final = {"time is up": "the time was up", "interrupted": "Ctrl-C", "os._exit": "os._exit"}
 
 
@@ -32,13 +27,11 @@ def warn_of_misplaced_options(program: Program) -> None:
 
 @dataclass(frozen=True)
 class Report:
-    """Where the diagnoses go, as text and JSON, and the limits of comparisons."""
+    """Where the diagnoses go, as text or JSON."""
 
     program: Program
     trials: Trials
     json_file: str | None
-    limits: dict[str, float | None]
-    start: StartFile | None = None  # of the first Space
     output: TextIO = field(default_factory=lambda: sys.stdout)  # while the program runs, its own may be another
 
     def write(self, end: End) -> int:
@@ -63,22 +56,18 @@ class Report:
             print(end.details, end="", file=sys.stderr)
         if end.hint:
             print(f"\n{fill(printable(end.hint), console(stderr=True).width)}", file=sys.stderr)
-        if self.start and self.start.error:
-            print(printable(self.start.error), file=sys.stderr)
-        return end.code or self._limits(diagnoses) or (2 if self.start and self.start.error else 0)
+        return end.code
 
     def _print(self, diagnosis: Diagnosis) -> None:
         print()
         for line in diagnosis.lines(console().width):
-            print(line, flush=True)  # comparing, which may take a minute, comes last
+            print(line, flush=True)
 
     def _print_end(self, diagnoses: list[Diagnosis]) -> None:
         if not diagnoses:
             print(f"{printable(self.program.name)} stepped no pymunk.Space: there is nothing to diagnose.")
         if self.trials.others:
             print(f"\n{counted(self.trials.others, 'more Space')} of this program had no diagnosis.")
-        if self.start and self.start.is_written:
-            print(f"\n{printable(self.start.path)} has Space 1 as it was before its first step.")
 
     def _document(self, end: End, diagnoses: list[Diagnosis]) -> dict[str, object]:
         return {
@@ -90,15 +79,3 @@ class Report:
             "spaces": [diagnosis.as_json() for diagnosis in diagnoses],
             "other_spaces": self.trials.others,
         }
-
-    def _limits(self, diagnoses: list[Diagnosis]) -> int:
-        """Check the limits, print what exceeds them, and return the exit code."""
-        if all(limit is None for limit in self.limits.values()):
-            return 0
-        if not diagnoses:
-            raise SandboxError(f"{self.program.name}: no limit can be checked: it stepped no pymunk.Space")
-        exceeded = [
-            f"Space {diagnosis.number}: {what}" for diagnosis in diagnoses for what in diagnosis.exceeded(**self.limits)
-        ]
-        print("\n".join(exceeded), end="\n" if exceeded else "", file=sys.stderr)
-        return 1 if exceeded else 0

@@ -21,8 +21,8 @@ from typing import Any, Final, NoReturn
 from unittest.mock import patch
 
 from sandbox.errors import SandboxError, Terminated
-from sandbox.scripting.trial import Trials
 from sandbox.space.changes import CALLS, NAMES
+from sandbox.space.trial import Trials
 
 _SANDBOX: Final = str(Path(__file__).parents[1])
 _DRIVERS: Final = {"SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy", "PYGLET_HEADLESS": "1", "MPLBACKEND": "agg"}

@@ -14,9 +14,9 @@ from weakref import WeakKeyDictionary, WeakSet
 import numpy as np
 import pymunk
 
-from sandbox.space.description import BODY_TYPES, shapes_of
 from sandbox.space.findings import BodyReport
 
+BODY_TYPES: Final = {pymunk.Body.DYNAMIC: "dynamic", pymunk.Body.KINEMATIC: "kinematic", pymunk.Body.STATIC: "static"}
 DEFAULT_DT: Final = 1 / 60  # s, if no step has been done
 _SANDBOX: Final = str(Path(__file__).parents[1])
 _PYMUNK: Final = str(Path(pymunk.__file__).parent)
@@ -188,6 +188,11 @@ class Contents:
         """Pairs of shapes, of which one is new, that touch, and how deep they overlap, px."""
         touching = ((a, b, depth_of(a, b)) for a, b in self.pairs)
         return [(a, b, depth) for a, b, depth in touching if depth is not None]
+
+
+def shapes_of(space: pymunk.Space) -> list[pymunk.Shape]:
+    """Return the shapes of a Space that have a body."""
+    return [shape for shape in space.shapes if shape.body is not None]
 
 
 def body_of(shape: pymunk.Shape) -> pymunk.Body:

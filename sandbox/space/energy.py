@@ -67,12 +67,6 @@ class Ledger:
             shares[cause.words] += value / self.scale if self.scale else 0.0
         return dict(sorted(shares.items(), key=lambda line: -abs(line[1])))
 
-    @property
-    def drift_so_far(self) -> tuple[Floats, Floats]:
-        """Times, s, and the largest change of energy until each, as a share of the scale; 0 if nothing moved."""
-        change = np.abs(self.total - self.total[0])
-        return self.time, np.maximum.accumulate(change) / (self.scale or 1.0)
-
     def of(self, cause: Cause) -> Floats:
         """(n,) the change of each step by a cause."""
         return self.work[:, list(Cause).index(cause)]

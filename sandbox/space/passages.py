@@ -16,8 +16,7 @@ import numpy as np
 import pymunk
 from numpy.typing import NDArray
 
-from sandbox.space.contents import is_static, may_collide
-from sandbox.space.description import AnyShape, build_shape
+from sandbox.space.contents import corners_of, is_static, may_collide
 from sandbox.space.mechanics import Floats, Rows, common, dot
 from sandbox.space.memory import Snapshot, shape_address
 from sandbox.space.recording import Recording, Step
@@ -47,7 +46,6 @@ class _Solid:
     """A body's shapes that collide and stayed as they were, and copies of them about its centre of gravity."""
 
     shapes: list[pymunk.Shape] = field(default_factory=list)
-    described: list[AnyShape] = field(default_factory=list)
 
     @cached_property
     def copies(self) -> dict[pymunk.Shape, pymunk.Shape]:
@@ -55,7 +53,7 @@ class _Solid:
         space = pymunk.Space()
         body = self.shapes[0].body
         space.static_body.position = -body.center_of_gravity if body else (0, 0)
-        copies = [build_shape(described, space.static_body) for described in self.described]
+        copies = [_copy(shape, space.static_body) for shape in self.shapes]
         space.add(*copies)
         self._space = space
         return dict(zip(copies, self.shapes, strict=True))
@@ -173,22 +171,24 @@ class Passages:
 
 def _solids(roster: Roster) -> dict[int, _Solid]:
     """Return the shapes of each body, by its id: those that came, and went if they did, with their body."""
-    if roster.start is None:
-        return {}
-    described = dict(enumerate(roster.start.shapes))
-    left_out: set[int] = set()
-    for change in (change for changes in roster.changes.values() for change in changes):
-        described |= dict(zip(change.added[1], change.parts.shapes, strict=False))  # those that changed come last
-        left_out.update(change.changed)
-        for bodies, shapes, _ in (change.added, change.removed):
-            left_out.update(shape for shape in shapes if described[shape].body not in bodies)
     solids: dict[int, _Solid] = {}
-    for shape, number in roster.shapes.items():
-        if number in described and number not in left_out and shape.body and not described[number].sensor:
-            solid = solids.setdefault(shape.body.id, _Solid())
-            solid.shapes.append(shape)
-            solid.described.append(described[number])
+    for shape in roster.by_address.values():
+        if shape.body and not shape.sensor and shape not in roster.unsteady and _is_finite(shape):
+            solids.setdefault(shape.body.id, _Solid()).shapes.append(shape)
     return solids
+
+
+def _is_finite(shape: pymunk.Shape) -> bool:
+    return all(map(math.isfinite, (shape.radius, *(x for corner in corners_of(shape) for x in corner))))
+
+
+def _copy(shape: pymunk.Shape, body: pymunk.Body) -> pymunk.Shape:
+    """Return a shape of the same form on another body."""
+    if isinstance(shape, pymunk.Circle):
+        return pymunk.Circle(body, shape.radius, shape.offset)
+    if isinstance(shape, pymunk.Segment):
+        return pymunk.Segment(body, shape.a, shape.b, shape.radius)
+    return pymunk.Poly(body, corners_of(shape), radius=shape.radius)
 
 
 def _touch(state: Snapshot, body: int, wall: pymunk.Shape) -> bool:

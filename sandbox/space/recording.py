@@ -16,7 +16,6 @@ from sandbox.space.roster import Roster
 
 MAX_BYTES: Final = 1_000_000_000  # of snapshots, by default
 MAX_SECONDS: Final = 600.0  # of the Space's time, by default
-OPENING: Final = 0.1  # of `max_bytes`: room for the first steps
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,27 +35,19 @@ class Step:
 
 
 class Recording:
-    """The last steps of a Space, as many as `max_bytes` and `max_seconds` (of its time) allow, and its first ones.
+    """The last steps of a Space, as many as `max_bytes` and `max_seconds` (of its time) allow.
 
     Bodies are known by `pymunk.Body.id`, constraints by `joint_key`; the roster has them, and what they are. steps:
-    those that are kept, in the order of time; count: of all that were recorded; bytes: the size of the snapshots;
-    invalid: dt of steps, s, that mean nothing, by the number of the step that came next.
+    those that are kept, in the order of time; count: of all that were recorded; bytes: the size of the snapshots.
     """
 
     def __init__(self, space: pymunk.Space, *, max_bytes: float = MAX_BYTES, max_seconds: float = MAX_SECONDS) -> None:
         self._space, self._memory = space, SpaceMemory(space)
         self._max_bytes, self._max_seconds = max_bytes, max_seconds
         self.steps: deque[Step] = deque()
-        self._opening: list[Step] = []
         self.bytes = self.count = 0
         self._time = 0.0
-        self.invalid: dict[int, float] = {}
         self.roster = Roster(space)
-
-    @property
-    def from_start(self) -> list[Step]:
-        """The steps from the first one on, without a gap: all, or if some are no longer kept, those of the opening."""
-        return self._opening if self.dropped else list(self.steps)
 
     @property
     def dropped(self) -> int:
@@ -69,12 +60,10 @@ class Recording:
         If dt is below 0 or not finite, or if a callback of the program raises in the step, it is not recorded either.
         """
         if not 0 < dt < math.inf:
-            if dt:
-                self.invalid[self.count] = dt
             step(dt)
             return
         before = self._memory.snapshot()
-        self.roster.look(self.count, before.fingerprint)
+        self.roster.look(before.fingerprint)
         step(dt)
         after = self._memory.snapshot()
         if self.steps and before == self.steps[-1].after:
@@ -85,8 +74,6 @@ class Recording:
         self.steps.append(Step(self.count, self._time, dt, before, after))
         self.count += 1
         self._time += dt
-        if not self.dropped and self.bytes <= OPENING * self._max_bytes:
-            self._opening.append(self.steps[-1])
         while len(self.steps) > 1 and not self._fits():
             self._drop()
 
@@ -96,7 +83,7 @@ class Recording:
 
     def joint(self, key: int) -> pymunk.Constraint:
         """Return a constraint by its `key`."""
-        self.roster.look(self.count, self._memory.snapshot().fingerprint)
+        self.roster.look(self._memory.snapshot().fingerprint)
         return self.roster.by_key[key]
 
     def __len__(self) -> int:

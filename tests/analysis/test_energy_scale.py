@@ -14,13 +14,12 @@ from sandbox.judge.causes import Cause
 from sandbox.run.edits import SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.files import load
-from sandbox.scene.from_pymunk import from_space
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.scores.verify import Outcome, verify
-from sandbox.scripting.watch import watch
 from sandbox.session.samples import Quantity
 from sandbox.session.session import Session
+from sandbox.space.from_pymunk import from_space
 
 OF_VIEW = "angular_momentum_drift"  # it counts from the view's middle
 GRAVITY = "gravity = [0, 900]\n"
@@ -66,19 +65,6 @@ def test_a_space_has_the_same_figures_in_every_view(e: float) -> None:
         for (key, expected), (_, value) in zip(first, other, strict=True):
             whole = dict(first)["energy_scale"] if key.endswith(".energy") else 1.0
             assert value == pytest.approx(expected, rel=1e-9, abs=1e-12 * whole), key
-
-
-def test_a_space_that_is_watched_has_the_same_figures_in_every_view() -> None:
-    figures = []
-    for size in ((800, 600), (800, 20000)):
-        space = space_of(0.8)
-        with watch(space, size=size) as watched:
-            for _ in range(120):
-                space.step(1 / 60)
-        figures.append(dict(numbers(watched.comparison.as_json()["engines"]["space"])))
-    first, second = ({key: value for key, value in one.items() if not key.endswith(".energy")} for one in figures)
-    assert first["energy_error"] > 0.01
-    assert second == pytest.approx(first, rel=1e-9, abs=1e-12)
 
 
 def test_energy_is_the_same_where_everything_is_elsewhere_in_the_view() -> None:

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-import pymunk
 import pytest
 from conftest import Command, scene_of
 
@@ -17,24 +16,17 @@ from sandbox.report.comparison import page
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.model import Scene
 from sandbox.scores.verify import Outcome, all_passed, verify
-from sandbox.scripting.watch import watch
 from sandbox.sweeps import plan
 from sandbox.sweeps.workers import run_here
 
 TO_AND_FRO: Final = "radius = 20\nelasticity = 1\nposition = [400, 300]\nvelocity = [6000, 0]"
 """A ball that touches a wall at 380/6000 s, and then every 760/6000 s."""
-MOST: Final = 3  # contacts
 END: Final = 26 / 60  # s: the fourth contact, at 2660/6000 s, is in step 27
 WHY: Final = "exact ends at 0.4333 s: the next step exceeds the limit of 3 contacts"
 
 
 def to_and_fro(more: str = "") -> Scene:
     return scene_of(TO_AND_FRO, more=f"seconds = 1\n{more}")
-
-
-@pytest.fixture(autouse=True)
-def _few_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sandbox.engines.exact.engine.MAX_LOGGED_CONTACTS", MOST)
 
 
 def test_a_comparison_ends_where_its_reference_does() -> None:
@@ -98,25 +90,6 @@ def test_expectations_after_the_end_are_skipped_with_the_reason() -> None:
     [row] = board.values()
     assert (row["exact"].outcome, row["exact"].lines) == (Outcome.SKIPPED, [f"at 0.8 s: skipped, since {WHY}"])
     assert all_passed(board, None)
-
-
-def test_a_recording_is_compared_up_to_there() -> None:
-    space = pymunk.Space()
-    for x in (0, 800):
-        wall = pymunk.Segment(space.static_body, (x, 0), (x, 600), 1)
-        wall.elasticity = 1
-        space.add(wall)
-    body = pymunk.Body(1, pymunk.moment_for_circle(1, 0, 20))
-    body.position, body.velocity = (400, 300), (6000, 0)
-    disc = pymunk.Circle(body, 20)
-    disc.elasticity = 1
-    space.add(body, disc)
-    with watch(space, size=(800, 600)) as watched:
-        for _ in range(60):
-            space.step(1 / 60)
-    comparison = watched.comparison
-    assert comparison.reference_until == comparison.time[-1] == END
-    assert len(comparison.runs["space"].energy) == 27
 
 
 def test_trials_of_settings_are_all_of_that_time() -> None:

@@ -3,18 +3,16 @@
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import pymunk
 import pytest
 
 import sandbox
-from sandbox.scripting.watch import watch
 from sandbox.space.evidence import STEP_RULES
-from sandbox.space.findings import Finding, found_by
-from sandbox.space.finer import COMPARED_RULES, Compared, Finer
+from sandbox.space.findings import Finding
 from sandbox.space.rules import RULES
+from sandbox.space.watch import watch
 
 DT = 1 / 60
 
@@ -383,15 +381,6 @@ def creeps_down_a_slope() -> Game:
     return on_a_slope(1)
 
 
-def leaning_stack(offset: float = 6, substeps: int = 1) -> Game:
-    """Five boxes of 40 px, each further over the one below: those above its edge are 2.5 offsets off, less than 20."""
-    space = world()
-    wall(space, (-500, 405), (500, 405), elasticity=0)
-    for k in range(5):
-        box(space, offset * k, 380 - 40 * k, (40, 40), elasticity=0)
-    return Game(space, 300 * substeps, dt=lambda _: DT / substeps)
-
-
 def press() -> Game:
     """Six boxes, the upper ones up to 51 times as heavy, and two passes."""
     space = ground(2)
@@ -557,7 +546,6 @@ FAULTS: dict[Callable[[], Game], str] = {
     pyramid_of_one_pass: "sinks-in",
     tower_of_one_pass: "unsolved",
     creeps_down_a_slope: "creeps",
-    leaning_stack: "moves-on",
     press: "sinks-in",
     found_late: "deep-at-once",
     shaken: "jitters",
@@ -584,7 +572,6 @@ def test_each_rule_is_among_the_known_faults() -> None:
     assert set(FAULTS.values()) == {
         *RULES,
         *STEP_RULES,
-        *COMPARED_RULES,
     }
 
 
@@ -1025,53 +1012,6 @@ def test_a_shape_that_is_gone_when_the_run_ends_is_found_too() -> None:
 
     [report] = findings_of(Game(space, 30, remove))["elasticity-zero"].bodies
     assert report.kind == "a dynamic circle of radius 10"
-
-
-def test_a_stack_that_topples_though_it_should_stand_is_named_with_its_top_first() -> None:
-    found = findings_of(leaning_stack())
-    assert found.keys() == {"moves-on"}
-    top, *_ = found["moves-on"].bodies
-    assert top.index == 4
-    since = found["moves-on"].since
-    assert since
-    assert since < 1
-
-
-@pytest.mark.parametrize(("offset", "substeps"), [(6, 8), (8, 1), (9, 1), (0, 8)])
-def test_a_stack_that_stands_or_that_nothing_could_hold_has_no_finding(offset: float, substeps: int) -> None:
-    """At 8 px, the middle of the upper four is above the edge; at 9, beyond it. In 8 substeps, all others stand."""
-    assert findings_of(leaning_stack(offset, substeps)).keys() == set()
-
-
-def test_what_stands_only_as_long_as_that_is_known_is_not_named_nor_what_touches_what_moves() -> None:
-    """The same stack: the reference of its top ends a step early; or the box below the top moves in the reference."""
-    game = leaning_stack()
-    watched = watch(game.space)
-    for number in range(game.steps):
-        watched.step(game.dt(number))
-    evidence, against = watched.diagnosis.evidence, watched.diagnosis.against_finer
-    assert evidence
-    assert against
-    assert against.finer
-
-    def named(found: Finer) -> list[int | None]:
-        findings = found_by(COMPARED_RULES, Compared(evidence, found, {}))
-        return [report.index for finding in findings for report in finding.bodies]
-
-    finer, top = against.finer, 4
-    assert top in named(finer)
-    until = finer.until.copy()
-    until[top] = len(finer.error) - 1
-    assert top not in named(replace(finer, until=until))
-    place = finer.reference.place.copy()
-    place[-1, top - 1] += 10
-    assert top not in named(replace(finer, reference=replace(finer.reference, place=place)))
-
-
-def test_what_something_else_pushes_over_may_fall() -> None:
-    game = leaning_stack(offset=0)
-    ball(game.space, -200, 240, 12, velocity=(400, -200), mass=3)
-    assert "moves-on" not in findings_of(game)
 
 
 def test_a_fast_ball_is_not_said_to_be_pushed_by_a_bat_that_is_moved() -> None:

@@ -125,16 +125,6 @@ def test_a_ring_buffer_bounds_the_recording(limit: str) -> None:
         assert len(recording) == 10
 
 
-def test_the_first_steps_stay_beside_the_ring_buffer() -> None:
-    space, _ = falling_box()
-    recording = Recording(space, max_bytes=100_000)
-    for _ in range(300):
-        recording.record(space.step, DT)
-    opening = recording.from_start
-    assert recording.dropped > len(opening) > 5
-    assert [step.number for step in opening] == list(range(len(opening)))
-
-
 CHANGES: dict[str, Callable[[pymunk.Space, pymunk.Poly], object]] = {
     "elasticity": lambda _, box: setattr(box, "elasticity", 0.3),
     "friction": lambda _, box: setattr(box, "friction", 0.3),

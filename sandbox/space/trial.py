@@ -15,9 +15,8 @@ import numpy as np
 import pymunk
 
 from sandbox.errors import SandboxError
-from sandbox.scripting.diagnosis import Diagnosis
-from sandbox.scripting.exact import AgainstExact
 from sandbox.space.contents import Contents, Origins, StepLengths, is_static, program_line
+from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.evidence import MET_RULES, Evidence
 from sandbox.space.findings import Fault, worst_first
 from sandbox.space.lint import Linter
@@ -76,7 +75,7 @@ class Trial:
         self._steps += 1
         self.time += dt if math.isfinite(dt) else 0.0
 
-    def diagnosis(self, number: int, against_exact: AgainstExact) -> Diagnosis:
+    def diagnosis(self, number: int) -> Diagnosis:
         """Return the diagnosis of what was recorded."""
         findings, evidence = self._linter.findings(), None
         if self.recording:
@@ -84,9 +83,7 @@ class Trial:
             evidence = Evidence(self.recording, contents, self._of_handlers)
             findings = sorted([*findings, *evidence.findings()], key=worst_first)
         bodies, shapes, joints = self._most
-        return Diagnosis(
-            number, self._line, self._steps, self.time, bodies, shapes, joints, tuple(findings), evidence, against_exact
-        )
+        return Diagnosis(number, self._line, self._steps, self.time, bodies, shapes, joints, tuple(findings), evidence)
 
     def _before(self, dt: float) -> None:
         self.changed |= self._linter.steps.add(dt)
@@ -177,14 +174,10 @@ class Trials:
     """All Spaces that a program steps, from the first step of each; a context that replaces `Space.step`.
 
     others: the number of Spaces beyond those that are diagnosed.
-    seconds: of a Space's time, after which KeyboardInterrupt ends the program, as Ctrl-C does. keep_start: is called
-    with the first Space and the length of its first step, s, before that step.
+    seconds: of a Space's time, after which KeyboardInterrupt ends the program, as Ctrl-C does.
     """
 
-    def __init__(
-        self, seconds: float | None = None, keep_start: Callable[[pymunk.Space, float], object] | None = None
-    ) -> None:
-        self._keep_start = keep_start
+    def __init__(self, seconds: float | None = None) -> None:
         self._seconds = math.inf if seconds is None else seconds
         self._origins = Origins()
         self._trials: dict[int, Trial] = {}
@@ -235,9 +228,6 @@ class Trials:
             return
         if self.out_of_time:
             self._stop()
-        if self._keep_start and 0 < dt < math.inf:
-            self._keep_start(space, float(dt))
-            self._keep_start = None
         self._stepping += 1
         try:
             trial.step(float(dt))
@@ -258,7 +248,7 @@ class Trials:
     def diagnoses(self) -> Iterator[Diagnosis]:
         """Yield the diagnosis of each Space."""
         for number, trial in enumerate(self._trials.values(), 1):
-            yield trial.diagnosis(number, AgainstExact(trial.recording))
+            yield trial.diagnosis(number)
 
     def _trial(self, space: pymunk.Space) -> Trial | None:
         trial = self._trials.get(id(space))

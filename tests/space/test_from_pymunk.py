@@ -13,8 +13,8 @@ import pytest
 import sandbox
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.errors import SandboxError, SpaceWarning
-from sandbox.scene.from_pymunk import from_space
 from sandbox.scene.spawn import spawn
+from sandbox.space.from_pymunk import from_space
 from sandbox.state import Floats
 
 RATE = 60
