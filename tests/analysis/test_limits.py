@@ -21,12 +21,18 @@ from sandbox.sweeps.workers import run_here
 
 TO_AND_FRO: Final = "radius = 20\nelasticity = 1\nposition = [400, 300]\nvelocity = [6000, 0]"
 """A ball that touches a wall at 380/6000 s, and then every 760/6000 s."""
+MOST: Final = 3  # contacts
 END: Final = 26 / 60  # s: the fourth contact, at 2660/6000 s, is in step 27
 WHY: Final = "exact ends at 0.4333 s: the next step exceeds the limit of 3 contacts"
 
 
 def to_and_fro(more: str = "") -> Scene:
     return scene_of(TO_AND_FRO, more=f"seconds = 1\n{more}")
+
+
+@pytest.fixture(autouse=True)
+def _few_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sandbox.engines.exact.engine.MAX_LOGGED_CONTACTS", MOST)
 
 
 def test_a_comparison_ends_where_its_reference_does() -> None:

@@ -569,10 +569,7 @@ def test_a_known_fault_is_named(make: Callable[[], Game]) -> None:
 
 
 def test_each_rule_is_among_the_known_faults() -> None:
-    assert set(FAULTS.values()) == {
-        *RULES,
-        *STEP_RULES,
-    }
+    assert set(FAULTS.values()) == {*RULES, *STEP_RULES}
 
 
 # Spaces without a fault.
