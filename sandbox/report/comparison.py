@@ -13,7 +13,6 @@ from sandbox.analysis.advice import Trial, advice_rows, recommend
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import MAX_DIFFERENCES, Kind, Velocities, pair_name
 from sandbox.analysis.figures import Run
-from sandbox.analysis.impacts import MAX_IMPACTS
 from sandbox.analysis.series import contacts_by, energies
 from sandbox.analysis.verdict import key_figures, mark_words, reference_words, verdict
 from sandbox.engines import TUNED
@@ -29,7 +28,6 @@ from sandbox.state import Floats
 
 MAX_PATHS_BYTES: Final = 3_300_000  # of all packed paths; with Bokeh's script a page stays under 6 MB
 MAX_NOTEBOOK_PATHS_BYTES: Final = 240_000  # in a notebook, whose cells stay under 1 MB
-MAX_NOTEBOOK_IMPACTS: Final = 100  # contacts of each engine in the table of before and after, in a notebook
 MAX_NUMBERED: Final = 20  # balls that have their numbers drawn on them
 MAX_TRAILED: Final = 200  # balls for which trails are on at first
 MAX_PACKED: Final = 65_535  # of a coordinate in 16 bits
@@ -58,11 +56,10 @@ def page(comparison: Comparison, trials: Sequence[Trial] = (), *, in_notebook: b
     """
     scene = comparison.scene
     every = thinning(comparison, MAX_NOTEBOOK_PATHS_BYTES if in_notebook else MAX_PATHS_BYTES)
-    listed = MAX_NOTEBOOK_IMPACTS if in_notebook else MAX_IMPACTS
     return render(
         "comparison.html",
         charts(comparison),
-        ["playback.js", "player.js", "impacts.js"],
+        ["playback.js", "player.js"],
         comparison.runs,
         units=scene.units,
         in_notebook=in_notebook,
@@ -84,15 +81,13 @@ def page(comparison: Comparison, trials: Sequence[Trial] = (), *, in_notebook: b
         max_differences=MAX_DIFFERENCES,
         pair_name=lambda difference: pair_name(scene, difference),
         outcome=partial(_outcome, scene.units),
-        listed=listed,
-        judged=[name for name, run in comparison.runs.items() if len(run.impacts)],
         command=_command(comparison) if equals_its_text(scene) else None,
         tuned=TUNED in comparison.runs and comparison.against != TUNED,
         python=scene.model_dump_json(by_alias=True, exclude_defaults=True, indent=2),
         inputs="\n".join(given.model_dump_json() for given in comparison.inputs),
         trailed=len(scene.bodies) <= MAX_TRAILED,
         frames=_about_frames(comparison, every),
-        data=_data(comparison, every) | {"impacts": impacts(comparison, listed)},
+        data=_data(comparison, every),
     )
 
 
@@ -208,34 +203,6 @@ def _outcome(units: Units, before: Velocities, after: Velocities) -> list[str]:
 
 def _vector(units: Units, velocity: tuple[float, float]) -> str:
     return "({}, {})".format(*map(number, units.scaled(Dimension.VELOCITY, *velocity)))
-
-
-def impacts(comparison: Comparison, most: int) -> dict[str, Any]:
-    """Return what the table needs: the balls' masses and moments of inertia, units, walls' names, engines' contacts.
-
-    units: the name of each and what a value in px becomes the shown one by.
-    """
-    scene = comparison.scene
-    return {
-        "mass": scene.bodies.mass.tolist(),
-        "units": {each.name: (scene.units.name(each), scene.units.factor(each)) for each in Dimension},
-        "moment": scene.bodies.moment.tolist(),
-        "walls": [scene.wall_name(number) for number in range(scene.wall_numbers.stop)],
-        "engines": {name: _of_run(run, most) for name, run in comparison.runs.items() if len(run.impacts)},
-    }
-
-
-def _of_run(run: Run, most: int) -> dict[str, Any]:
-    """Return the first contacts of an engine.
-
-    contacts: (k, 3), time (s) and the numbers of the bodies; motion: (k, 2, 2, 3), of both bodies before and after,
-    velocity (px/s) and spin (rad/s). A wall's are zeros.
-    """
-    impacts = run.impacts[:most]
-    contacts = run.contacts[: len(impacts)]
-    numbers = np.column_stack([contacts["time"], contacts["first"], contacts["second"]])
-    motion = np.stack([impacts["before"], impacts["after"]], axis=2)
-    return {"all": len(run.contacts), "contacts": packed(numbers.astype("<f8")), "motion": packed(motion.astype("<f4"))}
 
 
 def packed(values: NDArray[Any]) -> str:
