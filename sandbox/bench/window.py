@@ -10,18 +10,13 @@ import pygame
 from pymunk.pygame_util import DrawOptions
 
 from sandbox.bench.engines import plain_space
-from sandbox.bench.figure import Figure, alternately, figure, processor_time, repeats_in
-from sandbox.bench.programs import ENVIRONMENT, PRESENT, megabytes
+from sandbox.bench.figure import Figure, alternately, figure, processor_time, repeats_of
 from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
-from sandbox.view.compiling import compiling_beside_window
 from sandbox.view.window import FRAME_RATE, Window
 
 WINDOW_SIZE: Final = (1680, 1010)  # px; large enough for both panes at the size of the scene, and the charts below
-SECONDS_PER_ROUND: Final = 0.2  # for which each side of a ratio is measured
 MIN_FRAMES: Final = 8  # in a round: the garbage collector runs in some frames only
-WARM_UP_FRAMES: Final = 500  # in which the history of a gas of 1,000 balls or more fills up
-FRAMES_PER_ROUND: Final = 200  # in which growth is measured
 
 
 def frame(rounds: int) -> Iterator[Figure]:
@@ -29,7 +24,7 @@ def frame(rounds: int) -> Iterator[Figure]:
 
     Plain Pymunk's frame is a step, and its own debug-draw.
     """
-    with patch.dict(os.environ, ENVIRONMENT):
+    with patch.dict(os.environ, {"SDL_VIDEODRIVER": "dummy"}):
         try:
             for scene in (load("article"), load("gas-1000"), finer_gas(20_000)):
                 yield from _frame(scene, rounds)
@@ -61,44 +56,7 @@ def _frame(scene: Scene, rounds: int) -> Iterator[Figure]:
         surface.fill("white")
         space.debug_draw(options)
 
-    acts = [(act, max(MIN_FRAMES, repeats_in(act, SECONDS_PER_ROUND))) for act in (ours, plain)]
+    acts = [(act, max(MIN_FRAMES, repeats_of(act))) for act in (ours, plain)]
     measured = alternately(rounds, *(partial(processor_time, act, frames) for act, frames in acts))
     yield figure(f"frame n={n}", f"{n:,} balls: frame of two panes", [1000 * a for a, _ in measured], "ms")
     yield figure(f"frame / plain n={n}", f"{n:,} balls: frame / plain Pymunk's pane", [a / b for a, b in measured])
-
-
-def first_moving_ball() -> None:
-    """Run the window on the article's scene until a frame shows its first step. Print a line for each frame."""
-    flip = pygame.display.flip
-
-    def print_flip() -> None:
-        flip()
-        print(flush=True)
-
-    pygame.display.flip = print_flip
-    scene = load("article")
-    with compiling_beside_window(scene, None) as compilation:
-        _UntilABallMoves(scene, None, (), compilation).run()
-
-
-class _UntilABallMoves(Window):
-    """A window that closes after the first frame that shows a step."""
-
-    def frame(self, seconds: float) -> None:
-        super().frame(seconds)
-        self.running = self.view.moment.step < 1
-
-
-def print_growth(n: int, rounds: int) -> None:
-    """Run the window on a gas of n balls; print by how much memory grows in 1,000 frames, MB, a line for each round."""
-    window = Window(finer_gas(n), None)
-    _run_frames(window, WARM_UP_FRAMES)
-    for _ in range(rounds):
-        before = megabytes(PRESENT)
-        _run_frames(window, FRAMES_PER_ROUND)
-        print(1_000 / FRAMES_PER_ROUND * (megabytes(PRESENT) - before))
-
-
-def _run_frames(window: Window, count: int) -> None:
-    for _ in range(count):
-        window.frame(1 / FRAME_RATE)

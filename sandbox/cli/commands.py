@@ -552,19 +552,16 @@ def engines(json_file: JsonFile = None) -> None:
 def bench(
     only: Parts = None,
     json_file: JsonFile = None,
-    against: Annotated[Path | None, file_option("Print what became worse since an earlier --json FILE.")] = None,
 ) -> None:
-    """Measure the speed of the sandbox, in about five minutes.
+    """Measure the speed of the sandbox, in about two minutes.
 
-    The parts are pymunk, recording, article, exact, compare, window, memory, start and cold. A figure with a "/" is a
-    ratio of two measured alternately. Exit code 1: compared with --against, a figure became worse.
+    The parts are pymunk, article, exact, compare, window and start. A figure with a "/" is a ratio of two
+    measured alternately.
     """
-    from sandbox.bench.figure import read_figures, worse
     from sandbox.bench.parts import bench as measure
-    from sandbox.cli.tables import print_figures, print_worse
+    from sandbox.cli.tables import print_figures
 
-    check_outputs({"--json": json_file}, [against])
-    earlier = read_figures(against) if against else {}
+    check_outputs({"--json": json_file})
     measured = []
     for title, figures in measure(only):
         with displayed(console(stderr=True).status(title)):
@@ -574,10 +571,6 @@ def bench(
             print_figures(title, part)
     if json_file:
         write_text(json_file, json_text([vars(figure) for figure in measured]))
-    if against and json_file not in STANDARD_OUTPUT:
-        print_worse(measured, earlier)
-    if worse(measured, earlier):
-        raise typer.Exit(1)
 
 
 class Document(StrEnum):

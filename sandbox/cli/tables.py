@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 
 from rich.table import Table
 
-from sandbox.bench.figure import Figure, worse
+from sandbox.bench.figure import Figure
 from sandbox.engines import check_name, known
 from sandbox.engines.support import Support, rows
 from sandbox.errors import SandboxError
-from sandbox.text import console, counted
+from sandbox.text import console
 
 
 def print_engines(supported: Mapping[str, Support]) -> None:
@@ -30,34 +30,15 @@ def print_engines(supported: Mapping[str, Support]) -> None:
 
 def print_figures(title: str, figures: Sequence[Figure]) -> None:
     """Print measured figures with their spread."""
-    table = _table_of_figures(title, "median", "lowest", "highest")
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
+    table.add_column("", width=42)
+    for column in ("median", "lowest", "highest"):
+        table.add_column(column, justify="right", width=9)
+    table.add_column("")
     for figure in figures:
         values = (figure.median, figure.lowest, figure.highest)
         table.add_row(figure.means, *map(_rounded, values), figure.unit)
     console().print(table, "")
-
-
-def print_worse(figures: Sequence[Figure], earlier: Mapping[str, Figure]) -> None:
-    """Print which figures are worse than those of an earlier benchmark, and how many were compared."""
-    worsened, common = worse(figures, earlier), [figure for figure in figures if figure.name in earlier]
-    table = _table_of_figures("Worse by more than the spread", "before", "now", "ratio")
-    for figure in worsened:
-        before, now = earlier[figure.name].median, figure.median
-        ratio = _rounded(now / before) if before else "-"
-        table.add_row(figure.name, _rounded(before), _rounded(now), ratio, figure.unit)
-    if worsened:
-        console().print(table, "")
-    print(f"{counted(len(common), 'figure')} compared, {len(worsened)} worse")
-
-
-def _table_of_figures(title: str, *columns: str) -> Table:
-    """Return an empty table: of a figure's name, of numbers, and of its unit."""
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
-    table.add_column("", width=42)
-    for column in columns:
-        table.add_column(column, justify="right", width=9)
-    table.add_column("")
-    return table
 
 
 def _rounded(value: float) -> str:

@@ -1,27 +1,26 @@
 """The baselines of the benchmarks do the same work as the engines. Speed itself is not tested."""
 
+import json
 import os
 import re
-import subprocess
 import sys
 from collections.abc import Generator
 from itertools import islice
-from mmap import PAGESIZE, mmap
 from pathlib import Path
 from subprocess import CalledProcessError
 from types import SimpleNamespace
 from typing import cast
-from unittest.mock import MagicMock, Mock
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from conftest import Command
 from plain_article import PlainArticle
 
-from sandbox.bench import comparisons, engines, programs, window
+from sandbox.bench import comparisons, engines, parts, window
 from sandbox.bench.engines import plain_space
-from sandbox.bench.figure import Figure, alternately, processor_time, repeats_in
-from sandbox.bench.parts import PARTS, bench
+from sandbox.bench.figure import Figure, alternately, figure, processor_time, repeats_of
+from sandbox.bench.parts import PARTS, Benchmark, bench
 from sandbox.engines import create
 from sandbox.errors import SandboxError
 from sandbox.scene.files import load
@@ -64,30 +63,24 @@ def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let every measurement take 1 s, and do nothing."""
     for module in (comparisons, engines, window):
         monkeypatch.setattr(module, "processor_time", lambda *_: 1.0)
-        monkeypatch.setattr(module, "repeats_in", lambda *_: 1)
+        monkeypatch.setattr(module, "repeats_of", lambda *_: 1)
     for module in (engines, window):
         monkeypatch.setattr(module, "plain_space", Mock())
     for name in ("create", "spawn", "ExactEngine"):
         monkeypatch.setattr(engines, name, Mock())
-    monkeypatch.setattr(engines, "Recording", lambda _: MagicMock(bytes=1, __len__=lambda _: 1))
     monkeypatch.setattr(engines, "gas", lambda n, *_: SimpleNamespace(bodies=range(n), rate=60))
     monkeypatch.setattr(engines, "_collisions_per_second", lambda _: 1.0)
     for name in ("Window", "DrawOptions", "pygame"):
         monkeypatch.setattr(window, name, Mock())
-    monkeypatch.setattr(programs, "_sizes", lambda _: [1.0])
-    monkeypatch.setattr(programs, "run", lambda *_, **__: [1.0, 2.0, 3.0])
+    monkeypatch.setattr(comparisons, "run", lambda _: 1.0)
 
 
 @pytest.mark.usefixtures("unmeasured")
 def test_no_two_figures_have_the_same_name_and_their_words_fit() -> None:
-    parts = [list(figures) for _, figures in bench()]
-    names = [figure.name for part in parts for figure in part]
-    assert len(names) == len(set(names)) > 20
-    assert max(len(figure.means) for part in parts for figure in part) <= 42  # the column's width
-    assert {figure.name for part in parts for figure in part if figure.higher_is_better} == {
-        "article / Space.step n=20000",
-        *(f"exact n={n} eta={eta}" for n, eta in ((100, 0.5), (1_000, 0.5), (100_000, 0.2), (100_000, 0.5))),
-    }
+    measured = [list(figures) for _, figures in bench()]
+    names = [figure.name for part in measured for figure in part]
+    assert len(names) == len(set(names)) > 12
+    assert max(len(figure.means) for part in measured for figure in part) <= 42  # the column's width
 
 
 def test_the_help_and_the_documents_name_every_part(command: Command) -> None:
@@ -98,43 +91,10 @@ def test_the_help_and_the_documents_name_every_part(command: Command) -> None:
         assert f"`{name}`" in page
 
 
-def test_each_first_start_has_an_empty_cache_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    noted = tmp_path / "caches"
-    program = (
-        f"import os; cache = os.environ['NUMBA_CACHE_DIR']; files = os.listdir(cache); "
-        f"open({str(noted)!r}, 'a').write(f'{{cache}} {{files}}\\n'); open(f'{{cache}}/kernel', 'w'); print()"
-    )
-    monkeypatch.setattr(programs, "SANDBOX", (sys.executable, "-c", program))
-    monkeypatch.setattr(programs, "MOVING_BALL", (sys.executable, "-c", program))
-    monkeypatch.setattr(programs, "simulation", lambda _: (sys.executable, "-c", program))
-    assert all(figure.lowest > 0 for figure in programs.cold(2))
-    caches, files = zip(*(line.split() for line in noted.read_text().splitlines()), strict=True)
-    assert len(caches) == len(set(caches)) == 6
-    assert set(files) == {"[]"}
-    assert not any(Path(cache).exists() for cache in caches)
-
-
 def test_a_program_that_fails_stops_the_benchmark() -> None:
     fails = (sys.executable, "-c", "import sys; sys.exit(3)")
-    for run in (programs.run, programs.run_cold):
-        with pytest.raises(CalledProcessError, match="exit status 3"):
-            run(fails)
-
-
-@pytest.mark.wide
-def test_the_window_closes_after_the_first_frame_that_shows_a_step() -> None:
-    environment = os.environ | programs.ENVIRONMENT
-    ran = subprocess.run(programs.MOVING_BALL, env=environment, stdout=subprocess.PIPE, check=True)
-    assert 1 <= ran.stdout.count(b"\n") <= 5
-
-
-@pytest.mark.usefixtures("memory_screen")
-def test_a_frame_of_the_start_does_not_close_the_window() -> None:
-    opened = window._UntilABallMoves(load("article"), None)
-    opened.frame(0.0)
-    assert opened.running
-    opened.frame(1 / 60)
-    assert not opened.running
+    with pytest.raises(CalledProcessError, match="exit status 3"):
+        comparisons.run(fails)
 
 
 def test_the_finer_gas_covers_what_the_gas_of_1000_covers() -> None:
@@ -144,22 +104,6 @@ def test_the_finer_gas_covers_what_the_gas_of_1000_covers() -> None:
     assert np.sum(finer.bodies.radius**2) == pytest.approx(area)
     speeds = [np.sqrt(np.mean(spawn(one).velocity ** 2)) / one.bodies.radius[0] for one in (gas, finer)]
     assert speeds[0] == pytest.approx(speeds[1], rel=0.05)  # drawn at random
-
-
-@pytest.mark.skipif(not programs.STATUS.exists(), reason="needs /proc")
-@pytest.mark.usefixtures("memory_screen")
-def test_growth_is_that_of_1000_frames(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
-    kept = []
-
-    def grow(_window: object, _count: int) -> None:
-        pages = mmap(-1, 20_000_000)  # new ones: the heap may have room that earlier tests left
-        pages[::PAGESIZE] = b"x" * len(range(0, len(pages), PAGESIZE))
-        kept.append(pages)
-
-    monkeypatch.setattr(window, "_run_frames", grow)
-    window.print_growth(10, 2)
-    assert [float(line) for line in capfd.readouterr().out.split()] == pytest.approx([100, 100], rel=0.1)
-    assert programs.megabytes(programs.PEAK) >= programs.megabytes(programs.PRESENT) > 40
 
 
 def test_the_error_for_an_unknown_part_names_the_nearest() -> None:
@@ -177,4 +121,15 @@ def test_two_things_are_measured_alternately() -> None:
     assert alternately(2, lambda: note("a"), lambda: note("b")) == [(1, 1), (1, 1)]
     assert order == ["a", "b", "a", "b"]
     assert processor_time(lambda: sum(range(10_000)), 3) > 0
-    assert repeats_in(lambda: sum(range(10_000)), 1e-9) == 1
+    assert repeats_of(lambda: sum(range(10_000))) > 1
+
+
+def test_json_on_standard_output_stays_alone(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    made_up = figure("time", "time of a frame", [3.0, 2.0, 2.5], "ms")
+    monkeypatch.setattr(parts, "PARTS", {"made-up": Benchmark("Made up", lambda _rounds: iter([made_up]))})
+    code, out, err = command("bench", "--json", "-")
+    assert (code, err) == (0, "")
+    [written] = json.loads(out)
+    assert [written[key] for key in ("median", "lowest", "highest", "unit")] == [2.5, 2.0, 3.0, "ms"]
+    _, out, _ = command("bench")
+    assert out.split()[-5:] == ["frame", "2.5", "2", "3", "ms"]
