@@ -34,7 +34,6 @@ from conftest import LIBRARIES_REQUIRED, Command, sample
 from PIL import Image, ImageSequence
 from typer.main import get_command
 
-from sandbox.bench.parts import PARTS
 from sandbox.bench.window import finer_gas
 from sandbox.cli.commands import app
 from sandbox.judge.causes import Cause
@@ -147,9 +146,9 @@ def test_every_command_prints_what_stands_there(
         if name in block.text and find_spec(library) is None:
             assert not LIBRARIES_REQUIRED, f"{library} is not installed"
             pytest.skip(f"needs {library}")
-    monkeypatch.setattr("sandbox.bench.parts.PARTS", {name: part._replace(rounds=1) for name, part in PARTS.items()})
+    monkeypatch.setattr("sandbox.bench.parts.ROUNDS", 1)
     monkeypatch.setattr("sandbox.bench.window.finer_gas", lambda n: finer_gas(n // 50))
-    monkeypatch.setattr("sandbox.bench.window.SECONDS_PER_ROUND", 0.0)
+    monkeypatch.setattr("sandbox.bench.figure.SECONDS_PER_ROUND", 0.0)
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     put_files(block.page, tmp_path)
