@@ -128,6 +128,9 @@ def _move(states: Snapshot, constants: Constants, log: Log, now: float) -> None:
                     position[i, 1] -= late * tangential / mass[i] * nx
                     angle[i] -= late * 2 * tangential / (mass[i] * radius[i])
                 log_contact(log, now, i, ~w, nx, ny, impulse, depth, tangential, slip)
+            elif depth > radius[i]:  # others have pushed its centre into the wall, which it could leave on the far side
+                for k, n_k in enumerate((nx, ny)):
+                    position[i, k] -= depth * n_k
 
 
 @kernel

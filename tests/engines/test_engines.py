@@ -1,5 +1,6 @@
 """What holds for every engine, on every bundled scene that it can run."""
 
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -393,3 +394,17 @@ def test_an_engine_s_own_clock_and_the_order_of_two_balls_accuse_it_of_nothing(
             contacts.append(engine.contacts())
     assert np.concatenate(found).tobytes() == np.concatenate(expected).tobytes()
     assert len(np.concatenate(found)) > 5
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_heap_does_not_push_balls_of_impulse_through_its_bowl(seed: int) -> None:
+    scene = load("pile").changed(seed=seed)
+    run = simulate(scene, "impulse")
+    fall = math.sqrt(2 * scene.gravity[1] * scene.arena.size[1])  # px/s, of a ball that falls through the whole arena
+    assert np.hypot(*np.moveaxis(run.velocity, -1, 0)).max() < fall
+    for wall in scene.walls:
+        start, along = np.array(wall.start), np.subtract(wall.to, wall.start)
+        x, inside = run.position[-1] - start, np.subtract((400, 300), start)
+        beside = x @ along > 0  # neither above the rim of the bowl nor on it
+        side = along[0] * x[:, 1] - along[1] * x[:, 0]
+        assert (side[beside] * (along[0] * inside[1] - along[1] * inside[0]) > 0).all()
