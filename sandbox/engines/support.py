@@ -8,7 +8,6 @@ from typing import Any, Final
 from sandbox.engines import create, refusal, registry
 from sandbox.engines.engine import Traits, traits_of
 from sandbox.errors import EngineError
-from sandbox.scene.clock import Clock
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 
@@ -25,7 +24,6 @@ class Feature(StrEnum):
     FILTERS = "filters of balls"
     WALLS = "inner walls"
     OPEN = "no walls round the arena"
-    VARYING = "steps of varying length"
 
 
 @dataclass(frozen=True)
@@ -59,7 +57,6 @@ _CHANGES: Final[Mapping[Feature, Mapping[str, Any]]] = {  # of the plain scene
     Feature.FILTERS: {"balls": [_BALL | {"filter": {"group": 1}}, _OTHER]},
     Feature.WALLS: {"walls": [{"from": (20, 90), "to": (100, 90)}]},
     Feature.OPEN: {"arena": _ARENA | {"walls": False}},
-    Feature.VARYING: {},
 }
 
 
@@ -75,7 +72,6 @@ def engines() -> dict[str, Support]:
     (True, False)
     """
     scenes = {feature: _PLAIN.changed(**changes) for feature, changes in _CHANGES.items()}
-    scenes[Feature.VARYING] = _PLAIN.timed(Clock.of_rates([60, 120]))
     return {
         name: Support(
             tuple(feature for feature, scene in scenes.items() if _accepts(name, scene)),

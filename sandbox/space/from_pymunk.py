@@ -17,7 +17,7 @@ from sandbox.errors import SandboxError, SpaceWarning
 from sandbox.quantity import pass_through
 from sandbox.scene.fields import Vector
 from sandbox.scene.files import ball_groups
-from sandbox.scene.model import MIN_LENGTH, SPACE_SETTINGS, Arena, PymunkSettings, Scene, Wall
+from sandbox.scene.model import MIN_LENGTH, SPACE_SETTINGS, Arena, PymunkSettings, Scene
 from sandbox.scene.overlaps import needed_overlap
 from sandbox.state import Bodies, Floats, State
 
@@ -47,13 +47,12 @@ class Unsupported(Enum):
     THREADS = "solver with threads", "solvers with threads"
 
 
-class WallOnBody(NamedTuple):
-    """A wall or peg of a Space, and the static body that carries it; the sides of a polygon are joined.
+class WallInSpace(NamedTuple):
+    """A wall or peg of a Space; the sides of a polygon are joined.
 
     start, to: px, in the coordinates of the Space.
     """
 
-    body: pymunk.Body
     start: Vector
     to: Vector
     thickness: float
@@ -74,7 +73,7 @@ class SpaceContents(NamedTuple):
     masses: tuple[tuple[float, float], ...]
     kinds: tuple[tuple[float, float, float], ...]
     filters: tuple[tuple[int, int, int], ...]
-    walls: tuple[WallOnBody, ...]
+    walls: tuple[WallInSpace, ...]
     gravity: Vector
     settings: dict[str, float]
     left_out: dict[tuple[str, str], int]
@@ -114,36 +113,26 @@ def from_space(
     (array([2.]), 1, (0.0, 900.0))
     """
     contents = contents_of(space)
-    if not skip:
-        refuse_unsupported(contents, "; skip=True leaves that out")
-    scene = scene_of(contents, motion_of(contents.circles), size=size, rate=rate, title=title)
-    if contents.left_out:
-        warn(f"left out of the scene: {listed(contents.left_out)}", SpaceWarning, stacklevel=2)
-    for warning in _warnings(space, contents):
-        warn(warning, SpaceWarning, stacklevel=2)
-    return scene
-
-
-def refuse_unsupported(contents: SpaceContents, advice: str = "") -> None:
-    """Raise SandboxError if a Space has what a scene cannot have. advice: on that, the end of the message."""
-    if contents.left_out:
-        raise SandboxError(f"the Space has {listed(contents.left_out)}, which a scene cannot have{advice}")
-
-
-def scene_of(contents: SpaceContents, motion: State, *, size: Vector | None, rate: int, title: str) -> Scene:
-    """Return a scene of what a Space has, as `from_space` does, with its circles in motion."""
-    walls = [{key: getattr(wall, key) for key in Wall.model_fields} for wall in contents.walls]
+    if contents.left_out and not skip:
+        what = listed(contents.left_out)
+        raise SandboxError(f"the Space has {what}, which a scene cannot have; skip=True leaves that out")
+    motion = _motion_of(contents.circles)
     scene = Scene(
         title=title,
         rate=rate,
         gravity=contents.gravity,
         arena=Arena(size=size or _view(contents, motion.position), walls=False),
         balls=list(ball_groups(contents.bodies, motion)),
-        walls=walls,
+        walls=[wall._asdict() for wall in contents.walls],
         pymunk=PymunkSettings(**contents.settings),
     )
-    overlap = needed_overlap(scene, motion.position)
-    return scene.changed(arena=scene.arena.model_copy(update={"overlap": overlap})) if overlap else scene
+    if overlap := needed_overlap(scene, motion.position):
+        scene = scene.changed(arena=scene.arena.model_copy(update={"overlap": overlap}))
+    if contents.left_out:
+        warn(f"left out of the scene: {listed(contents.left_out)}", SpaceWarning, stacklevel=2)
+    for warning in _warnings(space, contents, motion.spin):
+        warn(warning, SpaceWarning, stacklevel=2)
+    return scene
 
 
 def contents_of(space: pymunk.Space) -> SpaceContents:
@@ -157,7 +146,7 @@ def contents_of(space: pymunk.Space) -> SpaceContents:
     left_out = Counter(kind.value for kind in _unsupported_in(space, of_body))
     left_out.update((name := type(joint).__name__, f"{name}s") for joint in space.constraints)
     circles: list[pymunk.Circle] = []
-    walls: list[WallOnBody] = []
+    walls: list[WallInSpace] = []
     groups = {0: 0}
     for shape in solid:
         kind = _unsupported_shape(shape)
@@ -195,7 +184,7 @@ def _new_space() -> pymunk.Space:
     return pymunk.Space()
 
 
-def motion_of(circles: Iterable[pymunk.Circle]) -> State:
+def _motion_of(circles: Iterable[pymunk.Circle]) -> State:
     """Return where circles are and how they move: (n, 2) px, px/s; (n,) rad, rad/s. What is asleep does not move."""
     bodies = [_body(circle) for circle in circles]
 
@@ -299,7 +288,7 @@ def _filtered(shapes: Iterable[pymunk.Shape]) -> int:
     return sum(kinds[kind] for kind in ignoring)
 
 
-def _walls_of(shape: pymunk.Shape) -> Iterator[WallOnBody]:
+def _walls_of(shape: pymunk.Shape) -> Iterator[WallInSpace]:
     """Yield a static segment or circle, or the sides of a static polygon."""
     body = _body(shape)
     if isinstance(shape, pymunk.Segment):
@@ -313,7 +302,7 @@ def _walls_of(shape: pymunk.Shape) -> Iterator[WallOnBody]:
         corners.append(corners[0])
     surface = shape.elasticity, shape.friction, isinstance(shape, pymunk.Poly)
     for start, to in pairwise(map(body.local_to_world, corners)):
-        yield WallOnBody(body, (start.x, start.y), (to.x, to.y), 2 * shape.radius, *surface)
+        yield WallInSpace((start.x, start.y), (to.x, to.y), 2 * shape.radius, *surface)
 
 
 def _view(contents: SpaceContents, position: Floats) -> Vector:
@@ -329,7 +318,7 @@ def _view(contents: SpaceContents, position: Floats) -> Vector:
     return width, height
 
 
-def other_moments(contents: SpaceContents, spin: Floats) -> str:
+def _other_moments(contents: SpaceContents, spin: Floats) -> str:
     """Say which moments of inertia are not those of a scene's balls, where that matters; empty if all are.
 
     spin: (n,) rad/s, of the circles.
@@ -346,9 +335,9 @@ def other_moments(contents: SpaceContents, spin: Floats) -> str:
     return f"balls turn as uniform discs, with moments m r²/2; in this Space, {', '.join(odd[:MAX_LISTED])}{more}"
 
 
-def _warnings(space: pymunk.Space, contents: SpaceContents) -> Iterator[str]:
+def _warnings(space: pymunk.Space, contents: SpaceContents, spin: Floats) -> Iterator[str]:
     """Yield warnings of what makes a scene move otherwise than its Space."""
-    if odd := other_moments(contents, motion_of(contents.circles).spin):
+    if odd := _other_moments(contents, spin):
         yield odd
     if sensors := sum(shape.sensor for shape in space.shapes):
         yield f"left out of the scene: {sensors} sensor{'s' if sensors > 1 else ''}, which touch nothing"

@@ -15,7 +15,6 @@ DOCUMENTED = {  # row of the table in docs/engines.md -> the features that it is
     "elasticity below 1, friction, spin": (Feature.ELASTICITY, Feature.FRICTION, Feature.SPIN),
     "gravity, inner walls": (Feature.GRAVITY, Feature.WALLS),
     "an arena without walls": (Feature.OPEN,),
-    "steps of varying length": (Feature.VARYING,),
 }
 
 
@@ -28,7 +27,7 @@ def test_it_is_what_the_documents_say(supported: dict[str, Support]) -> None:
     head, _, *rows = (line.split("|")[1:-1] for line in ENGINES.read_text().splitlines() if line.startswith("| "))
     names = re.findall(r"`(\w+)`", ENGINES.read_text().partition("## Side by side")[2].partition("\n|---")[0])
     assert set(supported) <= set(names) == {"exact", "pymunk", "article", "impulse", "box2d", "watch"}
-    cells = {row[0].strip().partition(", of a")[0]: [cell.strip() for cell in row[1:]] for row in [head, *rows]}
+    cells = {row[0].strip(): [cell.strip() for cell in row[1:]] for row in [head, *rows]}
     for label, features in DOCUMENTED.items():
         for name, cell in zip(names, cells[label], strict=True):
             if name in supported:
