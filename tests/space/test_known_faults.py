@@ -11,7 +11,6 @@ import pytest
 import sandbox
 from sandbox.space.evidence import STEP_RULES
 from sandbox.space.findings import Finding
-from sandbox.space.rules import RULES
 from sandbox.space.watch import watch
 
 DT = 1 / 60
@@ -90,185 +89,10 @@ def boxed(space: pymunk.Space, width: float, height: float, **values: Any) -> No
 # Faults of how a Space is set up.
 
 
-def wrong_moment_of_a_ball() -> Game:
-    space = ground()
-    ball(space, 0, 100)
-    made = pymunk.Body(1, 5)
-    add(space, pymunk.Circle(made, 20)).body.position = 100, 100
-    return Game(space)
-
-
-def wrong_moment_of_a_box() -> Game:
-    space = ground()
-    made = box(space, 0, 100)
-    only(made).mass = 0
-    made.mass, made.moment = 1, 5000
-    return Game(space)
-
-
-def moment_of_a_smooth_ball() -> Game:
-    space = ground(friction=0)
-    made = pymunk.Body(1, 5)
-    add(space, pymunk.Circle(made, 20), friction=0)
-    return Game(space)
-
-
-def no_mass() -> Game:
-    space = ground()
-    made = body(0, 100)
-    add(space, pymunk.Circle(made, 10))
-    return Game(space, 1)
-
-
-def no_density() -> Game:
-    space = ground()
-    heavy = box(space, 0, 100)
-    space.add(add_shape := pymunk.Circle(heavy, 10, (0, -10)))
-    add_shape.elasticity, add_shape.friction = 0.2, 0.8
-    return Game(space)
-
-
-def no_shape() -> Game:
-    space = ground()
-    space.add(pymunk.Body(1, 1))
-    return Game(space)
-
-
-def shape_not_added() -> Game:
-    space = ground()
-    made = pymunk.Body(1, 50)
-    pymunk.Circle(made, 10)
-    space.add(made)
-    return Game(space)
-
-
-def inelastic_wall() -> Game:
-    space = ground(elasticity=0)
-    wall(space, (-500, 195), (-500, 0))
-    ball(space, 0, 100)
-    return Game(space)
-
-
-def nothing_bounces() -> Game:
-    space = ground(elasticity=0)
-    ball(space, 0, 100)
-    return Game(space)
-
-
-def icy_wall() -> Game:
-    space = ground(friction=0)
-    wall(space, (-500, 100), (-500, 0))
-    ball(space, 0, 100)
-    return Game(space)
-
-
-def nothing_rubs() -> Game:
-    space = ground(friction=0)
-    ball(space, 0, 100)
-    return Game(space)
-
-
-def super_ball() -> Game:
-    space = ground()
-    ball(space, 0, 100, elasticity=1.1)
-    return Game(space)
-
-
-def corner_as_centre() -> Game:
-    space = ground()
-    made = pymunk.Body(1, 5000)
-    shape = pymunk.Poly(made, [(0, 0), (40, 0), (40, 40), (0, 40)])
-    add(space, shape).body.position = 0, 100
-    return Game(space)
-
-
-def begins_in_the_floor() -> Game:
-    space = ground()
-    box(space, 0, 195)
-    return Game(space)
-
-
-def begins_in_another() -> Game:
-    space = ground()
-    ball(space, 0, 100)
-    ball(space, 8, 100)
-    return Game(space)
-
-
 def ragdoll_in_itself() -> Game:
     space = ground()
     a, b = box(space, 0, 100), box(space, 15, 100)
     space.add(pymunk.PivotJoint(a, b, (7.5, 100)))
-    return Game(space)
-
-
-def cracked_road() -> Game:
-    space = world()
-    for x in range(-300, 300, 100):
-        wall(space, (x, 200), (x + 100, 200))
-    ball(space, 0, 180)
-    return Game(space)
-
-
-def bullet() -> Game:
-    space = ground()
-    ball(space, 0, 0, velocity=(0, 800))
-    return Game(space)
-
-
-def elephant_on_a_mouse() -> Game:
-    space = ground(100)
-    ball(space, 0, 184.9)
-    box(space, 0, 164.9, mass=200)
-    return Game(space, 2)
-
-
-def metres() -> Game:
-    space = ground()
-    ball(space, 0, 100, 0.2)
-    return Game(space)
-
-
-def moved_wall() -> Game:
-    space = ground()
-    ball(space, 0, 100)
-
-    def move(number: int) -> None:
-        space.static_body.position = (0, number)
-
-    return Game(space, before=move)
-
-
-def motor_falls_asleep() -> Game:
-    space = ground()
-    space.sleep_time_threshold = 0.5
-    space.add(pymunk.SimpleMotor(space.static_body, box(space, 0, 100), 1))
-    return Game(space)
-
-
-def damping_per_step() -> Game:
-    space = ground()
-    space.damping = 0.99
-    ball(space, 0, 100)
-    return Game(space)
-
-
-def damping_above_1() -> Game:
-    space = ground()
-    space.damping = 1.01
-    ball(space, 0, 100)
-    return Game(space)
-
-
-def elasticity_on_a_body() -> Game:
-    space = ground()
-    vars(ball(space, 0, 100))["elasticity"] = 0.9
-    return Game(space)
-
-
-def group_of_pymunk_4() -> Game:
-    space = ground()
-    vars(only(ball(space, 0, 100)))["group"] = 1
     return Game(space)
 
 
@@ -447,13 +271,6 @@ def lift_without_a_velocity() -> Game:
     return Game(space, before=rise)
 
 
-def spring_of_a_stiff_car() -> Game:
-    space = ground()
-    chassis, wheel = box(space, 0, 100, (60, 20), mass=5), ball(space, 0, 150)
-    space.add(pymunk.DampedSpring(chassis, wheel, (0, 0), (0, 0), 50, 60_000, 20))
-    return Game(space, 2)
-
-
 def falls_for_ever() -> Game:
     space = world()
     ball(space, 0, 0)
@@ -496,43 +313,8 @@ def handler_that_brakes() -> Game:
     return handled(halve, "post_solve", elasticity=0.9)
 
 
-def one_way_as_before_pymunk_7() -> Game:
-    def ignore(_arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> Any:
-        return False
-
-    space = ground(30)
-    ball(space, 0, 100)
-    space.on_collision(0, 0, begin=ignore)
-    return Game(space, 30)
-
-
 FAULTS: dict[Callable[[], Game], str] = {
-    wrong_moment_of_a_ball: "moment",
-    wrong_moment_of_a_box: "moment",
-    moment_of_a_smooth_ball: "moment-unused",
-    no_mass: "mass",
-    no_density: "density",
-    no_shape: "no-shape",
-    shape_not_added: "shape-not-added",
-    inelastic_wall: "elasticity-zero",
-    nothing_bounces: "elasticity-unused",
-    icy_wall: "friction-zero",
-    nothing_rubs: "friction-unused",
-    super_ball: "elasticity",
-    corner_as_centre: "off-centre",
-    begins_in_the_floor: "overlap",
-    begins_in_another: "overlap",
     ragdoll_in_itself: "overlap-joined",
-    cracked_road: "cracks",
-    bullet: "tunnelling",
-    elephant_on_a_mouse: "mass-ratio",
-    metres: "slop",
-    moved_wall: "static-moved",
-    motor_falls_asleep: "sleep-on-joint",
-    damping_per_step: "damping-per-step",
-    damping_above_1: "damping-range",
-    elasticity_on_a_body: "attribute",
-    group_of_pymunk_4: "attribute",
     long_steps: "dt-long",
     varying_steps: "dt-varies",
     step_back: "dt-invalid",
@@ -553,13 +335,11 @@ FAULTS: dict[Callable[[], Game], str] = {
     lift_without_a_velocity: "moved-by-hand",
     pushed_into_a_wall: "pushed-by-hand",
     rocket_pushed_at_its_place: "wrong-point",
-    spring_of_a_stiff_car: "spring-stiff",
     falls_for_ever: "leaves",
     handler_that_changes_restitution: "set-by-handler",
     handler_that_changes_friction: "set-by-handler",
     handler_that_drives: "set-by-handler",
     handler_that_brakes: "other-bounce",
-    one_way_as_before_pymunk_7: "return-ignored",
 }
 
 
@@ -568,8 +348,8 @@ def test_a_known_fault_is_named(make: Callable[[], Game]) -> None:
     assert FAULTS[make] in found_in(make())
 
 
-def test_each_rule_is_among_the_known_faults() -> None:
-    assert set(FAULTS.values()) == {*RULES, *STEP_RULES}
+def test_each_rule_of_steps_is_among_the_known_faults() -> None:
+    assert set(FAULTS.values()) >= {*STEP_RULES, "dt-long", "dt-varies", "dt-invalid"}
 
 
 # Spaces without a fault.
