@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from sandbox.run.trajectory import Trajectory
     from sandbox.scene import Scene, dump, load, scenes, write
     from sandbox.scripting.calls import advise, compare, simulate, sweep, to_dataframe, verify
-    from sandbox.scripting.comparison import Comparison
+    from sandbox.scripting.comparison_result import Comparison
     from sandbox.scripting.results import Advice, Scores, SweepTable
     from sandbox.scripting.simulation import Simulation
     from sandbox.space.findings import Finding
@@ -84,7 +84,7 @@ __all__ = [
 
 _MODULES: Final = {
     "Advice": "scripting.results",
-    "Comparison": "scripting.comparison",
+    "Comparison": "scripting.comparison_result",
     "Contacts": "state",
     "Engine": "engines",
     "Finding": "space.findings",

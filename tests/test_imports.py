@@ -27,7 +27,7 @@ LIBRARIES: Final = {  # library -> the modules and folders that may import it; n
     "pydantic": ("scene", "run", "space", "analysis.documents", "view"),
     "pydantic_core": ("scene",),
     "tomlkit": ("scene.files",),
-    "pandas": ("run.trajectory", "scripting.comparison", "scripting.calls"),
+    "pandas": ("run.trajectory", "scripting.comparison_result", "scripting.calls"),
     "PIL": ("scene", "view"),
     "llvmlite": ("jit",),
     "numba": ("jit", "space.memory"),

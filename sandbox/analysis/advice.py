@@ -31,7 +31,7 @@ Changes = dict[str, int]  # of the scene's rate and of Pymunk's settings
 
 
 @dataclass(frozen=True)
-class Trial(TrialFigures):
+class TriedSettings(TrialFigures):
     """A trial.
 
     until: s, until when the reference means anything, None if to the end; scale: px, the least gap that counts; units:
@@ -67,26 +67,26 @@ class Rank(NamedTuple):
     """
 
     name: str
-    badness: Callable[[Trial], float]
-    value: Callable[[Trial], str]
+    badness: Callable[[TriedSettings], float]
+    value: Callable[[TriedSettings], str]
     words: str
     noise: float = 0.0
 
-    def better(self, first: Trial, second: Trial) -> bool:
+    def better(self, first: TriedSettings, second: TriedSettings) -> bool:
         """Return whether a trial is better than another by more than ALIKE and the noise."""
         return self.badness(first) < (1 - ALIKE) * self.badness(second) - self.noise
 
-    def best(self, trials: Sequence[Trial]) -> list[Trial]:
+    def best(self, trials: Sequence[TriedSettings]) -> list[TriedSettings]:
         """Return the trials that are about as good as the best."""
         best = min(trials, key=self.badness)
         return [trial for trial in trials if not self.better(best, trial)]
 
-    def compared(self, first: Trial, second: Trial) -> str:
+    def compared(self, first: TriedSettings, second: TriedSettings) -> str:
         """Return what one trial has, and what another has instead."""
         return self.words.format(self.value(first), self.value(second))
 
 
-def _off_theory(trial: Trial) -> str:
+def _off_theory(trial: TriedSettings) -> str:
     match trial.theory:
         case None:
             return "unknown"
@@ -95,7 +95,7 @@ def _off_theory(trial: Trial) -> str:
     return f"{100 * trial.theory:.2g} %"
 
 
-def _off_energy(trial: Trial) -> str:
+def _off_energy(trial: TriedSettings) -> str:
     error = trial.energy_error or 0.0
     return f"{100 * error:.2g} %" if error > NEGLIGIBLE_ENERGY else f"below {100 * NEGLIGIBLE_ENERGY:g} %"
 
@@ -146,7 +146,7 @@ def try_settings(
     against: str,
     inputs: Sequence[Input] = (),
     progress: Callable[[float], object] | None = None,
-) -> list[Trial]:
+) -> list[TriedSettings]:
     """Run Pymunk with the scene's own settings and then with others, each against the reference.
 
     The first is without changes; simpler changes come before others. Trials of one rate run together. progress: called
@@ -159,7 +159,7 @@ def try_settings(
         )
     tried = list(_changes(scene, against, inputs))
     rates = dict.fromkeys(changes.get("rate", scene.rate) for changes in tried)
-    trials: list[Trial] = []
+    trials: list[TriedSettings] = []
     for number, rate in enumerate(rates):
         group = [changes for changes in tried if changes.get("rate", scene.rate) == rate]
         names = [with_settings(TUNED, {key: n for key, n in changes.items() if key != "rate"}) for changes in group]
@@ -233,10 +233,10 @@ def at_rate(inputs: Sequence[Input], old: int, new: int) -> list[Input]:
     return converted
 
 
-def _trial(comparison: Comparison, engine: str, changes: Changes) -> Trial:
+def _trial(comparison: Comparison, engine: str, changes: Changes) -> TriedSettings:
     run, until = comparison.runs[engine], comparison.trusted_until
     trusted = comparison.time < (math.inf if until is None else until)
-    return Trial(
+    return TriedSettings(
         changes,
         passages=len(run.missed),
         escapes=run.figures.escaped,
@@ -252,7 +252,7 @@ def _trial(comparison: Comparison, engine: str, changes: Changes) -> Trial:
     )
 
 
-def advice_rows(trials: Sequence[Trial]) -> Iterator[list[str]]:
+def advice_rows(trials: Sequence[TriedSettings]) -> Iterator[list[str]]:
     """Yield the rows of a table of trials: the labels, then a row for each. What no trial has is left out."""
     columns: list[tuple[str, list[str]]] = [
         ("passages", [str(trial.passages) for trial in trials] if any(trial.passages for trial in trials) else []),
@@ -268,14 +268,14 @@ def advice_rows(trials: Sequence[Trial]) -> Iterator[list[str]]:
         yield [trial.settings, *(values[row] for _, values in shown)]
 
 
-def advised(trials: Sequence[Trial]) -> Trial:
+def advised(trials: Sequence[TriedSettings]) -> TriedSettings:
     """Return the trial to use: of those about as good as the best by every rank in turn, the simplest."""
     for rank in RANKS:
         trials = rank.best(trials)
     return min(trials, key=lambda trial: len(trial.changes))
 
 
-def recommend(trials: Sequence[Trial]) -> str:
+def recommend(trials: Sequence[TriedSettings]) -> str:
     """Return a paragraph that says what to change, what that gains, and what becomes worse.
 
     Where other changes do better in something that matters less, it names them, with what they cost.
@@ -291,14 +291,14 @@ def recommend(trials: Sequence[Trial]) -> str:
     return " ".join(sentences)
 
 
-def _described(trial: Trial, now: Trial) -> str:
+def _described(trial: TriedSettings, now: TriedSettings) -> str:
     """Say what a trial gains and what it costs."""
     gains = [rank.compared(trial, now) for rank in RANKS if rank.better(trial, now)]
     costs = [rank.compared(trial, now) for rank in RANKS if rank.better(now, trial)]
     return f"{trial.settings}: {'; '.join(gains)}." + (f" But {'; '.join(costs)}." if costs else "")
 
 
-def as_json(trials: Sequence[Trial]) -> dict[str, Any]:
+def as_json(trials: Sequence[TriedSettings]) -> dict[str, Any]:
     """Return what `--json` writes about trials; an empty dictionary if nothing was tried."""
     if not trials:
         return {}

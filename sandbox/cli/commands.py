@@ -58,7 +58,7 @@ from sandbox.text import console, counted, json_text, printable
 from sandbox.view import Layer
 
 if TYPE_CHECKING:
-    from sandbox.analysis.advice import Trial
+    from sandbox.analysis.advice import TriedSettings
     from sandbox.analysis.comparison import Comparison
     from sandbox.run.inputs import Input
     from sandbox.scene.model import Scene
@@ -214,7 +214,7 @@ def compare(
     print_warnings(chosen)
     with _printed_beside(outputs.values()):
         comparison = _compare(chosen, engines, against, replayed)
-        trials: Sequence[Trial] = ()
+        trials: Sequence[TriedSettings] = ()
         if advise:
             from sandbox.analysis.advice import try_settings
 
@@ -233,7 +233,7 @@ def _compare(
         return compare_engines(scene, names, against=against, inputs=inputs, progress=progress)
 
 
-def _write_comparison(comparison: "Comparison", trials: "Sequence[Trial]", outputs: Mapping[str, str]) -> None:
+def _write_comparison(comparison: "Comparison", trials: "Sequence[TriedSettings]", outputs: Mapping[str, str]) -> None:
     """Write a comparison into a file for each option, and print it unless one of them is standard output."""
     from sandbox.analysis.advice import as_json as advice_as_json
     from sandbox.analysis.series import write_series
@@ -246,7 +246,7 @@ def _write_comparison(comparison: "Comparison", trials: "Sequence[Trial]", outpu
     if file := outputs.get("--series"):
         write_series(comparison, file)
     if file := outputs.get("--report"):
-        from sandbox.report.comparison import page
+        from sandbox.report.comparison_page import page
 
         write_text(file, page(comparison, trials))
     if not _has_document(outputs.values()):

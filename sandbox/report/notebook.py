@@ -12,7 +12,7 @@ from html import escape
 from typing import Any, Final
 
 from sandbox.analysis.comparison import Comparison
-from sandbox.report.comparison import page
+from sandbox.report.comparison_page import page
 from sandbox.report.html import bokeh_script
 from sandbox.report.tables import print_comparison
 from sandbox.text import DEFAULT_WIDTH, text_of

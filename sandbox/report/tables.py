@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.padding import Padding
 from rich.table import Table
 
-from sandbox.analysis.advice import Trial, advice_rows, recommend
+from sandbox.analysis.advice import TriedSettings, advice_rows, recommend
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import Difference, Kind, pair_name
 from sandbox.analysis.figures import Run
@@ -209,7 +209,7 @@ class Scoreboard:
             self._terminal.print(line, soft_wrap=True)
 
 
-def print_advice(trials: Sequence[Trial], terminal: Console) -> None:
+def print_advice(trials: Sequence[TriedSettings], terminal: Console) -> None:
     """Print the results of other settings of Pymunk, and what to change."""
     labels, *rows = [[row[0].replace(", ", ",\n"), *row[1:]] for row in advice_rows(trials)]
     widths = [max(map(cell_len, "\n".join(column).split("\n"))) for column in zip(labels, *rows, strict=True)]

@@ -33,7 +33,7 @@ from sandbox.scripting.arguments import (
     several,
     whole_number,
 )
-from sandbox.scripting.comparison import Comparison
+from sandbox.scripting.comparison_result import Comparison
 from sandbox.scripting.results import Advice, Scores, SweepTable
 from sandbox.state import CONTACT, Contacts
 from sandbox.sweeps import in_order, plan

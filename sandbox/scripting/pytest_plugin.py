@@ -10,7 +10,7 @@ import pytest
 if TYPE_CHECKING:
     from sandbox.engines import Engines
     from sandbox.scripting.arguments import AnyInputs, AnyScene
-    from sandbox.scripting.comparison import Comparison
+    from sandbox.scripting.comparison_result import Comparison
 
 
 class SandboxCompare:

@@ -8,13 +8,13 @@ from typing import overload
 
 import numpy as np
 
-from sandbox.analysis.advice import Trial, advised, recommend
+from sandbox.analysis.advice import TriedSettings, advised, recommend
 from sandbox.analysis.advice import as_json as advice_as_json
 from sandbox.report.tables import print_advice, print_scores, tally_lines
 from sandbox.scores.verify import Board, SceneResults, all_passed, as_json, as_junit
 from sandbox.scripting.arguments import ByName, save
 from sandbox.state import Floats
-from sandbox.sweeps import Outcome, Row, Sweep, as_csv
+from sandbox.sweeps import Row, RowResult, Sweep, as_csv
 from sandbox.text import DEFAULT_WIDTH, counted, json_text, text_of
 
 
@@ -89,7 +89,7 @@ class SweepTable(Sequence[Row]):
 
     sweep: Sweep
     rows: list[Row]
-    failures: list[Outcome]
+    failures: list[RowResult]
 
     @overload
     def __getitem__(self, index: int) -> Row: ...
@@ -127,7 +127,7 @@ class SweepTable(Sequence[Row]):
 
 
 @dataclass(frozen=True, repr=False)
-class Advice(Sequence[Trial]):
+class Advice(Sequence[TriedSettings]):
     """Other settings of Pymunk that were tried on a scene, and which of them to use.
 
     trials: each with its `changes` and its figures; the first is the scene's own settings.
@@ -140,13 +140,13 @@ class Advice(Sequence[Trial]):
     ({'substeps': 4}, True)
     """
 
-    trials: list[Trial]
+    trials: list[TriedSettings]
 
     @overload
-    def __getitem__(self, index: int) -> Trial: ...
+    def __getitem__(self, index: int) -> TriedSettings: ...
     @overload
-    def __getitem__(self, index: slice) -> list[Trial]: ...
-    def __getitem__(self, index: int | slice) -> Trial | list[Trial]:
+    def __getitem__(self, index: slice) -> list[TriedSettings]: ...
+    def __getitem__(self, index: int | slice) -> TriedSettings | list[TriedSettings]:
         return self.trials[index]
 
     def __len__(self) -> int:
@@ -156,7 +156,7 @@ class Advice(Sequence[Trial]):
         return f"<Advice: {counted(len(self), 'trial')}, best {self.best.settings}>"
 
     @property
-    def best(self) -> Trial:
+    def best(self) -> TriedSettings:
         """The trial to use; it is the first if no other is better."""
         return advised(self.trials)
 

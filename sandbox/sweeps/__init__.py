@@ -8,14 +8,14 @@ from collections.abc import Iterator, Sequence
 from sandbox.files import is_replaceable, write_text
 from sandbox.sweeps.jobs import COLUMNS, Job, Row, Sweep, in_order, job_of, plan
 from sandbox.sweeps.journal import Journal, journal_path, open_journal
-from sandbox.sweeps.workers import Outcome, run_locally, run_on_dask
+from sandbox.sweeps.workers import RowResult, run_locally, run_on_dask
 from sandbox.text import csv_text
 
 __all__ = [
     "Job",
     "Journal",
-    "Outcome",
     "Row",
+    "RowResult",
     "Sweep",
     "as_csv",
     "in_order",
@@ -33,7 +33,7 @@ def missing(sweep: Sweep, kept: Journal) -> list[Job]:
     return [job for job in sweep.jobs if job not in done]
 
 
-def run(sweep: Sweep, kept: Journal, *, workers: int = 1, scheduler: str | None = None) -> Iterator[Outcome]:
+def run(sweep: Sweep, kept: Journal, *, workers: int = 1, scheduler: str | None = None) -> Iterator[RowResult]:
     """Run the jobs that have no row yet, locally or on a Dask cluster; each row is saved before it is yielded."""
     jobs = missing(sweep, kept)
     for outcome in run_on_dask(sweep, jobs, scheduler) if scheduler else run_locally(sweep, jobs, workers):

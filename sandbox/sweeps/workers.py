@@ -28,7 +28,7 @@ CONNECT_TIMEOUT: Final = 3.0  # s, for a Dask scheduler to answer
 
 
 @dataclass(frozen=True)
-class Outcome:
+class RowResult:
     """The row of a job, or why the job failed.
 
     time: s, when an engine that is not built in failed, None otherwise; details: its own traceback.
@@ -41,16 +41,16 @@ class Outcome:
     details: str = ""
 
 
-def attempt(scene: Scene, against: str, job: Job, shared: Shared | None = None) -> Outcome:
+def attempt(scene: Scene, against: str, job: Job, shared: Shared | None = None) -> RowResult:
     """Run a job as `run_job` does. An exception costs its row, not the sweep."""
     try:
-        return Outcome(job, run_job(scene, against, job, shared))
+        return RowResult(job, run_job(scene, against, job, shared))
     except EngineError as error:
-        return Outcome(job, failure=str(error), time=error.time, details=error.details)
+        return RowResult(job, failure=str(error), time=error.time, details=error.details)
     except SandboxError as error:
-        return Outcome(job, failure=str(error))
+        return RowResult(job, failure=str(error))
     except Exception as error:
-        return Outcome(job, failure=f"{type(error).__name__}: {error}")
+        return RowResult(job, failure=f"{type(error).__name__}: {error}")
 
 
 def groups(sweep: Sweep, jobs: Iterable[Job]) -> Iterator[list[Job]]:
@@ -59,7 +59,7 @@ def groups(sweep: Sweep, jobs: Iterable[Job]) -> Iterator[list[Job]]:
         yield list(group)
 
 
-def run_here(sweep: Sweep, jobs: Sequence[Job]) -> Iterator[Outcome]:
+def run_here(sweep: Sweep, jobs: Sequence[Job]) -> Iterator[RowResult]:
     """Run jobs one after another in this process."""
     runner = _JobRunner(sweep.scene, sweep.against)
     for job in jobs:
@@ -74,7 +74,7 @@ class _JobRunner:
         self._last: Job | None = None
         self._shared: Shared | None = None
 
-    def run(self, job: Job) -> Outcome:
+    def run(self, job: Job) -> RowResult:
         """Run a job as `attempt` does."""
         reference = reference_job(self._against, job)
         if reference != self._last:
@@ -83,7 +83,7 @@ class _JobRunner:
         return attempt(self._scene, self._against, job, self._shared)
 
 
-def run_locally(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outcome]:
+def run_locally(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[RowResult]:
     """Run jobs in `count` processes. A process that dies is replaced, and its job is run again."""
     todo, deaths = deque(map(deque, groups(sweep, jobs))), Counter[Job]()
     workers: list[Worker] = []
@@ -108,7 +108,7 @@ def run_locally(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outco
                     if deaths[job] < MAX_WORKER_DEATHS:
                         worker.group.appendleft(job)
                         continue
-                    outcome = Outcome(job, failure=f"its worker process died {MAX_WORKER_DEATHS} times")
+                    outcome = RowResult(job, failure=f"its worker process died {MAX_WORKER_DEATHS} times")
                 yield outcome
     finally:
         for worker in workers:
@@ -138,11 +138,11 @@ class Worker(ChildProcess):
         self.job = job
         self.send(job)
 
-    def outcome(self) -> Outcome | None:
+    def outcome(self) -> RowResult | None:
         """Receive the outcome of the job; None if the process has died."""
         self.job = None
         try:
-            return cast("Outcome", self.receive())
+            return cast("RowResult", self.receive())
         except EOFError:
             return None
 
@@ -183,7 +183,7 @@ def _connect(host: str, port: int, refusals: list[OSError]) -> None:
         refusals.append(error)
 
 
-def run_on_dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
+def run_on_dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[RowResult]:
     """Run jobs on the cluster of a Dask scheduler, which reruns the jobs of a worker that dies on another one.
 
     Raises SandboxError if no scheduler answers, or if it stops answering.
@@ -219,8 +219,8 @@ def run_on_dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Out
             future.release()
 
 
-def _outcome(future: Any, job: Job) -> Outcome | None:
+def _outcome(future: Any, job: Job) -> RowResult | None:
     """Return the outcome of a job on a cluster; None if the cluster is gone."""
     if future.status == "finished":
-        return cast("Outcome", future.result())
-    return Outcome(job, failure=str(future.exception())) if future.status == "error" else None
+        return cast("RowResult", future.result())
+    return RowResult(job, failure=str(future.exception())) if future.status == "error" else None

@@ -69,7 +69,7 @@ def answer(so_far: ComparisonSoFar, task: tuple[RunSoFar, str | None]) -> Case |
     try:
         comparison = so_far.of(run)
         if file is not None:
-            from sandbox.report.comparison import page  # noqa: PLC0415  # Bokeh takes a second to import
+            from sandbox.report.comparison_page import page  # noqa: PLC0415  # Bokeh takes a second to import
 
             with whole_file(file) as opened:
                 opened.write(page(comparison).encode())

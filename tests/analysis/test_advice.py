@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 from conftest import scene_of
 
-from sandbox.analysis.advice import Trial, advice_rows, advised, as_json, at_rate, recommend, try_settings
+from sandbox.analysis.advice import TriedSettings, advice_rows, advised, as_json, at_rate, recommend, try_settings
 from sandbox.analysis.comparison import Comparison, compare
 from sandbox.errors import SandboxError
-from sandbox.report.comparison import page
+from sandbox.report.comparison_page import page
 from sandbox.report.tables import print_advice
 from sandbox.run.edits import SetRate
 from sandbox.run.inputs import Grab, Input, Move, Release
@@ -28,7 +28,7 @@ def changes(scene: Scene, against: str = "exact", inputs: tuple[Input, ...] = ()
     return [trial.changes for trial in try_settings(scene, against, inputs)]
 
 
-def settings_of(trials: list[Trial], **wanted: int) -> Trial:
+def settings_of(trials: list[TriedSettings], **wanted: int) -> TriedSettings:
     [trial] = [trial for trial in trials if trial.changes == wanted]
     return trial
 
@@ -166,7 +166,7 @@ def test_a_reference_that_takes_steps_takes_the_same_at_another_rate(monkeypatch
     assert not any("rate" in one for one in changes(load("head-on").changed(seconds=0.1), "impulse"))
 
 
-def trial(changes: dict[str, int], **figures: Any) -> Trial:
+def trial(changes: dict[str, int], **figures: Any) -> TriedSettings:
     usual: dict[str, Any] = {
         "passages": 0,
         "escapes": 0,
@@ -179,7 +179,7 @@ def trial(changes: dict[str, int], **figures: Any) -> Trial:
         "gap_rms": 50.0,
         "scale": 0.02,
     }
-    return Trial(changes, **(usual | figures), units=PIXELS)
+    return TriedSettings(changes, **(usual | figures), units=PIXELS)
 
 
 def test_what_is_not_better_is_not_advised() -> None:

@@ -12,7 +12,7 @@ from sandbox.analysis.advice import try_settings
 from sandbox.analysis.comparison import compare, compare_with, run_reference
 from sandbox.analysis.verdict import verdict
 from sandbox.errors import LimitReached
-from sandbox.report.comparison import page
+from sandbox.report.comparison_page import page
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.model import Scene
 from sandbox.scores.verify import Outcome, all_passed, verify

@@ -24,7 +24,7 @@ from sandbox.analysis.comparison import compare
 from sandbox.analysis.series import write_series
 from sandbox.errors import SandboxError
 from sandbox.files import check_outputs, is_replaceable, whole_file
-from sandbox.report.comparison import page
+from sandbox.report.comparison_page import page
 from sandbox.run.inputs import Grab, Release, write_inputs
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load

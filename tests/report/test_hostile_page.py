@@ -13,7 +13,7 @@ from hostile import NAMES, PAGE_TEXTS, SCENE, hostile_scene
 
 from sandbox.analysis.comparison import compare
 from sandbox.errors import SandboxError
-from sandbox.report.comparison import page
+from sandbox.report.comparison_page import page
 from sandbox.report.sweep import page as sweep_page
 from sandbox.scene.files import parse
 from sandbox.sweeps import plan

@@ -11,7 +11,7 @@ from browser import READY, Browser
 
 import sandbox
 from sandbox.report import notebook
-from sandbox.report.comparison import page
+from sandbox.report.comparison_page import page
 from sandbox.report.html import bokeh_script
 
 MAX_OUTPUT_BYTES = 1_000_000

@@ -8,7 +8,7 @@ import pytest
 import sandbox
 from sandbox.analysis.comparison import compare
 from sandbox.engines import registry
-from sandbox.report.comparison import page
+from sandbox.report.comparison_page import page
 from sandbox.report.glossary import BUILT_IN, about, words_in
 from sandbox.report.numbers import minus, readable, share
 from sandbox.scene.files import load

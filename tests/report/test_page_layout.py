@@ -10,7 +10,7 @@ from browser import Browser
 from conftest import sample
 
 from sandbox.analysis.comparison import compare
-from sandbox.report.comparison import page
+from sandbox.report.comparison_page import page
 from sandbox.report.sweep import page as sweep_page
 from sandbox.scene.files import load
 from sandbox.sweeps import plan

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from sandbox.analysis.comparison import Comparison, compare
 from sandbox.analysis.series import thinned
-from sandbox.report.comparison import MAX_PATHS_BYTES, fixed_point, page, thinning
+from sandbox.report.comparison_page import MAX_PATHS_BYTES, fixed_point, page, thinning
 from sandbox.run.inputs import Grab, Input, Release
 from sandbox.scene.clock import Clock
 from sandbox.scene.fields import rgb
@@ -131,7 +131,7 @@ def test_a_hundred_balls_for_twenty_seconds_are_less_than_6_mb_and_every_step_is
 
 
 def test_a_long_run_is_thinned_and_the_page_says_so(article: Comparison, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sandbox.report.comparison.MAX_PATHS_BYTES", 20_000)
+    monkeypatch.setattr("sandbox.report.comparison_page.MAX_PATHS_BYTES", 20_000)
     text = page(article)
     every = thinning(article, 20_000)
     assert every > 1

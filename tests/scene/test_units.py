@@ -11,7 +11,7 @@ from sandbox.errors import SandboxError
 from sandbox.judge.causes import Cause
 from sandbox.judge.models import FAULTS
 from sandbox.judge.words import found_range
-from sandbox.report.comparison import page
+from sandbox.report.comparison_page import page
 from sandbox.report.first_contacts import columns, first_contacts
 from sandbox.report.scales import gap_scale
 from sandbox.report.tables import print_comparison

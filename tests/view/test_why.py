@@ -13,7 +13,7 @@ from window_driver import WorkerHere, click, press, run, step
 
 from sandbox.analysis.comparison import compare
 from sandbox.errors import SandboxError
-from sandbox.report.comparison import page
+from sandbox.report.comparison_page import page
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene

@@ -101,6 +101,6 @@ class Comparison(comparison.Comparison, Mapping[str, Figures]):
         save("a comparison", path, {".json": self.to_json, ".csv": self.as_csv, ".html": self._page})
 
     def _page(self) -> str:
-        from sandbox.report.comparison import page  # noqa: PLC0415  (Bokeh is slow to import)
+        from sandbox.report.comparison_page import page  # noqa: PLC0415  (Bokeh is slow to import)
 
         return page(self)

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.analysis.advice import Trial, advice_rows, recommend
+from sandbox.analysis.advice import TriedSettings, advice_rows, recommend
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import MAX_DIFFERENCES, Kind, Velocities, pair_name
 from sandbox.analysis.figures import Run
@@ -49,7 +49,7 @@ KEYS: Final = (
 )
 
 
-def page(comparison: Comparison, trials: Sequence[Trial] = (), *, in_notebook: bool = False) -> str:
+def page(comparison: Comparison, trials: Sequence[TriedSettings] = (), *, in_notebook: bool = False) -> str:
     """Return a comparison, with trials of other settings, as one page of HTML. The same input gives the same page.
 
     in_notebook: for a frame in a notebook, with fewer frames, and without Bokeh's script, for which it asks its parent.
