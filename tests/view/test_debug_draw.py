@@ -33,7 +33,7 @@ def drawn(draw: DebugDraw) -> NDArray[np.uint8]:
 
 @pytest.mark.parametrize("balls", [50, 300, 301])
 def test_the_batch_draws_the_same_pixels_as_debug_draw(balls: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = gas(balls, 0.6, 400)
+    scene = gas(balls, 0.6)
     engine = create("pymunk", scene, spawn(scene))
     assert isinstance(engine, PymunkEngine)
     for _ in range(30):
@@ -67,7 +67,7 @@ def test_a_peg_is_drawn_as_walls_are(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize(("balls", "is_batch"), [(296, False), (297, True)])
 def test_up_to_300_shapes_are_drawn_by_debug_draw(balls: int, is_batch: bool) -> None:
-    scene = gas(balls, 0.3, 400)
+    scene = gas(balls, 0.3)
     engine = create("pymunk", scene, spawn(scene))
     assert isinstance(engine, PymunkEngine)
     draw = DebugDraw(engine.space, scene.colors, Color("black"))

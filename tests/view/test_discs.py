@@ -143,7 +143,7 @@ def test_collision_points_are_those_of_stock_debug_draw(
     balls: int, scale: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Also while contacts that have ended are still listed by Pymunk."""
-    scene = gas(balls, 0.6, 400)
+    scene = gas(balls, 0.6)
     engine = create("pymunk", scene, spawn(scene))
     assert isinstance(engine, PymunkEngine)
     for _ in range(20):
