@@ -22,7 +22,7 @@ from typing import Any, Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.signals import checkpoint, signals_deferred
+from sandbox.threads import checkpoint
 
 RETRY_INTERVAL: Final = 0.05  # s, until a thread looks again whether a kernel is compiled
 MAX_IN_PYTHON: Final = 5_000  # numbers in the arrays that a portable kernel gets, to run in Python meanwhile
@@ -114,7 +114,7 @@ def entry(function: Function) -> Function:
 
     @cache
     def dispatcher() -> Function:
-        with signals_deferred(), _registration:
+        with _registration:
             jit = _jit()
             while _unregistered:
                 jit.inline(_unregistered.pop())

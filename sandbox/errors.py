@@ -4,9 +4,8 @@ import difflib
 import itertools
 import json
 import re
-import signal
 import traceback
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from typing import Final
 
 from sandbox.text import printable
@@ -16,7 +15,6 @@ KeyPath = tuple[str | int, ...]  # keys into a document, such as ("balls", 2, "r
 MAX_REPORTED_ERRORS: Final = 100  # of one file
 MAX_VALUE_LENGTH: Final = 40  # characters of a value in a message
 MAX_DECIMAL_BITS: Final = 14_000  # larger integers are shown in hexadecimal: Python limits decimals to 4,300 digits
-CLOSED_PIPE: Final = getattr(signal, "SIGPIPE", signal.SIGTERM)  # Windows has no SIGPIPE
 
 
 class SandboxError(ValueError):
@@ -68,22 +66,6 @@ class LimitReached(SandboxError):
 
 class SpaceWarning(UserWarning):
     """A scene, or a recording, of a `pymunk.Space` leaves something out or differs from it."""
-
-
-class Terminated(BaseException):
-    """A signal ends the program. A write to a closed pipe counts as SIGPIPE, which Python itself ignores.
-
-    when_lost: called with the signal's number if this is dropped before anything has set it to None.
-    """
-
-    def __init__(self, number: int, when_lost: Callable[[int], None] | None = None) -> None:
-        super().__init__(number)
-        self.number = number
-        self.when_lost = when_lost
-
-    def __del__(self) -> None:
-        if self.when_lost:
-            self.when_lost(self.number)
 
 
 def traceback_beyond(error: BaseException, file: str) -> str:

@@ -14,7 +14,7 @@ from pathlib import Path
 from secrets import token_hex
 from typing import IO, Final
 
-from sandbox.errors import CLOSED_PIPE, SandboxError, Terminated
+from sandbox.errors import SandboxError
 from sandbox.text import printable
 
 MAX_TEXT_FILE_BYTES: Final = 2_000_000  # room for 20,000 balls, each in a group of its own
@@ -48,11 +48,11 @@ def read_text(file: Path, max_bytes: int = MAX_TEXT_FILE_BYTES) -> str:
 
 @contextmanager
 def write_errors(path: str | Path) -> Iterator[None]:
-    """Turn a failed write into a SandboxError that names the file, and a closed pipe into Terminated."""
+    """Turn a failed write into a SandboxError that names the file; a closed pipe stays a BrokenPipeError."""
     try:
         yield
     except BrokenPipeError:
-        raise Terminated(CLOSED_PIPE) from None
+        raise
     except OSError as error:
         raise SandboxError(f"{path}: cannot be written: {error.strerror or error}") from None
 

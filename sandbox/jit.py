@@ -3,9 +3,6 @@
 Never fastmath: every operation rounds as IEEE 754 prescribes. Division by zero yields infinity instead of raising, and
 arrays are not reference-counted (`_nrt`), because both cost time at every access, together half of the event loop's,
 and time to compile. Without reference counts, a kernel cannot make an array: Python passes all that it needs.
-
-Signal handlers wait until a kernel is compiled, loaded or saved: llvmlite runs Python in callbacks, where an exception
-is lost, and releases LLVM's memory in destructors, which an exception would leave half done.
 """
 
 from collections.abc import Callable
@@ -19,8 +16,6 @@ from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.typed_passes import NativeLowering
 from numba.extending import intrinsic, overload, register_jitable
-
-from sandbox.signals import signals_deferred
 
 _OPTIONS: Final[Any] = {"error_model": "numpy", "_nrt": False}
 _OF_ENTRY: Final[Any] = {**_OPTIONS, "nogil": True}  # so that a thread can run a kernel while others go on in Python
@@ -89,12 +84,8 @@ class _Cache(FunctionCache):
             code = self._load(signature, context)
         return code
 
-    def save_overload(self, signature: object, compiled: object) -> None:
-        with signals_deferred():
-            super().save_overload(signature, compiled)  # type: ignore[no-untyped-call]
-
     def _load(self, signature: object, context: object) -> object:
-        with signals_deferred(), self._guard_against_spurious_io_errors():
+        with self._guard_against_spurious_io_errors():
             try:
                 return self._load_overload(signature, context)  # type: ignore[no-untyped-call]
             except (ImportError, AttributeError):  # written by another version, of other modules
@@ -106,7 +97,6 @@ def dispatcher(function: Function, wait_for: Callable[[str], object]) -> Any:
     """Return a kernel, which is compiled or loaded from the cache at its first call. wait_for: of `_Cache`."""
     compiled = njit(**_OF_ENTRY)(function)
     compiled._cache = _Cache(function, wait_for)
-    compiled._compiler.compile = signals_deferred()(compiled._compiler.compile)
     return compiled
 
 

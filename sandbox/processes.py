@@ -2,14 +2,13 @@
 
 import multiprocessing
 import os
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from types import ModuleType
 from typing import Any
-
-from sandbox.signals import sigint_blocked
 
 
 def core_count() -> int:
@@ -28,7 +27,7 @@ class ChildProcess:
         context = multiprocessing.get_context("spawn")  # a forked process would share the locks of running threads
         self.connection, remote = context.Pipe()
         self._process = context.Process(target=target, args=(remote, *arguments), daemon=True)
-        with sigint_blocked(), _without_main_program():
+        with _sigint_blocked(), _without_main_program():
             self._process.start()
         remote.close()
 
@@ -55,6 +54,22 @@ class ChildProcess:
         self.connection.close()
         self._process.terminate()
         self._process.join()
+
+
+@contextmanager
+def _sigint_blocked() -> Iterator[None]:
+    """Block SIGINT in processes started here, even while they import: their parent handles Ctrl-C and stops them."""
+    if sys.platform == "win32":
+        yield
+        return
+    from multiprocessing import resource_tracker  # noqa: PLC0415  # most commands start no process
+
+    resource_tracker.ensure_running()  # the start of a process would start it, which unblocks SIGINT
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

@@ -51,7 +51,7 @@ from sandbox.cli.options import (
     settings_by_key,
     warn_of_pygame,
 )
-from sandbox.cli.progress import displayed, progress_bar, show_compiling, sweep_with_bar, terminal_bar
+from sandbox.cli.progress import progress_bar, show_compiling, sweep_with_bar, terminal_bar
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, check_outputs, write_text
 from sandbox.text import console, counted, json_text, printable
@@ -81,6 +81,11 @@ class _Commands(TyperGroup):
                 )
         return super().resolve_command(ctx, args)
 
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command. Typer itself would end with 1 at a closed pipe."""
+        with exit_codes():
+            return super().invoke(ctx)
+
 
 app = typer.Typer(
     cls=_Commands,
@@ -99,10 +104,9 @@ def main() -> None:
     if sys.stderr:  # as it is not after 2>&-
         faulthandler.enable()  # prints the line that a program was at when Pymunk's C code aborts it
     os.environ["PYTHONSAFEPATH"] = "1"  # child processes must not import modules from the working directory
-    with exit_codes():
-        if sys.argv[1:] == ["--version"]:  # to parse an option, typer imports pydantic, which takes as long as the rest
-            print(__version__)
-            sys.exit()
+    if sys.argv[1:] == ["--version"]:  # to parse an option, typer imports pydantic, which takes as long as the rest
+        print(__version__)
+    else:
         app(prog_name="sandbox")
 
 
@@ -185,7 +189,7 @@ def record(
     chosen, replayed = options.load(scene)
     print_warnings(chosen)
     bar = terminal_bar()
-    with displayed(bar):
+    with bar:
         track = partial(bar.track, description="Recording")
         record_scene(chosen, engines, out, pixels, show, replayed, track)
 
@@ -564,7 +568,7 @@ def bench(
     check_outputs({"--json": json_file})
     measured = []
     for title, figures in measure(only):
-        with displayed(console(stderr=True).status(title)):
+        with console(stderr=True).status(title):
             part = list(figures)
         measured += part
         if json_file not in STANDARD_OUTPUT:

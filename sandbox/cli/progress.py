@@ -6,28 +6,15 @@ from contextlib import contextmanager
 from time import monotonic
 from typing import TYPE_CHECKING, Final
 
-from sandbox.signals import signals_deferred
 from sandbox.text import console
 
 if TYPE_CHECKING:
     from rich.progress import Progress, ProgressColumn
-    from rich.status import Status
 
     from sandbox.sweeps import Journal, Sweep
     from sandbox.view.compilation import Compilation
 
 BAR_DELAY: Final = 1.0  # s; shorter runs show no bar
-
-
-@contextmanager
-def displayed(bar: "Progress | Status") -> Iterator[None]:
-    """Display a bar, which hides the cursor, and restore the cursor however the block ends."""
-    try:
-        with signals_deferred():
-            bar.start()
-        yield
-    finally:
-        bar.stop()
 
 
 @contextmanager
@@ -49,8 +36,7 @@ def progress_bar(title: str) -> Iterator[Callable[[float], object] | None]:
     def show(done: float) -> None:
         bar.update(task, completed=done)
         if monotonic() - since > BAR_DELAY:
-            with signals_deferred():
-                bar.start()
+            bar.start()
 
     try:
         yield show
@@ -77,7 +63,7 @@ def sweep_with_bar(sweep: "Sweep", kept: "Journal", workers: int, scheduler: str
 
     columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     failures, details, bar = 0, "", terminal_bar(*columns, transient=False)
-    with displayed(bar):
+    with bar:
         runs = bar.add_task("runs", total=len(sweep.jobs), completed=len(sweep.jobs) - len(missing(sweep, kept)))
         for outcome in run(sweep, kept, workers=workers, scheduler=scheduler):
             bar.advance(runs)
@@ -117,7 +103,7 @@ class _TerminalCompiler:
                 print("Compiling what this command needs; that happens once.", file=sys.stderr)
         compilation = self._compilation
         bar = terminal_bar(TextColumn("{task.description}"), BarColumn())
-        with displayed(bar):
+        with bar:
             task = bar.add_task("", total=compilation.total)
             for progress in compilation.until_compiled(module):
                 bar.update(task, description=str(progress), completed=progress.done)

@@ -13,7 +13,7 @@ import numpy as np
 
 from sandbox.compiled import NotCompiledYet
 from sandbox.engines.engine import BlockEngine, Engine, Traits, traits_of
-from sandbox.errors import EngineError, Refused, SandboxError, Terminated, shown, traceback_beyond
+from sandbox.errors import EngineError, Refused, SandboxError, shown, traceback_beyond
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
@@ -103,8 +103,6 @@ def _errors_of(name: str, time: float, hint: str = "") -> Iterator[None]:
     except SandboxError as error:
         raise EngineError(name, str(error), time) from error
     except (Exception, SystemExit) as error:
-        if isinstance(error.__cause__, Terminated):  # numba's kernels wrap it
-            raise
         what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
         details = traceback_beyond(error, __file__)
         raise EngineError(name, f"raised {what}{hint}", time, details) from error

@@ -16,11 +16,11 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from types import ModuleType
+from types import FrameType, ModuleType
 from typing import Any, Final, NoReturn
 from unittest.mock import patch
 
-from sandbox.errors import SandboxError, Terminated
+from sandbox.errors import SandboxError
 from sandbox.space.changes import CALLS, NAMES
 from sandbox.space.trial import Trials
 
@@ -102,11 +102,6 @@ def _end_of(program: Program, trials: Trials) -> End:
         if error.code is None or isinstance(error.code, int):
             return End("exit", (error.code or 0) & 0xFF)
         return End("exit", 1, f"{error.code}\n")
-    except Terminated as error:
-        if error.number not in (signal.SIGTERM, getattr(signal, "SIGHUP", None)):  # nothing can be written any more
-            raise
-        error.when_lost = None
-        return End("terminated", 128 + error.number)
     except SandboxError:
         raise
     except BaseException as error:
@@ -150,12 +145,21 @@ def _join(before: set[threading.Thread]) -> None:
 
 @contextmanager
 def _signals() -> Iterator[None]:
-    """Let Ctrl-C raise KeyboardInterrupt, as in any program."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    """Let Ctrl-C raise KeyboardInterrupt, as in any program, and SIGTERM exit; a second one kills."""
+
+    def leave(number: int, _frame: FrameType | None) -> NoReturn:
+        signal.signal(number, signal.SIG_DFL)
+        sys.exit(128 + number)
+
+    before = {
+        number: signal.signal(number, handler)
+        for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, leave))
+    }
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 @contextmanager

@@ -14,8 +14,8 @@ from typing import NamedTuple
 from sandbox.analysis.gas import wall_impulse
 from sandbox.run.inputs import Input
 from sandbox.run.lockstep import Lockstep
-from sandbox.signals import abandon_at
 from sandbox.state import Contacts, State, no_contacts
+from sandbox.threads import abandon_at
 
 
 class PartialMoment(NamedTuple):

@@ -20,7 +20,6 @@ from urllib.parse import urlsplit
 from sandbox.errors import EngineError, MissingLibrary, SandboxError
 from sandbox.processes import ChildProcess, serve
 from sandbox.scene.model import Scene
-from sandbox.signals import signals_deferred
 from sandbox.sweeps.jobs import Job, Row, Shared, Sweep, reference_job, run_job, run_shared
 
 MAX_WORKER_DEATHS: Final = 3  # at one job
@@ -89,8 +88,7 @@ def run_locally(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[RowRe
     workers: list[Worker] = []
     try:
         while len(workers) < min(count, len(jobs)):
-            with signals_deferred():  # else a worker that has just started might never be stopped
-                workers.append(Worker(sweep, deque()))
+            workers.append(Worker(sweep, deque()))
         while True:
             for worker in workers:
                 if worker.job is None and (job := _next_job(worker, workers, todo)):
@@ -102,8 +100,7 @@ def run_locally(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[RowRe
                 worker, job = busy[cast("Connection", ready)]
                 outcome = worker.outcome()
                 if outcome is None:
-                    with signals_deferred():
-                        workers[workers.index(worker)] = Worker(sweep, worker.group)
+                    workers[workers.index(worker)] = Worker(sweep, worker.group)
                     deaths[job] += 1
                     if deaths[job] < MAX_WORKER_DEATHS:
                         worker.group.appendleft(job)

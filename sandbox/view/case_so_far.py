@@ -12,7 +12,6 @@ from sandbox.errors import SandboxError
 from sandbox.files import whole_file
 from sandbox.processes import ChildProcess, serve
 from sandbox.session.session import Session
-from sandbox.signals import signals_deferred
 from sandbox.view.case import Case, case_of
 from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
@@ -35,8 +34,7 @@ class CaseWorker:
     def ask(self, run: RunSoFar, page: str | None = None) -> None:
         """Begin to compare a run so far; write its page into a file if that is named. It must not be busy."""
         if self._process is None:
-            with signals_deferred():  # else a process that has just started might never be stopped
-                self._process = ChildProcess(_serve)
+            self._process = ChildProcess(_serve)
         self.is_busy = True
         self._process.send((run, page))
 

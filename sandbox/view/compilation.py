@@ -16,7 +16,6 @@ from sandbox.scene.balls import BallGroup
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn, warnings
-from sandbox.signals import signals_deferred
 from sandbox.state import PUSH, States
 
 POLL_INTERVAL: Final = 1 / 30  # s, between two pictures of the progress
@@ -136,8 +135,7 @@ class Compilation:
         with self._lock:
             while self._todo and len(self._running) < self._at_once:
                 part = self._todo.pop(0)
-                with signals_deferred():  # else a process that has just started might never be stopped
-                    self._running[part] = ChildProcess(_compile, part)
+                self._running[part] = ChildProcess(_compile, part)
 
     def stop(self) -> None:
         """Stop compiling; what is compiled stays in the cache."""

@@ -10,7 +10,6 @@ from pygame import Surface
 from pygame.event import Event
 
 from sandbox.scene.model import Scene
-from sandbox.signals import signals_deferred
 from sandbox.view.layout import natural_size
 
 
@@ -34,8 +33,7 @@ def open_window(title: str) -> Surface:
 
 def set_mode(size: tuple[int, int], flags: int = pygame.RESIZABLE) -> Surface:
     """Open a window in some size (px), or change the one that is open."""
-    with signals_deferred():  # set_mode discards exceptions
-        return pygame.display.set_mode(size, flags)
+    return pygame.display.set_mode(size, flags)
 
 
 def caption(scene: Scene) -> str:

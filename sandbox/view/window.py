@@ -1,10 +1,12 @@
 """The window: several engines run a scene side by side, and the mouse drags their balls."""
 
 import os
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
+from types import FrameType
 from typing import Final
 
 import pygame
@@ -218,6 +220,7 @@ class Window:
     def run(self) -> None:
         """Show the window until it is closed."""
         clock = pygame.time.Clock()
+        before = signal.signal(signal.SIGTERM, _close)
         try:
             while self.running:
                 events = self._pending.take()
@@ -233,6 +236,7 @@ class Window:
             self.view.session.stop()
             self.why.case.stop()
             pygame.display.quit()
+            signal.signal(signal.SIGTERM, before)
 
     def frame(self, seconds: float) -> None:
         """Let some seconds pass, and draw what has changed."""
@@ -478,3 +482,9 @@ class Window:
     def status(self) -> str:
         """What the window says of time and of what was done last."""
         return self.messages.status(self.recorder.seconds)
+
+
+def _close(number: int, _frame: FrameType | None) -> None:
+    """Close the window at a signal; a second one kills."""
+    signal.signal(number, signal.SIG_DFL)
+    pygame.event.post(Event(pygame.QUIT))

@@ -7,25 +7,22 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, NoReturn
 
-import pymunk
 import pytest
 from conftest import without_notice
 from forked import exit_code_of, forked, main_with
 
 from sandbox.cli import commands, progress
-from sandbox.cli.exit import exit_codes
-from sandbox.errors import Terminated
+from sandbox.cli.exit import CTRL_C, exit_codes
 from sandbox.files import whole_file
 from sandbox.run.inputs import Grab, load_inputs
 from sandbox.scene.files import load
-from sandbox.signals import SIGNALS, signals_as_exceptions
 from sandbox.sweeps import plan
 from sandbox.sweeps.workers import run_here
+from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("working_folder", "no_display")
 
@@ -33,7 +30,7 @@ pytestmark = pytest.mark.usefixtures("working_folder", "no_display")
 @pytest.fixture(autouse=True)
 def _no_ignored_signals() -> Iterator[None]:
     """Restore signals that nohup or a shell's background ignores: the programs started here would ignore them too."""
-    ignored = [each for each in SIGNALS if signal.getsignal(each) == signal.SIG_IGN]
+    ignored = [each for each in (signal.SIGINT, signal.SIGTERM) if signal.getsignal(each) == signal.SIG_IGN]
     for each in ignored:
         signal.signal(each, signal.SIG_DFL)
     yield
@@ -41,31 +38,19 @@ def _no_ignored_signals() -> Iterator[None]:
         signal.signal(each, signal.SIG_IGN)
 
 
-@pytest.mark.parametrize("number", SIGNALS)
-def test_a_signal_during_a_write_leaves_the_old_file_and_nothing_else(number: signal.Signals) -> None:
+def test_ctrl_c_during_a_write_leaves_the_old_file_and_nothing_else() -> None:
     Path("f.csv").write_text("old")
 
     def act() -> None:
         with exit_codes(), whole_file("f.csv") as file:
             file.write(b"half")
             file.flush()
-            signal.raise_signal(number)
+            signal.raise_signal(signal.SIGINT)
 
     with Path(os.devnull).open("wb") as nowhere:
-        assert exit_code_of(forked(act, nowhere.fileno(), nowhere.fileno())) == -number
+        assert exit_code_of(forked(act, nowhere.fileno(), nowhere.fileno())) == CTRL_C
     assert Path("f.csv").read_text() == "old"
     assert [entry.name for entry in Path().iterdir()] == ["f.csv"]
-
-
-def test_ignored_signals_stay_ignored() -> None:
-    def act() -> None:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        signal.signal(signal.SIGHUP, signal.SIG_IGN)
-        with exit_codes():
-            signal.raise_signal(signal.SIGINT)
-            signal.raise_signal(signal.SIGHUP)
-
-    assert exit_code_of(forked(act)) == 0
 
 
 HIDE, SHOW = b"\x1b[?25l", b"\x1b[?25h"
@@ -98,32 +83,15 @@ def test_ctrl_c_leaves_no_bar_no_hidden_cursor_and_no_file(
     ours, terminal = pty.openpty()
     process = forked(main_with(*arguments), terminal, terminal)
     output = read_until(HIDE, ours)
+    time.sleep(0.5)  # until rich has begun to draw
     os.kill(process, signal.SIGINT)
-    assert exit_code_of(process) == -signal.SIGINT
+    assert exit_code_of(process) == CTRL_C
     os.close(terminal)
     output = read_until(b"never", ours, output)
     os.close(ours)
     assert output.rindex(SHOW) > output.rindex(HIDE)
     assert b"Traceback" not in output
     assert list(Path().iterdir()) == []
-
-
-def test_a_signal_while_a_bar_starts_waits_until_the_bar_can_be_removed() -> None:
-    class Bar:
-        def start(self) -> None:
-            signal.raise_signal(signal.SIGINT)
-            print("begun")
-
-        def stop(self) -> None:
-            print("gone")
-
-    def act() -> None:
-        with exit_codes(), progress.displayed(Bar()):  # type: ignore[arg-type]
-            print("not reached")
-
-    with Path("out").open("wb") as out:
-        assert exit_code_of(forked(act, out.fileno())) == -signal.SIGINT
-    assert Path("out").read_text() == "begun\ngone\n"
 
 
 def processes_of(session: int) -> set[int]:
@@ -169,17 +137,19 @@ def sweeping() -> Iterator[subprocess.Popen[str]]:
 def test_ctrl_c_while_the_workers_of_a_sweep_start_ends_all_of_them_silently(sweeping: subprocess.Popen[str]) -> None:
     os.killpg(sweeping.pid, signal.SIGINT)
     output, _ = sweeping.communicate(timeout=60)
-    assert (sweeping.returncode, without_notice(output)) == (-signal.SIGINT, "")
+    assert (sweeping.returncode, without_notice(output)) == (CTRL_C, "")
 
 
-def test_workers_end_when_their_sweep_is_killed(sweeping: subprocess.Popen[str]) -> None:
-    sweeping.kill()
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_workers_end_when_their_sweep_is_killed(sweeping: subprocess.Popen[str], number: signal.Signals) -> None:
+    sweeping.send_signal(number)
     sweeping.communicate(timeout=60)
+    assert sweeping.returncode == -number
 
 
 @pytest.mark.wide
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_processes_that_compile(number: signal.Signals, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, CTRL_C), (signal.SIGTERM, -signal.SIGTERM)])
+def test_a_signal_ends_the_processes_that_compile(number: int, code: int, monkeypatch: pytest.MonkeyPatch) -> None:
     if not Path("/proc/self/stat").exists():
         pytest.skip("needs /proc")
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(Path("cache").absolute()))
@@ -195,67 +165,25 @@ def test_a_signal_ends_the_processes_that_compile(number: signal.Signals, monkey
         time.sleep(0.01)
     os.killpg(program.pid, number)
     output, _ = program.communicate(timeout=30)  # until all that have its output have ended
-    assert (program.returncode, without_notice(output)) == (-number, "")
+    assert (program.returncode, without_notice(output)) == (code, "")
 
 
-def test_mouse_input_is_saved_when_a_signal_ends_the_window(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_mouse_input_is_saved_when_a_signal_ends_the_window(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     monkeypatch.setattr("sandbox.view.display.has_display", lambda: True)
-    grab = Grab(step=0, ball=0, at=(100, 100))
+    grab, frame = Grab(step=0, ball=0, at=(100, 100)), Window.frame
 
-    def run(window: Any) -> NoReturn:
+    def first_frame(window: Window, _seconds: float) -> None:
+        monkeypatch.setattr(Window, "frame", frame)
         window.playback.give(grab)
         for _ in range(3):
             window.view.session.advance()
-        raise Terminated(signal.SIGTERM)
+        window.playback.paused = True
+        signal.raise_signal(number)
 
-    monkeypatch.setattr("sandbox.view.window.Window.run", run)
-    with pytest.raises(Terminated):
+    monkeypatch.setattr(Window, "frame", first_frame)
+    with suppress(KeyboardInterrupt):
         commands.run(scene="article", save_inputs="mouse.jsonl")
     _, given, end = load_inputs(Path("mouse.jsonl"), load("article"))
     assert (given, end.step) == (grab, 3)
-
-
-def test_a_signal_in_a_kernel_ends_the_program() -> None:
-    """Numba raises SystemError from it."""
-
-    def kernel() -> None:
-        with exit_codes():
-            raise SystemError("returned a result with an exception set") from Terminated(signal.SIGINT)
-
-    with Path("stderr").open("wb") as error:
-        assert exit_code_of(forked(kernel, error=error.fileno())) == -signal.SIGINT
-    assert Path("stderr").read_bytes() == b""
-
-
-def in_a_callback_of_c(act: Callable[[], None]) -> None:
-    """There cffi ignores exceptions."""
-    space = pymunk.Space()
-    space.add(body := pymunk.Body(1, 1), pymunk.Circle(body, 10))
-    body.position_func = lambda *_: act()
-    space.step(0.1)
-
-
-def where_all_is_caught(act: Callable[[], None]) -> None:
-    with suppress(BaseException):
-        act()
-
-
-@pytest.mark.parametrize("lose", [in_a_callback_of_c, where_all_is_caught])
-def test_a_signal_that_is_lost_is_raised_again(
-    lose: Callable[[Callable[[], None]], None], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(sys, "unraisablehook", lambda _: None)  # pytest's own keeps exceptions
-    until = time.monotonic() + 10
-
-    def run() -> None:
-        for _ in range(3):
-            lose(lambda: signal.raise_signal(signal.SIGTERM))
-            assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
-        while time.monotonic() < until:
-            lose(lambda: time.sleep(0.001))
-            time.sleep(0.001)
-
-    with pytest.raises(Terminated), signals_as_exceptions():
-        run()
-    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL

@@ -1,8 +1,7 @@
 """What the window shows while kernels are compiled."""
 
 import os
-import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from functools import partial
 from typing import Any
@@ -12,10 +11,8 @@ import pytest
 from pygame import Surface
 
 from sandbox import compiled
-from sandbox.errors import Terminated
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import load
-from sandbox.signals import signals_as_exceptions
 from sandbox.view.compilation import Compilation, Target
 from sandbox.view.compiling import WindowCompiler, compiling_beside_window
 from sandbox.view.theme import theme
@@ -101,6 +98,12 @@ def test_keys_pressed_while_a_kernel_is_waited_for_are_not_done_afterwards() -> 
     assert [event.type for event in pygame.event.get((pygame.KEYDOWN, pygame.KEYUP))] == [pygame.KEYUP]
 
 
+def wait() -> None:
+    compiler = WindowCompiler((640, 360))
+    compiler.compilation = Halfway(looks=3)
+    compiler.wait("sandbox.engines.article")
+
+
 @pytest.mark.usefixtures("screen")
 def test_the_window_opens_with_its_title(monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[str] = []
@@ -128,27 +131,6 @@ def test_closing_the_window_ends_the_wait() -> None:
     pygame.event.post(pygame.event.Event(pygame.QUIT))
     with pytest.raises(SystemExit):
         compiler.wait("sandbox.engines.article")
-
-
-def wait() -> None:
-    compiler = WindowCompiler((640, 360))
-    compiler.compilation = Halfway(looks=3)
-    compiler.wait("sandbox.engines.article")
-
-
-@pytest.mark.usefixtures("screen")
-@pytest.mark.parametrize("open_window", [wait, lambda: Window(load("article"), None)], ids=["notice", "window"])
-def test_a_signal_while_the_window_opens_ends_the_program(
-    open_window: Callable[[], object], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def set_mode(size: tuple[int, int], _flags: int) -> Surface:
-        with suppress(BaseException):  # as pygame's own does
-            signal.raise_signal(signal.SIGTERM)
-        return Surface(size)
-
-    monkeypatch.setattr(pygame.display, "set_mode", set_mode)
-    with signals_as_exceptions(), pytest.raises(Terminated):
-        open_window()
 
 
 @pytest.mark.usefixtures("screen")

@@ -19,8 +19,8 @@ from sandbox.errors import LimitReached
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import pieces_of
-from sandbox.signals import checkpoint
 from sandbox.state import Contacts, Floats, State, States
+from sandbox.threads import checkpoint
 
 MAX_LOGGED_CONTACTS: Final = 5_000_000  # not yet read: half a GB, and five times that in a comparison
 LOG_ROWS: Final = 64  # of a new engine's log, besides `max_reports`; it doubles when it is full
