@@ -8,6 +8,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from sandbox.analysis.documents import Conditions, Failure, figure_columns
+from sandbox.analysis.expectations import steps_around
 from sandbox.analysis.figures import Run
 from sandbox.analysis.measurement import Measurement
 from sandbox.analysis.reference import Trust, Twins, reference_of
@@ -17,7 +18,6 @@ from sandbox.run.edits import Edit, edited_scenes
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
-from sandbox.scores.expectations import steps_around
 from sandbox.state import Floats
 from sandbox.text import csv_text
 

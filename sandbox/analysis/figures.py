@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.analysis.difference import Difference, Passage
+from sandbox.analysis.expectations import Score
 from sandbox.analysis.gas import TheoryRow
 from sandbox.analysis.impacts import Impacts
 from sandbox.analysis.misreports import Misreport
@@ -16,7 +17,6 @@ from sandbox.judge.causes import Cause, Entry
 from sandbox.judge.timeline import Suffered
 from sandbox.quantity import length
 from sandbox.scene.model import Scene
-from sandbox.scores.expectations import Score
 from sandbox.state import Bools, Contacts, Floats, State
 
 

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.analysis.difference import Difference, difference_at_start, differences, passages
+from sandbox.analysis.energy_scale import EnergyScale
+from sandbox.analysis.expectations import Score, overlap_in, score
 from sandbox.analysis.figures import Course, Escape, Run, keeps_energy
 from sandbox.analysis.gas import TheoryRow, measure_gas, why_lawless, why_no_gas
 from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, impacts_in
@@ -18,8 +20,6 @@ from sandbox.quantity import angular_momentum, centre_of_mass, deepest_overlap, 
 from sandbox.run.lockstep import Runner
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Expect, Scene
-from sandbox.scores.energy_scale import EnergyScale
-from sandbox.scores.expectations import Score, overlap_in, score
 from sandbox.state import NO_DAMPING, PUSH, Contacts, Floats, Integers, State, States
 
 MAX_PATH_BYTES: Final = 20_000_000  # of an engine's positions kept; of a long run, one frame in so many

@@ -11,13 +11,13 @@ import numpy as np
 
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import contact_name, pair_name
+from sandbox.analysis.expectations import overlap_in, worst
 from sandbox.analysis.figures import Figures, Run, keeps_energy
 from sandbox.analysis.gas import TheoryRow
 from sandbox.engines import REFERENCE, TUNED, settings_in
 from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension
-from sandbox.scores.expectations import overlap_in, worst
 from sandbox.text import counted, listed
 
 NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller change counts as none: 100.0000 % is left

@@ -9,13 +9,13 @@ from itertools import chain, count
 from typing import Any, Final
 from xml.etree import ElementTree
 
+from sandbox.analysis.energy_scale import EnergyScale
+from sandbox.analysis.expectations import Miss, Score, finite, relative_error, score, steps_around, worst
 from sandbox.engines import REFERENCE, check_name
 from sandbox.errors import EngineError, LimitReached, Refused, SandboxError
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import MAX_STEPS, Scene
 from sandbox.scene.spawn import spawn
-from sandbox.scores.energy_scale import EnergyScale
-from sandbox.scores.expectations import Miss, Score, finite, relative_error, score, steps_around, worst
 from sandbox.state import State, States
 from sandbox.text import printable, xml_text
 

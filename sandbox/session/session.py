@@ -11,6 +11,7 @@ from itertools import islice, takewhile
 from time import perf_counter
 from typing import Any, Final, NamedTuple, TypeVar
 
+from sandbox.analysis.energy_scale import EnergyScale
 from sandbox.analysis.reference import reference_of
 from sandbox.compiled import NotCompiledYet, between_frames
 from sandbox.engines import REFERENCE, Engines, Source, create, named
@@ -21,7 +22,6 @@ from sandbox.run.lockstep import Lockstep, Runner
 from sandbox.scene.balls import BallGroup
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.scores.energy_scale import EnergyScale
 from sandbox.session.beside import Beside, MomentReader, PartialMoment
 from sandbox.session.history import MAX_BYTES_KEPT, MAX_RECENT, History, Moment
 from sandbox.session.samples import Samples

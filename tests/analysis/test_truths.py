@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from conftest import sample
 
+from sandbox.analysis.expectations import steps_around
 from sandbox.engines import _BUILT_IN, ENTRY_POINTS
 from sandbox.engines.exact import ExactEngine
 from sandbox.quantity import angular_momentum, energy, momentum
@@ -23,7 +24,6 @@ from sandbox.scene.files import TRUTHS, bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn, warnings
 from sandbox.scene.walls import segment_distance
-from sandbox.scores.expectations import steps_around
 from sandbox.scores.verify import Outcome, verify
 from sandbox.state import Contacts, Floats, State, States, no_contacts
 

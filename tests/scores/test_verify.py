@@ -11,6 +11,7 @@ import pytest
 from conftest import Command, scene_of
 
 from sandbox.analysis.comparison import compare
+from sandbox.analysis.expectations import ExpectedQuantity, Score, score
 from sandbox.analysis.verdict import key_figures
 from sandbox.engines import _BUILT_IN, ENTRY_POINTS
 from sandbox.engines.exact import ExactEngine
@@ -19,7 +20,6 @@ from sandbox.run.edits import SetVelocity
 from sandbox.run.inputs import Grab
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
-from sandbox.scores.expectations import ExpectedQuantity, Score, score
 from sandbox.scores.verify import Board, Outcome, Result, all_passed, as_json, as_junit, verify
 from sandbox.state import Floats, State
 

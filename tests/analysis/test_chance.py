@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sandbox import load, simulate
+from sandbox.analysis.expectations import shares_in
 from sandbox.scene.model import Columns, Scene
-from sandbox.scores.expectations import shares_in
 from sandbox.state import Floats
 
 SLOTS, ROWS, SLOT = 9, 5, 2  # of the Plinko board: rows at slots, each followed by one between slots; where discs start
