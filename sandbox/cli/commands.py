@@ -105,9 +105,10 @@ def main() -> None:
         faulthandler.enable()  # prints the line that a program was at when Pymunk's C code aborts it
     os.environ["PYTHONSAFEPATH"] = "1"  # child processes must not import modules from the working directory
     if sys.argv[1:] == ["--version"]:  # to parse an option, typer imports pydantic, which takes as long as the rest
-        print(__version__)
-    else:
-        app(prog_name="sandbox")
+        with exit_codes():
+            print(__version__)
+        sys.exit()
+    app(prog_name="sandbox")
 
 
 @app.callback(invoke_without_command=True)
