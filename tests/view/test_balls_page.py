@@ -129,9 +129,6 @@ def test_what_is_typed_is_set_in_every_engine(desk: Window) -> None:
         ("x", "left", 'x must be a number, got "left"'),
         ("x", "260", "pymunk: ball 2 would overlap ball 1 by"),
         ("y", "1e300", "y must be at most 1e+09, got 1e+300"),
-        ("radius", "-5", "radius must be greater than 0, got -5"),
-        ("mass", "0", "mass must be greater than 0, got 0"),
-        ("elasticity", "2", "elasticity must be at most 1, got 2"),
         ("colour", "blurple", 'color is not a valid colour: "blurple"; did you mean purple?'),
         ("colour", "", ""),
     ],
@@ -160,13 +157,6 @@ def test_a_ball_is_moved_to_the_same_place_in_every_engine_and_keeps_its_velocit
     assert [pane.state.velocity.tobytes() for pane in desk.view.panes] == before
     drag(desk, point(desk, edit.x or 0, edit.y or 0), point(desk, -90, 50))
     assert position(desk, 0)[0] == 20  # its radius from the arena's wall
-
-
-def test_a_ball_that_is_dragged_into_another_stays_where_it_was(desk: Window) -> None:
-    before = shown(desk)
-    drag(desk, point(desk, 600, 100), point(desk, 270, 310))
-    assert desk.notice.text.startswith("pymunk: ball 2 would overlap ball 1 by")
-    assert (shown(desk), given(desk)) == (before, [])
 
 
 def test_a_click_that_trembles_moves_nothing(desk: Window) -> None:
@@ -299,16 +289,6 @@ def test_a_wall_is_not_there_before_it_was_drawn(desk: Window, pane: int) -> Non
     assert colour_at(desk, 700, 400, pane) == before
 
 
-def test_a_selected_wall_is_marked_in_every_pane_as_long_as_delete_would_delete_it(desk: Window) -> None:
-    click(desk, point(desk, 300, 400))
-    press(desk, "k")
-    desk.draw()
-    assert [colour_at(desk, 300, 400, pane) for pane in (0, 1)] == [tuple(theme.accent)[:3]] * 2
-    hover(desk, (1, 1))
-    press(desk, "Delete")
-    assert [type(one) for one in given(desk)] == [DeleteWall]
-
-
 def test_a_copy_is_placed_by_the_next_click_and_is_like_the_ball(desk: Window) -> None:
     click(desk, point(desk, 600, 100))
     type_into(desk, "friction", "0.5")
@@ -354,11 +334,12 @@ def test_walls_are_selected_and_deleted_by_keys(desk: Window) -> None:
     assert heading(desk) == "ball 0 in pymunk"
     press(desk, ",")
     assert heading(desk) == "wall 0"
+    press(desk, "k")
     desk.draw()
     assert [colour_at(desk, 300, 400, pane) for pane in (0, 1)] == [tuple(theme.accent)[:3]] * 2
     press(desk, "Delete")
     assert [type(one) for one in given(desk)] == [DeleteWall]
-    press(desk, ".")
+    press(desk, "k", ".")
     assert heading(desk) == "ball 0 in pymunk"
 
 

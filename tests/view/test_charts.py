@@ -326,16 +326,6 @@ def test_charts_without_room_draw_nothing(scene: Scene) -> None:
 # Time
 
 
-def test_a_point_of_the_charts_stands_for_a_time(scene: Scene) -> None:
-    charts = charts_of(scene, 1, steady)
-    place = Rect(8, 400, 900, 200)
-    plot = charts.plot(place, TEXT)
-    for time in (0.0, 2.5, 10.0):
-        x = place.x + round(plot.x + time / 10 * plot.width)
-        assert charts.time_at(place, TEXT, x) == pytest.approx(time, abs=0.02)
-    assert charts.time_at(place, TEXT, 9) == 0.0  # in the margin
-
-
 def test_zooming_keeps_the_time_under_the_mouse_and_ends_where_all_is_shown(scene: Scene) -> None:
     charts = charts_of(scene, 8, steady)
     draw(charts)

@@ -9,22 +9,15 @@ from unittest.mock import patch
 
 import numpy as np
 import pygame
-import pymunk
 import pytest
 from numpy.typing import NDArray
-from pygame import Color, Surface
-from pymunk.pygame_util import DrawOptions
+from pygame import Surface
 from window_driver import pixels
 
 import sandbox.view.debug_draw
 import sandbox.view.primitives
-from sandbox.bench.engines import gas
-from sandbox.engines import create
-from sandbox.engines.pymunk import PymunkEngine
 from sandbox.scene.fields import rgb
-from sandbox.scene.spawn import spawn
 from sandbox.state import Floats
-from sandbox.view.debug_draw import DebugDraw
 from sandbox.view.pixels import fill
 from sandbox.view.primitives import Discs, thin_lines
 
@@ -135,41 +128,6 @@ def test_the_line_shows_the_angle(degrees: int) -> None:
 def test_a_line_too_short_to_show_an_angle_is_not_drawn(radius: float, is_drawn: bool, depth: int) -> None:
     pictures = [drawn(white_surface(depth), np.array([[40.0, 40.0]]), radius, angle=angle) for angle in (None, 1.0)]
     assert (pictures[0] != pictures[1]).any() == is_drawn
-
-
-@pytest.mark.parametrize("balls", [30, 1500])
-@pytest.mark.parametrize("scale", [0.3, 1.0, 2.5])
-def test_collision_points_are_those_of_stock_debug_draw(
-    balls: int, scale: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Also while contacts that have ended are still listed by Pymunk."""
-    scene = gas(balls, 0.6)
-    engine = create("pymunk", scene, spawn(scene))
-    assert isinstance(engine, PymunkEngine)
-    for _ in range(20):
-        engine.step()
-    side = math.ceil(scene.arena.size[0] * scale)
-    ours, stock = Surface((side, side)), Surface((side, side))
-    monkeypatch.setattr(sandbox.view.debug_draw, "MAX_SHAPES", 0)
-    debug_draw = DebugDraw(engine.space, scene.colors, Color("black"))
-    debug_draw.draw(ours, scale)
-    monkeypatch.setattr(DebugDraw, "_draw_collision_points", lambda *_: None)
-    debug_draw.draw(stock, scale)
-    changed = (pixels(ours) != pixels(stock)).any(axis=2).sum()
-    assert changed > 4 * scale
-    options = DrawOptions(stock)
-    options.flags = DrawOptions.DRAW_COLLISION_POINTS
-    options.transform = pymunk.Transform.scaling(scale)
-    engine.space.debug_draw(options)
-    difference = np.abs(pixels(ours).astype(int) - pixels(stock)).max(axis=2)
-    assert difference.max() <= (100 if hasattr(pygame, "IS_CE") else 3)  # pygame-ce shades the edges of lines otherwise
-
-
-def test_a_surface_can_be_drawn_on_again_after_a_kernel() -> None:
-    surface = Surface((100, 80))
-    drawn(surface, np.array([(40.0, 40.0)]), 5.0)
-    surface.blit(Surface((10, 10)), (0, 0))
-    assert not surface.get_locked()
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,6 @@ from window_driver import given, mouse, point, press, pull, run, shown, step
 
 from sandbox.engines import create, settings_in, with_settings
 from sandbox.engines.pymunk import PymunkEngine
-from sandbox.errors import SandboxError
 from sandbox.run.edits import DeleteBall, SetGravity, SetRate
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
@@ -329,12 +328,6 @@ def test_the_scene_s_own_value_is_left_out_of_the_spec() -> None:
     assert with_setting("pymunk(substeps=1)", OWN, "substeps", 4) == "pymunk"
     assert normal("pymunk(substeps=2, iterations=30.0)", PLAIN) == "pymunk(substeps=2, iterations=30)"
     assert normal("mine(1).py:Mine", PLAIN) == "mine(1).py:Mine"
-
-
-@pytest.mark.parametrize("spec", ["pymunk(substeps=0)", "pymunk(speed=3)", "exact(substeps=2)", "pymunk(substeps=2"])
-def test_a_wrong_setting_is_an_error(spec: str) -> None:
-    with pytest.raises(SandboxError, match=r"substeps|speed|exact"):
-        normal(spec, PLAIN)
 
 
 @pytest.mark.parametrize("key", SCALES)

@@ -54,13 +54,6 @@ def test_a_drag_in_either_pane_pulls_the_ball_in_every_engine(window: Window, pa
     assert [type(one) for one in given(window)] == kinds
 
 
-def test_a_click_away_from_all_balls_grabs_nothing(window: Window) -> None:
-    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 400, 300))
-    mouse(window, pygame.MOUSEBUTTONDOWN, (1, 1))
-    assert window.view.session.lockstep.mouse.ball is None
-    assert given(window) == []
-
-
 def grab(window: Window) -> tuple[int, int]:
     """Grab the third ball in the second pane; return where."""
     at = point(window, 600, 100, pane=1)
@@ -382,13 +375,6 @@ def test_the_pointer_changes_over_what_can_be_grabbed(window: Window) -> None:
     mouse(window, pygame.MOUSEBUTTONUP, point(window, 600, 100))
     press(window, "/")
     assert shown() == pygame.SYSTEM_CURSOR_ARROW
-
-
-def test_very_large_discs_are_drawn_when_zoomed() -> None:
-    window = Window(scene_of("radius = 290\nposition = [400, 300]"), ["exact"])
-    window.mouse.lens = Lens(50.0, (0.5, 0.5))
-    window.draw()
-    assert colour_at(window, 400.5, 300.5) == rgb(window.scene.colors[0])
 
 
 WALL: Final = "walls = [{ from = [300, 200], to = [300, 400], thickness = 10 }]"

@@ -109,22 +109,6 @@ def test_balls_that_cannot_turn_have_the_line_of_their_angle_in_every_pane_alike
         assert not shows_line(window, 182, 300, pane)
 
 
-def test_pymunk_draws_its_collision_points(window: Window) -> None:
-    engine = window.view.session.lockstep.engines["pymunk"].engine
-    assert isinstance(engine, PymunkEngine)
-    red, blue = (body for body in engine.space.bodies if body.body_type == body.DYNAMIC)
-    red.position = 565, 300
-    window.playback.step()
-    window.draw()
-    red_of_points = tuple(DrawOptions(window.screen).collision_point_color.as_int())[:3]
-    arena = window.layout.arenas[0]
-    inside = pixels(window.screen.subsurface(arena))
-    x = np.nonzero((inside == red_of_points).all(axis=2))[0]
-    assert len(x)
-    between = (red.position.x + blue.position.x) / 2
-    assert x.mean() / window.layout.scale == pytest.approx(between, abs=6)
-
-
 def test_a_picture_without_a_window_shows_the_end_of_each_run() -> None:
     scene = load("head-on")
     comparison = compare(scene)

@@ -89,13 +89,6 @@ def test_an_open_panel_takes_its_place_from_panes_and_charts_and_nothing_else() 
     assert opened.panel.bottom < opened.timeline.top
 
 
-def test_a_page_that_is_asked_for_twice_is_closed() -> None:
-    desk = Desk()
-    desk.panel.toggle(Panel.WHY)
-    assert desk.panel.placed(PLACE, TEXT_HEIGHT) == []
-    assert not pygame.surfarray.array3d(desk.drawn()).any()
-
-
 def test_widgets_stand_in_their_rows_inside_the_panel_and_do_not_overlap() -> None:
     desk = Desk()
     field, button, bar = map(desk.place_of, (desk.page.field, desk.page.button, desk.page.bar))
