@@ -342,18 +342,12 @@ class Stepped(Discs):
 class Fault:
     """An engine with a fault.
 
-    true: the causes that are true of it; fits: whether a scene can show it; named: the least fraction of the runs that
-    differ in which one of the causes is named, and not "unknown", as it is if a ball has several contacts in one step.
+    true: the causes that are true of its states; fits: whether a scene can show it.
     """
 
     engine: type
     true: frozenset[Cause]
     fits: Callable[[Scene], bool]
-    named: float
-
-    @property
-    def name(self) -> str:
-        return self.engine.__name__
 
     @property
     def why(self) -> str:
@@ -376,11 +370,11 @@ def with_gravity(scene: Scene) -> bool:
     return any(scene.gravity)
 
 
-def fault(*true: Cause, fits: Callable[[Scene], bool] = _anywhere, named: float = 0.8) -> Callable[[type], type]:
+def fault(*true: Cause, fits: Callable[[Scene], bool] = _anywhere) -> Callable[[type], type]:
     """Register an engine as one with a fault of which some causes are true."""
 
     def register(engine: type) -> type:
-        FAULTS[engine.__name__] = Fault(engine, frozenset(true), fits, named)
+        FAULTS[engine.__name__] = Fault(engine, frozenset(true), fits)
         return engine
 
     return register
@@ -427,14 +421,6 @@ class OneWallTooHard(EventDriven):
 
     def restitution(self, i: int, other: int) -> float:
         return super().restitution(i, other) * (1.03 if other == ~FLOOR else 1.0)
-
-
-@fault(Cause.UNEXPLAINED_IMPULSE, Cause.LARGE)
-class MoreThanReported(EventDriven):
-    """It applies 2 % more than it reports: something else than the reported impulse, and too large."""
-
-    def push(self, i: int, other: int, impulse: complex) -> None:
-        super().push(i, other, 1.02 * impulse)
 
 
 @fault(Cause.UNEXPLAINED_IMPULSE)
@@ -490,67 +476,9 @@ class LeavesOutSecond(EventDriven):
             self.v[other] -= impulse / self.m[other]
 
 
-@fault(Cause.UNEXPLAINED_IMPULSE)
-class MakesMomentum(EventDriven):
-    """The second of a pair gets a tenth more than the reported impulse."""
-
-    def push(self, i: int, other: int, impulse: complex) -> None:
-        super().push(i, other, impulse)
-        if other >= 0:
-            self.v[other] += 0.1 * impulse / self.m[other]
-
-
-@fault(Cause.UNEXPLAINED_IMPULSE)
-class ReportsOnly(EventDriven):
-    """The third contact of a pair is reported, but changes no velocity."""
-
-    seen = 0
-
-    def push(self, i: int, other: int, impulse: complex) -> None:
-        self.seen += other >= 0
-        if self.seen != 3 or other < 0:
-            super().push(i, other, impulse)
-        else:
-            self.seen += 1
-
-    def sees(self, i: int, other: int) -> bool:
-        reported = self.seen == 4 and bool(self.found) and self.found[-1][1:3] == (i, other)
-        return not reported
-
-
-@fault(Cause.UNREPORTED)
-class DoesNotReport(EventDriven):
-    """The third contact of a pair is resolved, but not reported."""
-
-    seen = 0
-
-    def report(
-        self, time: float, i: int, other: int, n: complex, impulse: float, depth: float, *slipping: float
-    ) -> None:
-        self.seen += other >= 0
-        if self.seen != 3 or other < 0:
-            super().report(time, i, other, n, impulse, depth, *slipping)
-        else:
-            self.seen += 1
-
-
-@fault(Cause.UNREPORTED, Cause.UNEXPLAINED_IMPULSE, fits=lambda scene: len(scene.bodies) > 2, named=0.0)
-class ReportsWrongPair(EventDriven):
-    """Contacts of a pair are reported of its first ball and a third: one changes untold, and one does not change."""
-
-    def report(
-        self, time: float, i: int, other: int, n: complex, impulse: float, depth: float, *slipping: float
-    ) -> None:
-        if other >= 0:
-            other = next(j for j in range(len(self.x) - 1, -1, -1) if j not in (i, other))
-        if 0 <= other < i:
-            i, other, n = other, i, -n
-        super().report(time, i, other, n, impulse, depth, *slipping)
-
-
-@fault(Cause.DOUBLE_BOUNCE)
+@fault(Cause.DOUBLE_BOUNCE, Cause.MISSED)
 class TurnsTwice(EventDriven):
-    """At the right wall, a ball already on its way back is reversed again, once: the second time it was leaving."""
+    """At the right wall, a ball already on its way back is reversed again, once: as if the wall were missed."""
 
     done = False
 
@@ -644,22 +572,6 @@ class SumOfFrictions(EventDriven):
         return self.f[i] + (self.f[other] if other >= 0 else self.wall_f[~other])
 
 
-@fault(Cause.FRICTION_LARGE, fits=is_rough)
-class RootOfFrictions(EventDriven):
-    """The friction of a pair is the root of the product, as Box2D's own."""
-
-    def friction(self, i: int, other: int) -> float:
-        return math.sqrt(super().friction(i, other))
-
-
-@fault(Cause.FRICTION_LARGE, fits=is_rough)
-class LargerOfFrictions(EventDriven):
-    """The friction of a pair is the larger factor."""
-
-    def friction(self, i: int, other: int) -> float:
-        return max(self.f[i], self.f[other] if other >= 0 else self.wall_f[~other])
-
-
 @fault(Cause.FRICTION_LARGE, fits=lambda scene: not scene.is_rough)
 class FrictionOfSmoothBalls(EventDriven):
     """Friction is a tenth of the impulse, and reported, though the product of both factors is 0."""
@@ -701,24 +613,6 @@ class FirstOfPairDoesNotTurn(EventDriven):
             super().turn(i, rubs)
 
 
-@fault(named=0.0)
-class DoesNotReportFriction(EventDriven):
-    """Friction is right, but not reported: the velocities show it, unless a ball has several contacts in one step."""
-
-    def report(
-        self, time: float, i: int, other: int, n: complex, impulse: float, depth: float, *slipping: float
-    ) -> None:
-        super().report(time, i, other, n, impulse, depth, 0.0, 0.0)
-
-
-@fault(Cause.UNEXPLAINED_IMPULSE, fits=is_rough)
-class KnowsNoSpin(DoesNotReportFriction):
-    """Friction is right, but not reported, and turns no ball."""
-
-    def turn(self, i: int, rubs: float) -> None:
-        pass
-
-
 @fault(Cause.UNREPORTED, fits=lambda scene: any(group.spin for group in scene.balls))
 class SpinsDieAway(EventDriven):
     """Every step takes 1 % of each spin, without a contact."""
@@ -727,7 +621,7 @@ class SpinsDieAway(EventDriven):
         self.w = [0.99 * w for w in self.w]
 
 
-@fault(Cause.UNREPORTED, named=0.7)
+@fault(Cause.UNREPORTED)
 class SpinsOnce(EventDriven):
     """Ball 0 gets another spin once, in mid-flight; if it has a contact in that step, that may have done it."""
 
@@ -753,18 +647,6 @@ class TurnsNormal(EventDriven):
 
     def resolve(self, time: float, i: int, other: int, n: complex, depth: float) -> None:
         super().resolve(time, i, other, n * turned(3) if other >= 0 else n, depth)
-
-
-@fault(Cause.NORMAL, Cause.UNEXPLAINED_IMPULSE)
-class TurnsNormalUnreported(EventDriven):
-    """The impulse acts along a normal that is turned by 3°; the normal is reported true, so it is not along that."""
-
-    def resolve(self, time: float, i: int, other: int, n: complex, depth: float) -> None:
-        acts = n * turned(3) if other >= 0 else n
-        impulse = self.right_impulse(i, other, acts)
-        slipping = self.apply_friction(i, other, acts, impulse)
-        self.push(i, other, impulse * acts)
-        self.report(time, i, other, n, impulse, depth, *slipping)
 
 
 @fault(Cause.LATE, Cause.MISSED)
@@ -802,60 +684,6 @@ class WallElsewhere(EventDriven):
         return super().face(wall) - (2.0 if wall == 2 else 0.0)
 
 
-@fault(
-    *(Cause.LATE, Cause.EARLY, Cause.TELEPORTED, Cause.UNREPORTED, Cause.UNEXPLAINED_IMPULSE),
-    fits=lambda scene: not with_gravity(scene),
-    named=0.3,
-)
-class SwapsTimes(EventDriven):
-    """Two contacts are reported with each other's time: one early, one late, and not where these times would lead.
-
-    In another step, one changes velocities without being reported, and the other does not change them. Under gravity,
-    the speeds at these times are others too.
-    """
-
-    def contacts(self) -> Contacts:
-        contacts = super().contacts()
-        if len(contacts) > 4:
-            swapped = contacts.copy()
-            swapped[3], swapped[4] = contacts[4], contacts[3]
-            swapped["time"] = contacts["time"]
-            return swapped
-        return contacts
-
-
-class _Stamped(EventDriven):
-    """Contacts are reported at some time of their step, at which the bodies are not as deep as reported."""
-
-    at: ClassVar = 0
-
-    def contacts(self) -> Contacts:
-        contacts = super().contacts()
-        step = np.ceil(contacts["time"] * self.scene.rate - 1e-9)
-        contacts["time"] = (step - 1 + self.at) / self.scene.rate
-        return contacts
-
-
-@fault()
-class ReportsStartOfStep(_Stamped):
-    """The run is right, and each contact is reported at the start of its step."""
-
-
-@fault()
-class ReportsEndOfStep(_Stamped):
-    """The run is right, and each contact is reported at the end of its step."""
-
-    at: ClassVar = 1
-
-
-@fault()
-class SwapsOrder(EventDriven):
-    """Contacts are returned in reverse order, each with its own time: the run itself is right."""
-
-    def contacts(self) -> Contacts:
-        return super().contacts()[::-1]
-
-
 # Contacts missed
 
 
@@ -891,7 +719,7 @@ class IgnoresInnerWall(EventDriven):
         return other != ~4
 
 
-@fault(Cause.MISSED, Cause.LATE, fits=lambda scene: bool(scene.walls), named=0.5)
+@fault(Cause.MISSED, Cause.LATE, fits=lambda scene: bool(scene.walls))
 class IgnoresEnds(EventDriven):
     """The round ends of inner walls are not there: a ball that touches one flies on, or meets the face later."""
 
@@ -964,13 +792,8 @@ class FastClock(EventDriven):
         super().__init__(scene, initial)
         self.dt *= 1.01
 
-    def report(
-        self, time: float, i: int, other: int, n: complex, impulse: float, depth: float, *slipping: float
-    ) -> None:
-        super().report(self.now + (time - self.now) / 1.01, i, other, n, impulse, depth, *slipping)
 
-
-@fault(Cause.TELEPORTED, named=0.0)
+@fault(Cause.TELEPORTED)
 class SinglePrecision(EventDriven):
     """Places and velocities are rounded to single precision after each step: mostly by less than an error."""
 
@@ -987,14 +810,6 @@ class Drag(EventDriven):
 
     def after_step(self) -> None:
         self.v = [0.999 * v for v in self.v]
-
-
-@fault(Cause.UNREPORTED)
-class Growth(EventDriven):
-    """Every step adds 0.1 % to each velocity, without a contact."""
-
-    def after_step(self) -> None:
-        self.v = [1.001 * v for v in self.v]
 
 
 @fault(Cause.UNREPORTED)
@@ -1152,36 +967,11 @@ class SteppedPushesApart(Stepped):
 
 
 @fault(*LATE_BY_ITSELF, fits=without_inner_walls)
-class SteppedInSinglePrecision(Stepped):
-    """Places and velocities are rounded to single precision, by far less than the contacts are late."""
-
-    def step(self) -> None:
-        super().step()
-        self.x, self.v = ([complex(np.complex64(z)) for z in each] for each in (self.x, self.v))
-
-
-@fault(*LATE_BY_ITSELF, fits=without_inner_walls)
-class SteppedInReverse(Stepped):
-    """Pairs found in one step are resolved in reverse order: late, as all contacts of a step are."""
-
-    def pairs(self) -> list[tuple[int, int]]:
-        return super().pairs()[::-1]
-
-
-@fault(*LATE_BY_ITSELF, fits=without_inner_walls)
 class SteppedIgnoresPair(Stepped):
     """Balls 0 and 1 fly through each other."""
 
     def sees(self, i: int, other: int) -> bool:
         return (i, other) != (0, 1)
-
-
-@fault(*LATE_BY_ITSELF, Cause.UNEXPLAINED_IMPULSE, fits=without_inner_walls)
-class SteppedAddsTangentialPart(Stepped):
-    """Besides being late, a twentieth of the pair's impulse is added along the tangent, without being reported."""
-
-    def push(self, i: int, other: int, impulse: complex) -> None:
-        super().push(i, other, impulse * (1 + 0.05j) if other >= 0 else impulse)
 
 
 # Engines of the sandbox with one thing changed

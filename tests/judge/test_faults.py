@@ -20,16 +20,6 @@ WALLS: Final = (
     "[[walls]]\nfrom = [130, 60]\nto = [130, 150]\nthickness = 6\n[[walls]]\nfrom = [230, 250]\nto = [330, 180]"
 )
 ROUGH: Final = "\nfriction = 0.5\nspin = {from = -20, to = 20}"
-NOTHING: Final = frozenset[Cause]()
-BY_STATES: Final = {  # where what is true of the states differs from what is true of the reports
-    "ReportsOnly": {Cause.MISSED, Cause.LATE},  # resolved once another contact has been reported
-    "DoesNotReport": NOTHING,
-    "ReportsWrongPair": NOTHING,
-    "SwapsTimes": NOTHING,
-    "MoreThanReported": {Cause.LARGE},
-    "TurnsNormalUnreported": {Cause.NORMAL},
-    "TurnsTwice": {Cause.DOUBLE_BOUNCE, Cause.MISSED},  # the same where nothing is lost
-}
 
 
 def gas(*balls: str, seed: int, more: str = "", arena: str = "", walls: str = "") -> Scene:
@@ -59,7 +49,6 @@ def scenes(seed: int) -> dict[str, Scene]:
 def verdicts(name: str, seeds: range, which: tuple[str, ...]) -> Counter[str]:
     """Count what is said of an engine with a fault: right, unknown, wrong, none."""
     fault, counted = FAULTS[name], Counter[str]()
-    true = BY_STATES.get(name, fault.true)
     for seed in seeds:
         for key in which:
             scene = scenes(seed)[key]
@@ -69,9 +58,9 @@ def verdicts(name: str, seeds: range, which: tuple[str, ...]) -> Counter[str]:
             errors = timeline.errors
             cause = errors[0].cause if errors else None
             if cause is None or cause == Cause.UNKNOWN:
-                verdict = "unknown" if cause else "none" if true else "right"
+                verdict = "unknown" if cause else "none"
             else:
-                verdict = "right" if cause in true else "wrong"
+                verdict = "right" if cause in fault.true else "wrong"
             counted[verdict] += 1
             if verdict == "wrong":
                 print(f"{name}, {key}, seed {seed}: {cause}, {timeline.touches.said(errors[0])} True: {fault.why}")
