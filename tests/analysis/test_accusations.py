@@ -6,9 +6,9 @@ from importlib.metadata import EntryPoint
 import pytest
 from conftest import numbers_in, scene_of
 from faults import EventDriven, IgnoresPair, PutsApart, SemiImplicitGravity, SteppedWallsTooSoft
+from first_difference import first_difference
 
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.difference import Difference
 from sandbox.engines import _BUILT_IN, ENTRY_POINTS, registry
 from sandbox.judge.causes import Cause
 from sandbox.run.edits import SetVelocity
@@ -24,18 +24,13 @@ def row(*balls: tuple[float, float], more: str = "seconds = 1") -> Scene:
     return scene_of(*(f"radius = 20\nposition = [{x}, 300]\nvelocity = [{v}, 0]" for x, v in balls), more=more)
 
 
-def first_of(scene: Scene, engine: str, against: str = "exact") -> Difference | None:
-    return compare(scene, [engine, against], against=against).runs[engine].figures.first_difference
-
-
 @pytest.mark.parametrize("iterations", [10, 5000])
 @pytest.mark.parametrize("gap", [0.5, 2.0])
 def test_more_iterations_do_not_change_what_is_found_late_between_a_wall_and_a_ball(
     iterations: int, gap: float
 ) -> None:
     """Within a step, a ball meets the wall and another ball, at other times. More iterations change nothing."""
-    one = first_of(row((23, -240), (63 + gap, -400), more="seconds = 0.3"), f"pymunk(iterations={iterations})")
-    assert one is not None
+    one = first_difference(row((23, -240), (63 + gap, -400), more="seconds = 0.3"), f"pymunk(iterations={iterations})")
     assert one.cause == Cause.LATE
 
 
@@ -58,8 +53,7 @@ TURNED_PAIR = ("radius = 20\nposition = [300, 300]\nvelocity = [100, 0]", "radiu
 @pytest.mark.parametrize("gravity", [0, 900])
 def test_balls_that_overlap_from_the_start_are_not_found_late(engine: str, gravity: int) -> None:
     """They overlap by 0.7 px before any engine has run; one step later, the line through their centres has turned."""
-    one = first_of(scene_of(*TURNED_PAIR, more=f"gravity = [0, {gravity}]\nseconds = 0.1"), engine)
-    assert one is not None
+    one = first_difference(scene_of(*TURNED_PAIR, more=f"gravity = [0, {gravity}]\nseconds = 0.1"), engine)
     assert (one.first, one.second, one.cause) == (0, 1, Cause.OVERLAPPED)
     assert one.because.startswith("Ball 0 and ball 1 overlapped by 0.706 px when the comparison began: ")
 
@@ -82,15 +76,12 @@ def touching_pair(overlap: float) -> Scene:
 )
 def test_an_overlap_that_is_only_rounding_explains_no_more_than_that(engine: str | type, cause: Cause) -> None:
     """Places were typed to three digits. The engines that step find the two 1.6 px deep."""
-    runs = compare(touching_pair(0.001), {"engine": engine, "exact": "exact"}).runs
-    one = runs["engine"].figures.first_difference
-    assert one is not None
+    one = first_difference(touching_pair(0.001), engine)
     assert one.cause == cause
 
 
 def test_balls_that_pass_through_each_other_are_not_only_overlapping_from_the_start() -> None:
-    one = compare(touching_pair(0.7), {"engine": IgnoresPair, "exact": "exact"}).runs["engine"].figures.first_difference
-    assert one is not None
+    one = first_difference(touching_pair(0.7), IgnoresPair)
     assert one.cause == Cause.MISSED
 
 
@@ -101,9 +92,7 @@ def test_a_contact_that_puts_balls_far_away_is_not_only_late() -> None:
         def reach(self, i: int, other: int) -> float:
             return super().reach(i, other) - 0.01
 
-    runs = compare(row((100, 200), (300, 0)), {"apart": LateAndApart, "exact": "exact"}).runs
-    one = runs["apart"].figures.first_difference
-    assert one is not None
+    one = first_difference(row((100, 200), (300, 0)), LateAndApart)
     assert one.cause == Cause.TELEPORTED
 
 
@@ -111,8 +100,7 @@ def test_a_contact_that_puts_balls_far_away_is_not_only_late() -> None:
 def test_a_ball_in_a_wall_from_the_start_is_not_blamed_on_gravity(engine: str) -> None:
     ball = "radius = 20\nelasticity = 0.5\nposition = [300, 590]"
     scene = scene_of(ball, size="[800, 600]\noverlap = 10", more="gravity = [0, 900]\nseconds = 0.1")
-    one = first_of(scene, engine)
-    assert one is not None
+    one = first_difference(scene, engine)
     assert one.cause == Cause.OVERLAPPED
     assert one.because.startswith("Ball 0 and the bottom wall overlapped by 10 px when the comparison began: ")
 
@@ -123,22 +111,19 @@ def test_balls_that_an_edit_leaves_overlapping_are_not_found_late() -> None:
     scene = scene_of(*balls, more="seconds = 0.3")
     edit = SetVelocity(step=6, ball=0, velocity=(100.0, 0.0))
     name = "pymunk(collision_slop=1)"
-    one = compare(scene, [name, "exact"], inputs=[edit]).runs[name].figures.first_difference
-    assert one is not None
+    one = first_difference(scene, name, inputs=[edit])
     assert one.cause == Cause.OVERLAPPED
 
 
 def test_balls_that_came_apart_after_an_overlap_at_the_start_can_be_found_late() -> None:
     """Both part, and a wall sends one back: that an earlier overlap began the run explains nothing of it."""
     balls = "radius = 20\nposition = [25, 300]\nvelocity = [-400, 0]", "radius = 20\nposition = [62, 303]"
-    one = first_of(scene_of(*balls, more="seconds = 0.3"), "impulse")
-    assert one is not None
+    one = first_difference(scene_of(*balls, more="seconds = 0.3"), "impulse")
     assert one.cause == Cause.LATE
 
 
 def test_an_impulse_that_is_too_small_is_an_error_of_balls_that_overlap_from_the_start_too() -> None:
-    one = first_of(scene_of(*TURNED_PAIR, more="seconds = 0.1"), "article")
-    assert one is not None
+    one = first_difference(scene_of(*TURNED_PAIR, more="seconds = 0.1"), "article")
     assert one.cause == Cause.SMALL
 
 
@@ -165,8 +150,7 @@ def test_a_touching_row_that_is_hit_as_a_step_ends_does_not_differ(
 @pytest.mark.parametrize("x", [300, 302.4, 303.1])
 def test_balls_that_are_held_before_they_overlap_are_not_pushed_apart(x: float) -> None:
     """Box2D lets two that touch go on together, and gives them their velocities at the end of the step."""
-    one = first_of(row((100, 240), (x, 0)), "box2d")
-    assert one is not None
+    one = first_difference(row((100, 240), (x, 0)), "box2d")
     assert one.cause in (Cause.LATE, Cause.POSITION_CORRECTION)
     assert one.because.startswith("Found ")
 
@@ -174,8 +158,7 @@ def test_balls_that_are_held_before_they_overlap_are_not_pushed_apart(x: float) 
 @pytest.mark.skipif("box2d" not in registry(), reason="needs box2d")
 def test_a_ball_that_is_held_at_a_wall_loses_its_way_back() -> None:
     """At 10 steps per second it is 0.6 px deep, but some 90 px of its flight are lost: not because of these 0.6 px."""
-    one = first_of(load("bouncing").changed(rate=10), "box2d")
-    assert one is not None
+    one = first_difference(load("bouncing").changed(rate=10), "box2d")
     assert one.cause in (Cause.OVERSHOOT, Cause.GRAVITY)
 
 
@@ -259,8 +242,7 @@ def test_a_solver_has_converged_if_only_rounding_is_left_of_a_stack_at_rest() ->
 
 def test_bounces_that_gravity_falsifies_little_by_little_are_its_differences() -> None:
     """Each bounce is off by less than counts, and the next by a little more: together that becomes a difference."""
-    one = first_of(load("bouncing").changed(rate=4000, seconds=2.9), "impulse")
-    assert one is not None
+    one = first_difference(load("bouncing").changed(rate=4000, seconds=2.9), "impulse")
     assert one.cause == Cause.LATE
 
 

@@ -1,157 +1,62 @@
 """The first difference: planted faults get the right name, at the contact where they are."""
 
 import math
-from collections.abc import Callable
-from importlib.metadata import EntryPoint
-from typing import Any
 
 import numpy as np
 import pytest
 from conftest import numbers_in, scene_of
-from faults import EventDriven
+from faults import EventDriven, Stepped
+from first_difference import first_difference
 
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.difference import Difference, pair_name
-from sandbox.engines import _BUILT_IN, ENTRY_POINTS, registry
+from sandbox.analysis.difference import pair_name
+from sandbox.engines import registry
 from sandbox.judge.causes import Cause
-from sandbox.scene.fields import Vector
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import CONTACT, Contacts, State, no_contacts
+from sandbox.state import State
 
 
-class Faulty:
-    """A plain stepped engine in a box, right except that it finds contacts late. Overriding a method plants a fault."""
-
-    def __init__(self, scene: Scene, initial: State) -> None:
-        self.scene, self.dt = scene, 1 / scene.rate
-        self.time, self.steps = 0.0, 0
-        self.x, self.v = initial.position.copy(), initial.velocity.copy()
-        self.m, self.r = scene.bodies.mass, scene.bodies.radius
-        self.found: list[tuple[Any, ...]] = []
-
-    def impulse(self, i: int, j: int, right: float) -> float:
-        return right
-
-    def sees(self, i: int, j: int) -> bool:
-        return True
-
-    def put_back(self, depth: float) -> float:
-        return 2 * depth
-
-    def bounce(self, right: float) -> float:
-        return right
-
-    def step(self) -> None:
-        self.steps += 1
-        self.x += self.v * self.dt
-        for i, x in enumerate(self.x):
-            for wall, (nx, ny) in enumerate(((-1, 0), (0, -1), (1, 0), (0, 1))):
-                n = np.array([nx, ny], float)
-                face = max(0.0, float(n @ np.array(self.scene.arena.size)))
-                depth, u = x @ n + self.r[i] - face, self.v[i] @ n
-                if depth > 0 and u > 0:
-                    impulse = self.bounce(2 * self.m[i] * u)
-                    self.v[i] -= impulse / self.m[i] * n
-                    self.x[i] -= self.put_back(depth) * n
-                    self.report(i, ~wall, n, impulse, depth)
-        for i in range(len(self.x)):
-            for j in range(i + 1, len(self.x)):
-                away = self.x[j] - self.x[i]
-                depth = self.r[i] + self.r[j] - np.hypot(*away)
-                n = away / np.hypot(*away)
-                u = (self.v[i] - self.v[j]) @ n
-                if depth > 0 and u > 0 and self.sees(i, j):
-                    impulse = self.impulse(i, j, 2 * u / (1 / self.m[i] + 1 / self.m[j]))
-                    self.v[i] -= impulse / self.m[i] * n
-                    self.v[j] += impulse / self.m[j] * n
-                    self.report(i, j, n, impulse, depth)
-
-    def report(self, i: int, other: int, n: Any, impulse: float, depth: float) -> None:
-        self.found.append((self.steps * self.dt, i, other, tuple(n), impulse, depth))
-
-    def state(self) -> State:
-        return State(self.steps * self.dt, self.x.copy(), self.v.copy())
-
-    def record_contacts(self) -> None:
-        """They are recorded from the start."""
-
-    def contacts(self) -> Contacts:
-        found, self.found = self.found, []
-        return np.array([(*one, 0.0, 0.0) for one in found], CONTACT) if found else no_contacts()
-
-    def kick(self, ball: int, dv: Vector) -> None:
-        self.v[ball] += dv
-
-
-class TooMuch(Faulty):
-    def impulse(self, i: int, j: int, right: float) -> float:
+class TooMuch(Stepped):
+    def impulse(self, i: int, other: int, right: float) -> float:
         return 1.02 * right
 
 
-class OneStepLate(Faulty):
+class OneStepLate(Stepped):
     """Waits for a step between seeing an overlap and resolving it."""
 
     def __init__(self, scene: Scene, initial: State) -> None:
         super().__init__(scene, initial)
         self.seen: dict[tuple[int, int], int] = {}
 
-    def sees(self, i: int, j: int) -> bool:
-        return self.steps > self.seen.setdefault((i, j), self.steps)
+    def sees(self, i: int, other: int) -> bool:
+        return other < 0 or self.steps > self.seen.setdefault((i, other), self.steps)
 
 
-class Blind(Faulty):
-    def sees(self, i: int, j: int) -> bool:
-        return (i, j) != (1, 2)
+class Blind(Stepped):
+    def sees(self, i: int, other: int) -> bool:
+        return (i, other) != (1, 2)
 
 
-class MissesFirst(Faulty):
+class MissesFirst(Stepped):
     """Sees no contact of two balls until they have turned at the walls."""
 
-    def sees(self, i: int, j: int) -> bool:
-        return bool(self.v[0, 0] < 0)
+    def sees(self, i: int, other: int) -> bool:
+        return other < 0 or self.v[0].real < 0
 
 
-class SoftWalls(Faulty):
-    def bounce(self, right: float) -> float:
-        return right * 1.99 / 2
+class SoftWalls(Stepped):
+    def impulse(self, i: int, other: int, right: float) -> float:
+        return right * (1.99 / 2 if other < 0 else 1)
 
 
-class Discards(Faulty):
+class Discards(Stepped):
     """Puts a ball 1 px less far back than it should, where it is 1 px deep."""
 
-    def put_back(self, depth: float) -> float:
-        return 2 * depth - 1
-
-
-First = Callable[[str, Scene], Difference | None]
-
-
-All = Callable[[str, Scene], tuple[Difference, ...]]
-
-
-def register(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Register one of the engines above as `faulty`."""
-    faulty = EntryPoint("faulty", f"{__name__}:{engine}", ENTRY_POINTS)
-    monkeypatch.setitem(_BUILT_IN, "faulty", faulty)
-
-
-@pytest.fixture
-def differences_of(monkeypatch: pytest.MonkeyPatch) -> All:
-    """Find the differences of one of the engines above from exact."""
-
-    def find(engine: str, scene: Scene) -> tuple[Difference, ...]:
-        register(engine, monkeypatch)
-        return compare(scene, ["faulty", "exact"]).runs["faulty"].differences
-
-    return find
-
-
-@pytest.fixture
-def first_of(differences_of: All) -> First:
-    """Find the first of them."""
-    return lambda engine, scene: next(iter(differences_of(engine, scene)), None)
+    def resolve(self, time: float, i: int, other: int, n: complex, depth: float) -> None:
+        super().resolve(time, i, other, n, depth)
+        self.x[i] += n if other < 0 else 0
 
 
 # Balls 0 and 1 meet head-on, and then 2 is hit by 1. At 60 steps a second they touch on a step, but for rounding.
@@ -167,16 +72,14 @@ WALL = scene_of(
 )
 
 
-def test_an_engine_without_a_fault_differs_in_displacements_only(first_of: First) -> None:
-    assert first_of("Faulty", WALL) is None
-    late = first_of("Faulty", load("oblique"))
-    assert late is not None
+def test_an_engine_without_a_fault_differs_in_displacements_only() -> None:
+    assert compare(WALL, {"late": Stepped, "exact": "exact"}).runs["late"].differences == ()
+    late = first_difference(load("oblique"), Stepped)
     assert late.cause == Cause.LATE
 
 
-def test_two_per_cent_too_much_impulse(first_of: First) -> None:
-    one = first_of("TooMuch", ROW)
-    assert one is not None
+def test_two_per_cent_too_much_impulse() -> None:
+    one = first_difference(ROW, TooMuch)
     assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, 1, Cause.LARGE)
     assert one.because.startswith("The impulse is 1.02 times what is due.")
     assert one.after is not None
@@ -184,9 +87,8 @@ def test_two_per_cent_too_much_impulse(first_of: First) -> None:
     assert one.should_after == ((0.0, 0.0), (240.0, 0.0))
 
 
-def test_contacts_one_step_late(first_of: First) -> None:
-    one = first_of("OneStepLate", load("oblique"))
-    assert one is not None
+def test_contacts_one_step_late() -> None:
+    one = first_difference(load("oblique"), OneStepLate)
     assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, 1, Cause.LATE)
     start, radius = spawn(load("oblique")), load("oblique").bodies.radius
     away, speed = start.position[1] - start.position[0], start.velocity[1] - start.velocity[0]
@@ -198,10 +100,11 @@ def test_contacts_one_step_late(first_of: First) -> None:
     assert one.because == f"Found 1 step late, so the normal is turned by {turned:.2g}°."
 
 
-def test_a_contact_that_may_be_resolved_after_the_end_is_not_missing(first_of: First) -> None:
+def test_a_contact_that_may_be_resolved_after_the_end_is_not_missing() -> None:
     """The two touch in step 52, and this engine parts them in the next."""
-    assert first_of("OneStepLate", load("oblique").changed(seconds=52 / 60)) is None
-    assert first_of("Blind", ROW.changed(seconds=0.1 + (160 + 162) / 240)) is not None
+    scene = load("oblique").changed(seconds=52 / 60)
+    assert compare(scene, {"late": OneStepLate, "exact": "exact"}).runs["late"].differences == ()
+    first_difference(ROW.changed(seconds=0.1 + (160 + 162) / 240), Blind)
 
 
 def test_balls_falling_together_have_the_same_contact_later() -> None:
@@ -211,8 +114,7 @@ def test_balls_falling_together_have_the_same_contact_later() -> None:
         "radius = 20\nposition = [302.4, 100]",
         more="gravity = [0, 900]\nseconds = 0.9",
     )
-    one = compare(scene, ["impulse", "exact"]).runs["impulse"].figures.first_difference
-    assert one is not None
+    one = first_difference(scene, "impulse")
     assert one.after is not None
     assert one.should_after is not None
     assert one.after == one.should_after
@@ -243,8 +145,8 @@ def test_a_contact_is_late_by_the_time_since_the_two_touched(engine: str, end: b
     assert numbers_in(first.because)[0] == pytest.approx(1e3 * late, rel=1e-2)
 
 
-def test_one_pair_ignored(differences_of: All) -> None:
-    one = differences_of("Blind", ROW)[1]
+def test_one_pair_ignored() -> None:
+    one = compare(ROW, {"blind": Blind, "exact": "exact"}).runs["blind"].differences[1]
     assert (one.kind, one.first, one.second, one.cause) == ("missing", 1, 2, Cause.MISSED)
     assert one.because == "The two passed into each other without a contact."
     assert one.time - 2 / 60 <= (160 + 162) / 240 <= one.time
@@ -252,7 +154,7 @@ def test_one_pair_ignored(differences_of: All) -> None:
 
 
 def beside_a_wall(x: float, vx: float) -> Scene:
-    """Make a scene of a ball that flies at an inner wall at 400 px, which `Faulty` ignores."""
+    """Make a scene of a ball that flies at an inner wall at 400 px, which `Stepped` ignores."""
     wall = "[[walls]]\nfrom = [400, 250]\nto = [400, 350]\nthickness = 4"
     return scene_of(f"radius = 20\nposition = [{x}, 300]\nvelocity = [{vx}, 0]\n{wall}", more="seconds = 0.5")
 
@@ -260,9 +162,8 @@ def beside_a_wall(x: float, vx: float) -> Scene:
 @pytest.mark.parametrize(
     ("x", "vx"), [(310, 3000), (300, 3000), (485, -3000), (500, -3000)], ids=["right", "onto", "left", "onto, left"]
 )
-def test_a_ball_that_goes_through_a_wall(first_of: First, x: float, vx: float) -> None:
-    one = first_of("Faulty", beside_a_wall(x, vx))
-    assert one is not None
+def test_a_ball_that_goes_through_a_wall(x: float, vx: float) -> None:
+    one = first_difference(beside_a_wall(x, vx), Stepped)
     assert (one.kind, one.first, one.second, one.cause) == ("missing", 0, ~4, Cause.MISSED)
     assert one.because == (
         "The ball went through the wall between (400, 250) and (400, 350): it flew 50 px in the step, and the wall is "
@@ -273,26 +174,22 @@ def test_a_ball_that_goes_through_a_wall(first_of: First, x: float, vx: float) -
 
 
 def test_a_ball_that_the_reference_lets_through_a_wall() -> None:
-    runs = compare(load("truths/thin-wall-60-hz"), ["exact", "pymunk"], against="pymunk").runs
-    one = runs["exact"].figures.first_difference
-    assert one is not None
+    one = first_difference(load("truths/thin-wall-60-hz"), "exact", against="pymunk")
     assert (one.kind, one.cause) == ("missing", Cause.MISSED)
     assert one.because.startswith("The reference is wrong here. The ball went through the wall between (900, 60)")
     assert one.cause_label == "contact missed, in the reference"
 
 
-def test_walls_that_give_back_too_little(first_of: First) -> None:
-    one = first_of("SoftWalls", WALL)
-    assert one is not None
+def test_walls_that_give_back_too_little() -> None:
+    one = first_difference(WALL, SoftWalls)
     assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, ~2, Cause.SMALL)
     assert numbers_in(one.because)[0] == 0.995
     assert one.after is not None
     assert one.after[0] == pytest.approx((-0.99 * 480, 0.0))
 
 
-def test_one_pixel_of_overshoot_thrown_away(first_of: First) -> None:
-    one = first_of("Discards", WALL)
-    assert one is not None
+def test_one_pixel_of_overshoot_thrown_away() -> None:
+    one = first_difference(WALL, Discards)
     assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, ~2, Cause.UNKNOWN)
     assert one.because.startswith("Two errors explain it. ")
     assert "is put 1 px nearer to the other" in one.because
@@ -367,8 +264,7 @@ def test_a_contact_shorter_than_a_step_is_missing() -> None:
         "radius = 20\nposition = [303.4, 339.9]",
         more="seconds = 1",
     )
-    one = compare(scene, ["pymunk", "exact"]).runs["pymunk"].figures.first_difference
-    assert one is not None
+    one = first_difference(scene, "pymunk")
     assert (one.kind, one.first, one.second, one.cause) == ("missing", 0, 1, Cause.MISSED)
     flown = 400 / 60
     assert one.because == (
@@ -417,8 +313,7 @@ class KicksLate(EventDriven):
 def test_a_kick_near_the_end_is_a_difference(at: int) -> None:
     scene = scene_of("radius = 20\nposition = [100, 300]\nvelocity = [100, 0]", more="seconds = 1")
     late = type("KicksLate", (KicksLate,), {"at": at})
-    one = compare(scene, {"late": late, "exact": "exact"}).runs["late"].figures.first_difference
-    assert one is not None
+    one = first_difference(scene, late)
     assert (one.kind, one.cause, round(one.time * 60)) == ("flight", Cause.UNREPORTED, at)
 
 
@@ -434,8 +329,7 @@ def test_a_ball_that_passes_into_another_in_the_last_steps_is_missed() -> None:
         "radius = 20\nposition = [235.8, 300]",
         more="seconds = 1",
     )
-    one = compare(scene, {"blind": Blind, "exact": "exact"}).runs["blind"].figures.first_difference
-    assert one is not None
+    one = first_difference(scene, Blind)
     assert (one.kind, one.cause) == ("missing", Cause.MISSED)
 
 
@@ -450,8 +344,7 @@ def test_a_contact_without_impulse_is_no_difference() -> None:
 
 def test_balls_at_rest_that_are_pushed_out_of_an_overlap_at_the_start_are_not_blamed() -> None:
     scene = scene_of("radius = 20\nposition = [100, 300]", "radius = 20\nposition = [120, 300]", more="seconds = 1")
-    one = compare(scene, ["article", "exact"]).runs["article"].figures.first_difference
-    assert one is not None
+    one = first_difference(scene, "article")
     assert one.cause == Cause.OVERLAPPED
     assert one.because.startswith("Ball 0 and ball 1 overlapped by 20 px when the comparison began: ")
 
@@ -459,10 +352,7 @@ def test_balls_at_rest_that_are_pushed_out_of_an_overlap_at_the_start_are_not_bl
 @pytest.mark.skipif("box2d" not in registry(), reason="needs box2d")
 def test_each_contact_of_an_unconverged_chain_is_reported_as_unconverged() -> None:
     """Box2D's first contact of the cradle ends with the right restitution, but the next ones take too little on."""
-    one = (
-        compare(load("newtons-cradle").changed(seconds=2.0), ["box2d", "exact"]).runs["box2d"].figures.first_difference
-    )
-    assert one is not None
+    one = first_difference(load("newtons-cradle").changed(seconds=2.0), "box2d")
     assert (one.first, one.second, one.cause) == (0, 1, Cause.UNCONVERGED)
     assert one.because == "5 contacts are solved in turn, a few times each."
 
@@ -477,15 +367,14 @@ def test_the_cradle_s_contacts_one_a_step_are_late_and_not_missing() -> None:
 
 
 @pytest.mark.parametrize("speed", [240, 1000])
-def test_a_missed_contact_is_not_matched_with_a_later_one_of_the_same_pair(first_of: First, speed: int) -> None:
+def test_a_missed_contact_is_not_matched_with_a_later_one_of_the_same_pair(speed: int) -> None:
     """The two, 24 px aside, fly through each other, turn at the walls, and would meet again: 40² = 24² + 32²."""
     scene = scene_of(
         f"radius = 20\nposition = [100, 300]\nvelocity = [{speed}, 0]",
         f"radius = 20\nposition = [700, 324]\nvelocity = [-{speed}, 0]",
         more="seconds = 4",
     )
-    one = first_of("MissesFirst", scene)
-    assert one is not None
+    one = first_difference(scene, MissesFirst)
     assert (one.kind, one.first, one.second, one.cause) == ("missing", 0, 1, Cause.MISSED)
     assert 0 < one.time - (600 - 32) / (2 * speed) + 1e-9 <= 1 / 60 + 1e-6
 
