@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from browser import Browser
 from conftest import Command
+from hostile import PAGE_TEXTS, hostile_scene
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -26,13 +27,6 @@ from sandbox.scene.model import Scene
 from sandbox.state import Floats
 
 ENGINES = ["pymunk", "article", "impulse", "exact"]
-HOSTILE = (
-    "</script><script>globalThis.ran = 1</script>",
-    "<img src=x onerror='globalThis.ran = 1'>",
-    '"><svg onload="globalThis.ran = 1">',
-    "</title></pre><!--",
-    "{{ 7 * 7 }} $$x^2$$ ]]> &lt;b&gt; &amp;",
-)
 
 
 class Reader(HTMLParser):
@@ -74,14 +68,7 @@ def text(article: Comparison) -> str:
 
 @pytest.fixture(scope="module")
 def harmless() -> Reader:
-    return Reader(page(hostile("A scene")))
-
-
-def hostile(text: str) -> Comparison:
-    """Compare a scene with a text in every place that takes one."""
-    lines = [f"# {text} \u2028 \u202e", f"title = {json.dumps(text)}", f"about = {json.dumps(text)}"]
-    rest = "seconds = 0.5\n[arena]\nsize = [200, 100]\n[[balls]]\nradius = 20\nposition = [50, 50]\nvelocity = [300, 0]"
-    return compare(parse("\n".join([*lines, rest]), "hostile.toml"), ["pymunk", "exact"])
+    return Reader(page(compare(hostile_scene("A scene", "A scene"), ["pymunk", "exact"])))
 
 
 def data_of(text: str) -> dict[str, object]:
@@ -109,9 +96,9 @@ def test_the_page_is_self_contained(text: str) -> None:
     )
 
 
-@pytest.mark.parametrize("words", HOSTILE)
+@pytest.mark.parametrize("words", PAGE_TEXTS)
 def test_text_of_a_scene_stays_text(words: str, harmless: Reader) -> None:
-    comparison = hostile(words)
+    comparison = compare(hostile_scene(words, words), ["pymunk", "exact"])
     read = Reader(page(comparison))
     assert [(tag, set(attributes)) for tag, attributes in read.elements] == [
         (tag, set(attributes)) for tag, attributes in harmless.elements

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 from conftest import scene_of
 from hypothesis import HealthCheck, given, settings
@@ -64,22 +63,6 @@ def test_only_what_is_given_changes_in_every_engine() -> None:
         assert state.position.tobytes() == position.tobytes()
         assert state.velocity.tobytes() == velocity.tobytes()
         assert state.spin.tolist() == [-3, 0]
-
-
-@pytest.mark.parametrize("placement", ["grid = [5, 1]\nspacing = 50", "inside = [[0, 0], [800, 600]]\ncount = 5"])
-def test_one_ball_of_a_group_changes_alone(placement: str) -> None:
-    scene = scene_of(
-        "radius = 20\nposition = [200, 500]",
-        f'radius = 9\n{placement}\ncolors = ["red", "green"]\nmass = 2\nspin = {{ from = 1, to = 2 }}',
-        "radius = 20\nposition = [260, 550]\nmass = 3",
-    )
-    for ball in range(7):
-        edited = ChangeBall(step=0, ball=ball, mass=5, friction=0.5).change_scene(scene)
-        edited = ChangeBall(step=0, ball=ball, color="blue").change_scene(edited)
-        assert edited.colors == (*scene.colors[:ball], "blue", *scene.colors[ball + 1 :])
-        assert edited.bodies.radius.tolist() == scene.bodies.radius.tolist()
-        assert edited.bodies.mass.tolist() == [5 if k == ball else m for k, m in enumerate([1, 2, 2, 2, 2, 2, 3])]
-        assert np.flatnonzero(edited.bodies.friction).tolist() == [ball]
 
 
 def test_a_trace_has_the_mass_and_radius_of_each_step(tmp_path: Path) -> None:
@@ -172,17 +155,6 @@ def test_an_edit_without_room_is_refused_and_changes_nothing(edit: Edit, message
         lockstep.apply(edit)
     assert (lockstep.scene, lockstep.given, lockstep.edited) == (scene, [], False)
     assert [runner.engine for runner in lockstep.engines.values()] == engines
-
-
-def test_the_article_refuses_by_name_what_its_rule_does_not_have() -> None:
-    lockstep = Lockstep(head_on(), ["pymunk", "article"])
-    for edit, message in (
-        (ChangeBall(step=0, ball=0, radius=9), "article: a second radius is not part"),
-        (AddWall(step=0, start=(9, 9), to=(9, 99)), "article: an inner wall is not part"),
-    ):
-        with pytest.raises(SandboxError, match=message):
-            lockstep.apply(edit)
-    lockstep.apply(ChangeBall(step=0, ball=0, y=100, color="red"))
 
 
 def test_an_engine_that_has_another_ball_there_is_named() -> None:

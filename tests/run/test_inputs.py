@@ -55,14 +55,9 @@ BAD_INPUTS = {
     "not-json": ('{"step": 0', "is not JSON: Expecting ',' delimiter: line 1 column 11 (char 10)"),
     "not-an-object": ("[1]", f'must be an object with "do" as one of {KINDS}, got [1]'),
     "no-such-kind": ('{"do": "grabb"}', f'must be an object with "do" as one of {KINDS}, got {{"do": "grabb"}}'),
-    "kind-is-a-list": ('{"do": ["a"]}', f'must be an object with "do" as one of {KINDS}, got {{"do": ["a"]}}'),
     "before-the-start": ('{"step": -1, "do": "release"}', "step must be at least 0, got -1"),
     "no-step": ('{"do": "release"}', "step is missing"),
     "no-such-ball": ('{"step": 9, "do": "grab", "ball": 2, "at": [1, 2]}', "ball must be at most 1, got 2"),
-    "no-such-ball-to-kick": (
-        '{"step": 9, "do": "kick", "ball": 2, "velocity": [1, 2]}',
-        "ball must be at most 1, got 2",
-    ),
     "not-finite": ('{"step": 9, "do": "move", "at": [NaN, 2]}', "at[0] must be a finite number, got nan"),
     "no-point": ('{"step": 9, "do": "move", "at": "x"}', 'at must be a list in brackets, got "x"'),
     "unknown-key": ('{"step": 9, "do": "release", "bal": 3}', f"bal {NO_KEY}; known are do, step"),
@@ -83,27 +78,14 @@ BAD_INPUTS = {
         '{"step": 9, "do": "change-wall", "wall": 0}',
         "must contain from, to, thickness, elasticity or friction",
     ),
-    "not-a-number-to-change": (
-        '{"step": 9, "do": "change", "ball": 1, "x": NaN}',
-        "x must be a finite number, got nan",
-    ),
-    "too-large-to-change": (
-        '{"step": 9, "do": "change", "ball": 1, "mass": 1e300}',
-        "mass must be at most 1e+09, got 1e+300",
-    ),
     "negative-to-change": (
         '{"step": 9, "do": "change", "ball": 1, "radius": -5}',
         "radius must be greater than 0, got -5",
-    ),
-    "no-colour-to-change": (
-        '{"step": 9, "do": "change", "ball": 1, "color": "blurple"}',
-        'color is not a valid colour: "blurple"; did you mean purple?',
     ),
     "outside": (
         '{"step": 9, "do": "change", "ball": 1, "y": 595}',
         "balls[1].position puts a ball outside the arena: y must be from 20 to 580, got 595",
     ),
-    "no-such-ball-to-change": ('{"step": 9, "do": "change", "ball": 2, "x": 9}', "ball must be at most 1, got 2"),
     "no-such-wall": (
         '{"step": 9, "do": "delete-wall", "wall": 0}',
         "the scene has no walls of its own, got wall 0",
