@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pymunk
 import pytest
+from spaces import DT, record
 
 from sandbox.space.causes import Cause
 from sandbox.space.energy import Ledger, ledger_of
@@ -13,17 +14,7 @@ from sandbox.space.memory import CONTACT
 from sandbox.space.recording import Recording
 from sandbox.space.step_work import _pair_key
 
-DT = 1 / 60
 ROUNDING = 1e-9  # of the scale of the energy
-
-
-def record(space: pymunk.Space, steps: int, dt: float = DT, between: Callable[[int], None] | None = None) -> Recording:
-    recording = Recording(space)
-    for number in range(steps):
-        if between:
-            between(number)
-        recording.record(space.step, dt)
-    return recording
 
 
 def energy_of(space: pymunk.Space) -> float:
@@ -225,7 +216,7 @@ def test_a_pendulum_s_joint_does_no_work_in_the_limit_of_small_steps() -> None:
         space, body = pymunk.Space(), pymunk.Body(2, math.inf)
         space.gravity, body.position = (0, -900), (100, 0)
         space.add(body, pymunk.PinJoint(space.static_body, body))
-        ledger = ledger_of(record(space, rate, 1 / rate))
+        ledger = ledger_of(record(space, rate, dt=1 / rate))
         assert_adds_up(ledger)
         assert sum(ledger.of_joints.values()) == pytest.approx(ledger.lines[Cause.JOINTS])
         totals.append(abs(ledger.lines[Cause.JOINTS]) / ledger.scale)
@@ -245,7 +236,7 @@ def test_a_damped_spring_loses_what_the_damped_oscillator_loses() -> None:
         space, body = pymunk.Space(), pymunk.Body(mass, math.inf)
         body.position = (100 + stretch, 0)
         space.add(body, pymunk.DampedSpring(space.static_body, body, (0, 0), (0, 0), 100, stiffness, c))
-        ledger = ledger_of(record(space, steps, seconds / steps))
+        ledger = ledger_of(record(space, steps, dt=seconds / steps))
         assert ledger.total[0] == pytest.approx(stiffness * stretch**2 / 2, rel=1e-12)
         only(ledger, Cause.SPRING_DAMPING, Cause.SPRING_INTEGRATION)
         errors.append(abs(ledger.lines[Cause.SPRING_DAMPING] + lost) / lost)
@@ -335,7 +326,7 @@ def test_what_the_program_sets_between_steps_is_its_own() -> None:
             case 5:
                 body.angular_velocity = 10
 
-    ledger = ledger_of(record(space, 6, between=between))
+    ledger = ledger_of(record(space, 6, before=between))
     assert ledger.of(Cause.VELOCITY_SET) == pytest.approx([0, 2475, 0, 0, 0, 1500])
     assert ledger.of(Cause.MASS_SET) == pytest.approx([0, 0, 1250, 0, 0, 0])
     assert ledger.of(Cause.ADDED) == pytest.approx([0, 0, 0, 10, 0, 0])
@@ -361,7 +352,7 @@ def test_places_gravity_and_springs_that_the_program_sets() -> None:
             case 4:
                 space.add(spring)
 
-    recording = record(space, 5, between=between)
+    recording = record(space, 5, before=between)
     ledger = ledger_of(recording)
     assert ledger.of(Cause.POSITION_SET)[1] == pytest.approx(2 * 10 * 50)
     height = recording.steps[2].before.bodies["position"][0, 1]
@@ -377,7 +368,7 @@ def test_forces_of_the_program_give_their_work() -> None:
     def push(_: int) -> None:
         body.force, body.torque = (60, 0), 90
 
-    ledger = ledger_of(record(space, 60, between=push))
+    ledger = ledger_of(record(space, 60, before=push))
     assert ledger.lines[Cause.FORCES] == pytest.approx(2 * 30**2 / 2 + 30 * 3**2 / 2, rel=1e-9)
     only(ledger, Cause.FORCES)
 
@@ -461,7 +452,7 @@ def test_a_heap_that_falls_asleep_and_is_woken_adds_up() -> None:
         if number == 150:
             space.add(ball, circle)
 
-    recording = record(space, 300, between=throw)
+    recording = record(space, 300, before=throw)
     asleep = [int((step.after.bodies["asleep"] != 0).sum()) for step in recording]
     assert max(asleep[:150]) == 4
     assert min(asleep[150:]) == 0

@@ -1,10 +1,10 @@
 """Figures of a run, against scenes whose figures are known."""
 
 import math
-from collections.abc import Callable
 
 import pymunk
 import pytest
+from spaces import DT, ball, record, wall
 
 from sandbox.space.figures import (
     escapes,
@@ -16,35 +16,12 @@ from sandbox.space.figures import (
     wrong_bounces,
 )
 from sandbox.space.memory import JointKind, joint_key
-from sandbox.space.recording import Recording
-
-DT = 1 / 60
-
-
-def record(space: pymunk.Space, steps: int, between: Callable[[int], None] | None = None) -> Recording:
-    recording = Recording(space)
-    for number in range(steps):
-        if between:
-            between(number)
-        recording.record(space.step, DT)
-    return recording
-
-
-def ball(space: pymunk.Space, x: float, y: float, velocity: tuple[float, float], elasticity: float = 1) -> pymunk.Body:
-    body = pymunk.Body(1, 50)
-    body.position, body.velocity = (x, y), velocity
-    shape = pymunk.Circle(body, 10)
-    shape.elasticity = elasticity
-    space.add(body, shape)
-    return body
 
 
 def test_the_deepest_overlap_is_the_way_that_a_ball_went_too_far() -> None:
     space = pymunk.Space()
-    wall = pymunk.Segment(space.static_body, (100, -50), (100, 50), 0)
-    wall.elasticity = 1
-    space.add(wall)
-    body = ball(space, 60, 0, (600, 0))  # 10 px a step: at 90 after three, at 97 after 3.7
+    wall(space, (100, -50), (100, 50), 0, elasticity=1)
+    body = ball(space, 60, 0, velocity=(600, 0))  # 10 px a step: at 90 after three, at 97 after 3.7
     body.position = (63, 0)
     recording = record(space, 10)
     worst = overlaps(recording)
@@ -59,7 +36,7 @@ def test_overlaps_that_are_equally_deep_come_in_the_order_of_their_contacts() ->
     space = pymunk.Space()
     space.add(pymunk.Segment(space.static_body, (-10, 0), (1000, 0), 0))
     for number in (7, 2, 9, 4, 1, 8, 3, 6, 0, 5):
-        ball(space, 100 * number, 19, (0, -600))
+        ball(space, 100 * number, 19, velocity=(0, -600))
     recording = record(space, 1)
     [step] = recording
     ends = step.after.contacts[["body_a", "body_b"]].tolist()
@@ -109,17 +86,15 @@ def test_springs_and_motors_have_no_stretch() -> None:
 
 def test_only_a_contact_that_ends_otherwise_is_a_wrong_bounce() -> None:
     space = pymunk.Space()
-    ball(space, 0, 0, (300, 0))
-    ball(space, 50, 0, (0, 0))
+    ball(space, 0, 0, velocity=(300, 0))
+    ball(space, 50, 0, velocity=(0, 0))
     assert wrong_bounces(record(space, 20)) == []
 
 
 def test_a_handler_that_halves_a_velocity_makes_a_wrong_bounce() -> None:
     space = pymunk.Space()
-    wall = pymunk.Segment(space.static_body, (100, -50), (100, 50), 0)
-    wall.elasticity = 0.8
-    space.add(wall)
-    body = ball(space, 70, 0, (300, 0), elasticity=0.5)
+    wall(space, (100, -50), (100, 50), 0, elasticity=0.8)
+    body = ball(space, 70, 0, velocity=(300, 0), elasticity=0.5)
 
     def halve(*_: object) -> None:
         body.velocity = body.velocity / 2
@@ -150,7 +125,7 @@ def test_jitter_is_the_share_of_steps_that_reverse_a_resting_body() -> None:
 
 def test_a_body_that_falls_out_of_the_world_or_becomes_nan_has_escaped() -> None:
     space = pymunk.Space()
-    stays, leaves, rests = (ball(space, 100 * k, 0, (0, 0)) for k in range(3))
+    stays, leaves, rests = (ball(space, 100 * k, 0, velocity=(0, 0)) for k in range(3))
     leaves.velocity = (0, -60_000)  # 1,000 px a step
 
     def divide(number: int) -> None:
