@@ -5,64 +5,35 @@ import random
 from collections.abc import Iterable
 from typing import Any
 
+import exact_scenes
 import numpy as np
 import pytest
+from exact_scenes import EXACT, after, contacts_of, engine_of, play
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sandbox.engines.exact.contact import CONTACT_TIME
-from sandbox.engines.exact.engine import ExactEngine
 from sandbox.quantity import energy
 from sandbox.scene.files import parse
 from sandbox.scene.model import Arena, Scene, Wall
 from sandbox.scene.spawn import spawn
-from sandbox.state import Contacts, Floats, State, States
+from sandbox.state import Contacts, Floats, States
 
-EXACT = 1e-9
 G = 900.0  # px/s²
 FALLING = f"gravity = [0, {G}]"
 FLOOR = 600.0  # px
 
 
 def ball(position: Iterable[float], velocity: Iterable[float] = (0, 0), **more: float) -> str:
-    lines = {"radius": 10.0, "friction": 1.0} | more
-    return f"[[balls]]\nposition = {[*map(float, position)]}\nvelocity = {[*map(float, velocity)]}\n" + "".join(
-        f"{key} = {float(value)!r}\n" for key, value in lines.items()
-    )
+    return exact_scenes.ball(position, velocity, **{"friction": 1.0} | more)
 
 
-def wall(start: Iterable[float], to: Iterable[float], friction: float = 0.0, **more: float) -> str:
-    lines = {"thickness": 0.0, "friction": friction} | more
-    return f"[[walls]]\nfrom = {[*map(float, start)]}\nto = {[*map(float, to)]}\n" + "".join(
-        f"{key} = {float(value)!r}\n" for key, value in lines.items()
-    )
+def wall(start: Iterable[float], to: Iterable[float], friction: float = 0.0, thickness: float = 0.0) -> str:
+    return exact_scenes.wall(start, to, thickness, friction=friction)
 
 
-def box_of(*parts: str, head: str = "", friction: float = 0.0, elasticity: float = 1.0, width: float = 4000) -> Scene:
-    arena = f"[arena]\nsize = [{width}, {FLOOR}]\nfriction = {friction!r}\nelasticity = {elasticity!r}\n"
-    return parse(f"{head}\n{arena}{''.join(parts)}", "test")
-
-
-def engine_of(scene: Scene) -> ExactEngine:
-    engine = ExactEngine(scene, spawn(scene))
-    engine.record_contacts()
-    return engine
-
-
-def play(engine: ExactEngine, scene: Scene, seconds: float) -> State:
-    for _ in range(round(seconds * scene.rate)):
-        engine.step()
-    return engine.state()
-
-
-def after(scene: Scene, seconds: float) -> State:
-    return play(engine_of(scene), scene, seconds)
-
-
-def contacts_of(scene: Scene, seconds: float) -> Contacts:
-    engine = engine_of(scene)
-    play(engine, scene, seconds)
-    return engine.contacts()
+def box_of(*parts: str, **more: Any) -> Scene:
+    return exact_scenes.box_of(*parts, size=(4000, FLOOR), **more)
 
 
 def accounted(scene: Scene, steps: int) -> tuple[States, Contacts]:
@@ -161,7 +132,7 @@ def test_disc_between_two_rough_walls_carries_its_spin_from_one_to_the_other() -
     scene = box_of(ball([300, 300], [300, 580]), friction=3.0)
     engine = engine_of(scene)
     for bounce in range(8):
-        state = play(engine, scene, 1)
+        state = play(engine, 60)
         speed = 200 / 3**bounce
         assert state.velocity[0] == pytest.approx([speed, 580 * (-1) ** (bounce + 1)], abs=EXACT)
         assert abs(state.spin[0] * 10) == pytest.approx(speed, abs=EXACT)
@@ -348,9 +319,9 @@ def test_disc_slides_or_rolls_round_the_end_of_a_wall(v: float, mu: float) -> No
 def test_kick_of_a_disc_that_slips_or_rolls(at: float, kick: float) -> None:
     scene = box_of(ball([2000, 590], [300, 0]), friction=0.3, head=FALLING)
     engine = engine_of(scene)
-    play(engine, scene, at)
+    play(engine, round(60 * at))
     engine.kick(0, (kick, 0.0))
-    state = play(engine, scene, 1.5 - at)
+    state = play(engine, round(60 * (1.5 - at)))
     first, v, turned, rim = sliding(300, 0, 0.3, 0, G, at)
     way, v, more, rim = sliding(v + kick, rim, 0.3, 0, G, 1.5 - at)
     assert state.position[0] == pytest.approx([2000 + first + way, 590], abs=EXACT)
@@ -361,9 +332,9 @@ def test_kick_of_a_disc_that_slips_or_rolls(at: float, kick: float) -> None:
 def test_kick_into_the_air_keeps_the_spin() -> None:
     scene = box_of(ball([2000, 590], [200, 0], spin=20.0), friction=0.3, head=FALLING)
     engine = engine_of(scene)
-    play(engine, scene, 0.5)
+    play(engine, 30)
     engine.kick(0, (0.0, -450.0))
-    state = play(engine, scene, 0.5)
+    state = play(engine, 30)
     assert state.position[0] == pytest.approx([2200, 590 - 225 + 112.5], abs=EXACT)
     assert [state.spin[0], state.angle[0]] == pytest.approx([20, 20], abs=EXACT)
 
@@ -372,9 +343,9 @@ def test_rolling_cue_stops_and_goes_on_with_a_third_of_its_speed() -> None:
     """It hands all of its speed to a smooth ball, and keeps its spin."""
     scene = box_of(ball([1000, 590], [300, 0], spin=30.0), ball([1320, 590], friction=0.0), friction=0.2, head=FALLING)
     engine = engine_of(scene)
-    play(engine, scene, 1)
+    play(engine, 60)
     assert engine.state().velocity.tolist() == [[0, 0], [300, 0]]
-    state = play(engine, scene, 2)
+    state = play(engine, 120)
     rolls = 300 / (3 * 0.2 * G)
     assert state.velocity == pytest.approx(np.array([[100, 0], [300, 0]]), abs=EXACT)
     assert state.spin * 10 == pytest.approx([100, 0], abs=EXACT)
@@ -462,15 +433,15 @@ def test_disc_that_turns_between_floor_and_wall(mu: float) -> None:
     floor, side = G / (1 + mu**2), mu * G / (1 + mu**2)
     rate = 2 * mu * (floor + side) / 10
     engine = engine_of(scene)
-    play(engine, scene, 0.1)
+    play(engine, 6)
     engine.record_contacts()
-    state = play(engine, scene, 0.1)
+    state = play(engine, 6)
     assert state.position[0].tolist() == [3990, 590]
     assert state.spin[0] == pytest.approx(50 - rate * 0.2, abs=EXACT)
     found = engine.contacts()
     for number, n in ((~3, floor), (~2, side)):
         assert found["impulse"][found["second"] == number] == pytest.approx(n / 60, rel=1e-9)
-    state = play(engine, scene, 2)
+    state = play(engine, 120)
     assert state.spin[0] == 0
     assert state.position[0].tolist() == [3990, 590]
 
@@ -512,9 +483,9 @@ def test_contacts_of_a_disc_end_in_a_shallow_groove() -> None:
     start = bottom - [0, 7.805 / math.cos(b) * 1.001]
     scene = box_of(*sides, ball(start, radius=7.805, elasticity=0.7), head=FALLING)
     engine = engine_of(scene)
-    play(engine, scene, 6)
+    play(engine, 360)
     assert len(engine.contacts()) < 20_000
-    play(engine, scene, 1)
+    play(engine, 60)
     assert len(engine.contacts()) == 120
 
 
