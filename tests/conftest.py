@@ -8,6 +8,7 @@ import platform
 import re
 import shutil
 import sys
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from importlib.metadata import version
 from pathlib import Path
@@ -21,6 +22,7 @@ import hypothesis
 import pytest
 
 from sandbox.cli import main
+from sandbox.errors import SandboxError
 from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
 
@@ -171,6 +173,38 @@ def memory_screen(working_folder: Path, monkeypatch: pytest.MonkeyPatch, _few_ob
     monkeypatch.setattr(Guard, "strict", True)
     monkeypatch.setattr("webbrowser.open", lambda _: True)
     monkeypatch.setattr("sandbox.view.MOST_BALLS", {Layer.CHARTS: math.inf})
+
+
+@pytest.fixture
+def gate(monkeypatch: pytest.MonkeyPatch) -> Iterator[threading.Event]:
+    """A gate in front of each step that exact does in a thread."""
+    from sandbox.engines.exact.engine import ExactEngine
+
+    opened, step = threading.Event(), ExactEngine.step
+
+    def wait(engine: ExactEngine) -> None:
+        if threading.current_thread() is not threading.main_thread():
+            opened.wait()
+        step(engine)
+
+    monkeypatch.setattr(ExactEngine, "step", wait)
+    yield opened
+    opened.set()
+
+
+@pytest.fixture
+def fails_after_29_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let exact fail in its step 30."""
+    from sandbox.engines.exact.engine import ExactEngine
+
+    step = ExactEngine.step
+
+    def fail(engine: ExactEngine) -> None:
+        if engine._steps == 29:
+            raise SandboxError("exact: contacts without end")
+        step(engine)
+
+    monkeypatch.setattr(ExactEngine, "step", fail)
 
 
 @pytest.fixture

@@ -2,26 +2,23 @@
 
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 import numpy as np
 import pytest
 from conftest import scene_of
+from moments import THROW, flat, run
 
 from sandbox.compiled import NotCompiledYet, entry, without_waiting
 from sandbox.engines.exact import engine as exact_engine
-from sandbox.engines.exact.engine import ExactEngine
-from sandbox.errors import SandboxError
 from sandbox.run.edits import AddBall, AddWall, DeleteBall, SetGravity, SetRate
-from sandbox.run.inputs import Grab, Input, Kick, Move, Release
+from sandbox.run.inputs import Grab, Input, Kick
 from sandbox.scene.model import Scene
-from sandbox.session.history import Moment
 from sandbox.session.session import Session
 from sandbox.state import Integers
 
 HIDDEN, SHOWN = ("pymunk", "impulse"), ("exact", "pymunk")
-THROW: list[Input] = [Grab(step=5, ball=2, at=(600, 300)), Move(step=9, at=(640, 200)), Release(step=14)]
 EDITS: list[Input] = [
     *(SetGravity(step=4, gravity=(0, 500)), AddBall(step=9, position=(90, 90), radius=9)),
     *(Kick(step=12, ball=0, velocity=(30, -9)), DeleteBall(step=20, ball=1)),
@@ -37,39 +34,6 @@ def scene() -> Scene:
         "radius = 20\nposition = [260, 310]\nmass = 3",
         "radius = 10\nposition = [600, 100]\nvelocity = [70, -510]\nelasticity = 0.5",
     )
-
-
-@pytest.fixture
-def gate(monkeypatch: pytest.MonkeyPatch) -> Iterator[threading.Event]:
-    """A gate in front of each step that exact does in a thread."""
-    opened, step = threading.Event(), ExactEngine.step
-
-    def wait(engine: ExactEngine) -> None:
-        if threading.current_thread() is not threading.main_thread():
-            opened.wait()
-        step(engine)
-
-    monkeypatch.setattr(ExactEngine, "step", wait)
-    yield opened
-    opened.set()
-
-
-def run(session: Session, steps: int) -> None:
-    for _ in range(steps):
-        session.advance()
-
-
-def flat(moment: Moment) -> list[object]:
-    """Return everything in a moment, bit for bit, in its order."""
-    states = [array.tobytes() for s in moment.states.values() for array in (s.position, s.velocity, s.angle, s.spin)]
-    contacts = [contacts.tobytes() for contacts in moment.contacts.values()]
-    figures: list[Mapping[str, float]] = [moment.energy, moment.work, moment.counts, moment.wall_impulse]
-    return [
-        *(list(moment.states), [state.time for state in moment.states.values()], states, contacts),
-        *[list(figure.items()) for figure in figures],
-        *(moment.step, moment.time, moment.scene.model_dump_json(), moment.balls, moment.held, moment.target),
-        *(moment.energy_scale, moment.standing, moment.is_complete),
-    ]
 
 
 def everything(session: Session) -> tuple[list[list[object]], bytes, list[int]]:
@@ -188,15 +152,8 @@ def test_a_run_that_goes_elsewhere_keeps_no_moment_that_is_never_completed(scene
     assert session.shown.step == 10
 
 
-def test_a_reference_that_fails_is_dropped_at_the_same_step(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    step = ExactEngine.step
-
-    def fail(engine: ExactEngine) -> None:
-        if engine._steps == 29:
-            raise SandboxError("exact: contacts without end")
-        step(engine)
-
-    monkeypatch.setattr(ExactEngine, "step", fail)
+@pytest.mark.usefixtures("fails_after_29_steps")
+def test_a_reference_that_fails_is_dropped_at_the_same_step(scene: Scene) -> None:
     there, session = (Session(scene, HIDDEN, reference="exact", beside=lags) for lags in (False, True))
     for each in (there, session):
         run(each, 60)

@@ -6,21 +6,18 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 from conftest import scene_of
+from moments import ENERGY_SCALE, moment, run
 
 from sandbox.compiled import NotCompiledYet
-from sandbox.engines.exact.engine import ExactEngine
 from sandbox.errors import SandboxError
 from sandbox.run.edits import AddBall, SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.run.lockstep import AVERAGED_STEPS
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
-from sandbox.session.history import Moment
 from sandbox.session.samples import CAPACITY, Quantity, Samples, Series, change_of_energy, share_of_energy
 from sandbox.session.session import Session
-from sandbox.state import State, no_contacts
 
-ENERGY_AT_START = 1800.0  # kg px²/s², of one ball of 1 kg at 60 px/s
 THROW: list[Input] = [Grab(step=3, ball=0, at=(300, 300)), Move(step=6, at=(500, 250)), Release(step=20)]
 
 
@@ -29,32 +26,11 @@ def scene() -> Scene:
     return scene_of("radius = 20\nposition = [200, 300]\nvelocity = [60, 0]", "radius = 20\nposition = [600, 300]")
 
 
-def moment(scene: Scene, step: int, work: float = 0.0, **velocity: float) -> Moment:
-    """Make a moment with an engine for each speed (px/s) of the first ball, which is also its distance from 200 px."""
-    states = {
-        name: State(step / 60, np.array([[200.0 + speed, 300.0], [600.0, 300.0]]), np.array([[speed, 0.0], [0.0, 0.0]]))
-        for name, speed in velocity.items()
-    }
-    energy = {name: speed**2 / 2 for name, speed in velocity.items()}
-    none = dict.fromkeys(velocity, no_contacts())
-    counts, works = dict.fromkeys(velocity, 0), dict.fromkeys(velocity, work)
-    return Moment(
-        *(step, step / 60, scene, states, none, counts, energy, works, (0, 1), None, (0, 0)),
-        *(dict.fromkeys(velocity, 0.0), ENERGY_AT_START),
-    )
-
-
 def sampled(scene: Scene, *steps: dict[str, float]) -> Samples:
-    samples = Samples(list(steps[0]), "exact", ENERGY_AT_START)
+    samples = Samples(list(steps[0]), "exact", ENERGY_SCALE)
     for step, velocity in enumerate(steps):
         samples.add(moment(scene, step, **velocity))
     return samples
-
-
-def run(session: Session, steps: int) -> Session:
-    for _ in range(steps):
-        session.advance()
-    return session
 
 
 def test_a_series_keeps_an_hour_of_steps_evenly_in_bounded_memory() -> None:
@@ -109,7 +85,7 @@ def test_an_engine_that_loses_what_the_reference_loses_a_step_later_is_not_accus
 
 
 def test_while_there_is_no_reference_nothing_is_measured_against_it(scene: Scene) -> None:
-    samples = Samples(["pymunk", "exact"], "exact", ENERGY_AT_START)
+    samples = Samples(["pymunk", "exact"], "exact", ENERGY_SCALE)
     for step in range(3):
         samples.add(moment(scene, step, pymunk=60.0))
     assert np.isnan(samples.of(Quantity.ENERGY)).all()
@@ -122,9 +98,9 @@ def test_while_there_is_no_reference_nothing_is_measured_against_it(scene: Scene
     [(1800, 0, 0), (900, 0, -50), (3600, 1800, 0), (1800, 1800, -100), (900, -900, 0), (450, -900, -25)],
 )
 def test_what_a_hand_gives_is_no_change_of_an_engine_s_own(energy: float, work: float, change: float) -> None:
-    own = change_of_energy(energy, ENERGY_AT_START, work)
-    assert share_of_energy(own, ENERGY_AT_START) == pytest.approx(change)
-    assert share_of_energy(own, 0.0) == pytest.approx(energy - ENERGY_AT_START - work)
+    own = change_of_energy(energy, ENERGY_SCALE, work)
+    assert share_of_energy(own, ENERGY_SCALE) == pytest.approx(change)
+    assert share_of_energy(own, 0.0) == pytest.approx(energy - ENERGY_SCALE - work)
 
 
 @pytest.mark.parametrize("inputs", [THROW, [SetVelocity(step=4, ball=0, velocity=(700, 90))],
@@ -164,16 +140,9 @@ def test_the_reference_runs_along_hidden_and_engines_are_measured_against_it() -
     assert gaps[0] == gaps[1]
 
 
-def test_without_a_reference_that_stops_the_run_goes_on_to_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("fails_after_29_steps")
+def test_without_a_reference_that_stops_the_run_goes_on_to_the_same_bits() -> None:
     expected = run(Session(load("article"), ["pymunk"]), 60).shown.states["pymunk"]
-    step = ExactEngine.step
-
-    def fail(engine: ExactEngine) -> None:
-        if engine._steps == 29:
-            raise SandboxError("exact: contacts without end")
-        step(engine)
-
-    monkeypatch.setattr(ExactEngine, "step", fail)
     session = run(Session(load("article"), ["pymunk"], reference="exact"), 60)
     assert session.shown.states["pymunk"].position.tobytes() == expected.position.tobytes()
     assert set(session.shown.states) == {"pymunk"}
@@ -266,7 +235,7 @@ def test_only_a_gas_has_a_pressure_in_theory() -> None:
 
 
 def test_an_engine_that_reports_no_contacts_is_not_said_to_have_none(scene: Scene) -> None:
-    samples = Samples(["mine", "exact"], "exact", ENERGY_AT_START, silent=["mine"])
+    samples = Samples(["mine", "exact"], "exact", ENERGY_SCALE, silent=["mine"])
     for step in range(90):
         samples.add(moment(scene, step, mine=60.0, exact=60.0))
     for quantity in (Quantity.CONTACTS, Quantity.WALL_IMPULSE):

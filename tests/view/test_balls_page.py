@@ -27,7 +27,6 @@ from window_driver import (
 
 from sandbox.run.edits import AddBall, AddWall, ChangeBall, ChangeWall, DeleteBall, DeleteWall, SetVelocity
 from sandbox.run.inputs import Grab
-from sandbox.scene.files import parse
 from sandbox.view.balls_page import NUMBER, PER_LINE, BallTable
 from sandbox.view.controls import Panel
 from sandbox.view.editor import ARENA_WALL
@@ -408,20 +407,16 @@ def test_fields_and_gravity_show_and_take_the_units_of_the_scene(desk: Window) -
     assert gravity.value() == pytest.approx(9.81)
 
 
-def test_a_refused_value_is_quoted_in_the_units_of_the_scene(memory_screen: None) -> None:
-    scene = parse(
-        "units = { length = 'cm', pixels_per_metre = 1000 }\n[arena]\nsize = [800, 600]\n"
-        "[[balls]]\nradius = 20\nposition = [200, 300]\n",
-        "tray",
+def test_a_refused_value_is_quoted_in_the_units_of_the_scene(desk: Window) -> None:
+    desk.begin(
+        scene_of("radius = 20\nposition = [200, 300]", more="units = { length = 'cm', pixels_per_metre = 1000 }"),
+        None,
     )
-    window = Window(scene, None)
-    window.panel.show(Panel.BALLS)
-    window.editor.select(0)
+    desk.editor.select(0)
     for name, typed, said in (
         ("x", "-5", "x must be from 2 cm to 78 cm, got -5 cm"),
         ("radius", "-1.5", "radius must be greater than 0 cm, got -1.5 cm"),
         ("mass", "-2", "mass must be greater than 0, got -2.0"),
     ):
-        fields = [widget for widget, _ in window._placed if isinstance(widget, Field) and widget.name == name]
-        fields[0].choose(typed)
-        assert window.notice.text.endswith(said)
+        typed_into(desk, name, typed)
+        assert desk.notice.text.endswith(said)

@@ -7,15 +7,14 @@ import numpy as np
 import pygame
 import pytest
 from conftest import scene_of
+from moments import ENERGY_SCALE, moment
 from pygame import Color, Rect, Surface
 from window_driver import click, hover, press, run, step
 
 from sandbox.analysis.reference import Trust
 from sandbox.report.scales import BothSigns, Logarithmic, Scale, Span
 from sandbox.scene.model import Scene
-from sandbox.session.history import Moment
 from sandbox.session.samples import Quantity, Samples
-from sandbox.state import State, no_contacts
 from sandbox.view.chart_marks import spread
 from sandbox.view.charts import Charts
 from sandbox.view.instruments import Even, Instrument
@@ -26,7 +25,6 @@ from sandbox.view.window import Window
 PLACE = Rect(0, 0, 900, 300)
 TEXT = 16
 NAMES = ["pymunk", "article", "exact"]
-ENERGY_SCALE = 1800.0  # kg px²/s², of one ball of 1 kg at 60 px/s
 PYMUNK, ARTICLE, EXACT = chart_palette().engines(NAMES).values()
 TWO = ("radius = 20\nposition = [200, 300]\nvelocity = [60, 0]", "radius = 20\nposition = [600, 300]")
 
@@ -34,20 +32,6 @@ TWO = ("radius = 20\nposition = [200, 300]\nvelocity = [60, 0]", "radius = 20\np
 @pytest.fixture
 def scene() -> Scene:
     return scene_of(*TWO, more="seconds = 10")
-
-
-def moment(scene: Scene, number: int, energy_scale: float = ENERGY_SCALE, **velocity: float) -> Moment:
-    """Make a moment with an engine for each speed (px/s) of the first ball, which is also its distance from 200 px."""
-    states = {
-        name: State(
-            number / 60, np.array([[200.0 + speed, 300.0], [600.0, 300.0]]), np.array([[speed, 0.0], [0.0, 0.0]])
-        )
-        for name, speed in velocity.items()
-    }
-    energy = {name: speed**2 / 2 for name, speed in velocity.items()}
-    none, zero = dict.fromkeys(velocity, no_contacts()), dict.fromkeys(velocity, 0)
-    no = dict.fromkeys(velocity, 0.0)
-    return Moment(number, number / 60, scene, states, none, zero, energy, no, (0, 1), None, (0, 0), no, energy_scale)
 
 
 def charts_of(

@@ -21,7 +21,7 @@ from sandbox.view.debug_draw import DebugDraw
 from sandbox.view.window import Window
 
 BALL = 'radius = 30\nposition = [200, 300]\ncolors = ["#d55e00"]'
-SCALE, ORIGIN = 0.71, (3.3, -7.1)
+SCALE, ORIGIN = 0.71, (3.3, 7.1)
 
 
 def drawn(draw: DebugDraw) -> NDArray[np.uint8]:

@@ -10,7 +10,6 @@ from conftest import scene_of
 from pygame.event import Event
 from window_driver import THREE_BALLS, given, press, step
 
-from sandbox.engines.exact.engine import ExactEngine
 from sandbox.run.edits import SetGravity
 from sandbox.run.inputs import Input
 from sandbox.run.trajectory import simulate
@@ -18,21 +17,6 @@ from sandbox.view import Layer
 from sandbox.view.window import STOPPED, Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
-
-
-@pytest.fixture
-def gate(monkeypatch: pytest.MonkeyPatch) -> Iterator[threading.Event]:
-    """A gate in front of each step that exact does in a thread."""
-    opened, step = threading.Event(), ExactEngine.step
-
-    def wait(engine: ExactEngine) -> None:
-        if threading.current_thread() is not threading.main_thread():
-            opened.wait()
-        step(engine)
-
-    monkeypatch.setattr(ExactEngine, "step", wait)
-    yield opened
-    opened.set()
 
 
 @pytest.fixture
@@ -117,19 +101,6 @@ def test_an_edit_comes_once_the_reference_is_there(lagging: Window, gate: thread
     press(lagging, "a")
     assert [len(pane.state.position) for pane in lagging.view.panes] == [4, 4]
     assert [pane.step for pane in lagging.view.panes] == [20, 20]
-
-
-def test_going_back_and_on_shows_every_pane_at_its_step(lagging: Window, gate: threading.Event) -> None:
-    frames(lagging, 30)
-    lagging.playback.seek(10)
-    assert [pane.step for pane in lagging.view.panes] == [10, 0]
-    gate.set()
-    frames(lagging, 30)
-    press(lagging, "p")
-    until_there(lagging)
-    assert lagging.view.panes[0].step == lagging.view.panes[1].step == step(lagging)
-    expected = simulate(lagging.scene, "exact", steps=step(lagging))
-    assert lagging.view.panes[1].state.position.tobytes() == expected.position[-1].tobytes()
 
 
 def test_another_scene_or_other_engines_abandon_what_is_computed(lagging: Window, gate: threading.Event) -> None:
