@@ -45,13 +45,6 @@ def test_potential_energy_is_the_work_gravity_has_left_to_do(
     assert float(potential_energy(position, mass, gravity, size)) == pytest.approx(math.fsum(terms), abs=1e-13 * scale)
 
 
-@pytest.mark.parametrize(("gravity", "corner"), [((3, -4), (800, 0)), ((-3, 4), (0, 600)), ((0, 9), (50, 600))])
-def test_potential_energy_is_0_in_the_lowest_corner(gravity: tuple[float, float], corner: tuple[float, float]) -> None:
-    mass = np.array([2.0])
-    assert potential_energy(np.array([corner], float), mass, gravity, (800, 600)) == 0
-    assert potential_energy(np.array([[400.0, 300.0]]), mass, gravity, (800, 600)) > 0
-
-
 def test_energy_does_not_change_along_a_parabola() -> None:
     scene = scene_of(
         "radius = 5\nmass = 3\nposition = [100, 50]\nvelocity = [20, -30]",
@@ -67,14 +60,6 @@ def test_energy_does_not_change_along_a_parabola() -> None:
     assert total.shape == (9,)
     # by hand: 3/2 (20² + 30²) + 1/2 7² and 3 (4 · 700 + 90 · 550) + (4 · 600 + 90 · 100)
     assert total == pytest.approx(np.full(9, 1950 + 24.5 + 156_900 + 11_400), rel=1e-13)
-
-
-def test_a_trajectory_gives_the_quantities_of_its_frames() -> None:
-    rng = np.random.default_rng(1)
-    velocity, mass = rng.normal(size=(4, 3, 2)), np.array([1.0, 2.0, 5.0])
-    for frame in range(4):
-        assert momentum(velocity, mass)[frame] == pytest.approx(momentum(velocity[frame], mass), rel=1e-14)
-        assert kinetic_energy(velocity, mass)[frame] == pytest.approx(float(kinetic_energy(velocity[frame], mass)))
 
 
 def test_length() -> None:

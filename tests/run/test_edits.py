@@ -86,16 +86,6 @@ def test_an_edit_does_not_change_its_argument(scene: Scene, edit: Edit) -> None:
     assert np.array_equal(state.velocity, velocity)
 
 
-def test_an_added_ball_is_the_last_and_flies_from_its_position(scene: Scene) -> None:
-    lockstep = Lockstep(scene, ENGINES, [AddBall(step=0, position=(600, 500), velocity=(60, -30), radius=12.5)])
-    for _ in range(60):
-        lockstep.step()
-    assert len(lockstep.scene.bodies) == 4
-    assert len(scene.bodies) == 3
-    for state in lockstep.states().values():
-        assert state.position[3] == pytest.approx([660, 470], abs=1e-9)
-
-
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("e", [0.0, 0.5, 0.9, 1.0])
 def test_an_edit_of_elasticity_applies_to_balls_and_walls(engine: str, e: float) -> None:

@@ -207,14 +207,6 @@ def test_the_scale_of_one_chart_does_not_change_another_and_some_have_only_one(s
     assert not charts.is_logarithmic
 
 
-def test_lines_are_solid(scene: Scene) -> None:
-    charts = charts_of(scene, 8, lambda time: steady(time) | {"article": 50.0})
-    momentum = charts.plot(PLACE, TEXT)
-    columns = columns_of(draw(charts), momentum, ARTICLE)
-    inside = [x for x in columns if column(charts, 0.5) <= x <= column(charts, 7.5)]
-    assert inside == list(range(column(charts, 0.5), column(charts, 7.5) + 1))
-
-
 def test_each_line_ends_in_its_engine_s_name_after_a_marker_of_its_shape(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -311,35 +311,25 @@ def test_of_moves_of_the_mouse_in_a_row_the_last_counts() -> None:
     assert pending.take() == [move[1], press_between, move[3], move[7]]
 
 
-def test_a_hidden_reference_that_ends_early_says_why_in_the_status_line_and_the_run_goes_on(
-    window: Window, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("names", [["pymunk"], ["pymunk", "exact"]], ids=["hidden", "in a pane"])
+def test_a_reference_that_reaches_its_limit_says_why_and_the_run_goes_on(
+    window: Window, monkeypatch: pytest.MonkeyPatch, names: list[str]
 ) -> None:
     """Each step of a twin or of the original that has a contact is beyond the limit."""
     monkeypatch.setattr("sandbox.engines.exact.engine.MAX_LOGGED_CONTACTS", 0)
-    window.begin(scene_of("radius = 20\nelasticity = 1\nposition = [400, 300]\nvelocity = [3600, 0]"), ["pymunk"])
+    window.begin(scene_of("radius = 20\nelasticity = 1\nposition = [400, 300]\nvelocity = [3600, 0]"), names)
     for _ in range(10):  # it touches the wall at 380/3600 s, in step 7
         window.playback.advance(1 / 60)
-    stopped = window.view.session.stopped
-    assert stopped is not None
-    assert stopped[0] == pytest.approx(7 / 60)
-    assert "limit of 0 contacts" in stopped[1]
-    assert window.notice.text.startswith(stopped[1])
     assert window.view.session.step >= 9
-
-
-def test_a_reference_that_reaches_its_limit_stands_still_in_its_pane_and_nothing_is_measured_against_it(
-    window: Window, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("sandbox.engines.exact.engine.MAX_LOGGED_CONTACTS", 0)
-    moving = scene_of("radius = 20\nelasticity = 1\nposition = [400, 300]\nvelocity = [3600, 0]")
-    window.begin(moving, ["pymunk", "exact"])
-    for _ in range(10):  # it touches the wall at 380/3600 s, in step 7
-        window.playback.advance(1 / 60)
-    pymunk, exact = window.view.panes
+    assert window.view.session.stopped is not None
+    time, why = window.view.session.stopped
+    assert time == pytest.approx(7 / 60)
+    assert "limit of 0 contacts" in why
+    pymunk, *shown = window.view.panes
     assert pymunk.failure is None
-    assert exact.state.position[0].tolist() == pytest.approx([400 + 3600 * 6 / 60, 300])
-    stopped = window.view.session.stopped
-    assert stopped is not None
-    assert stopped[0] == pytest.approx(7 / 60)
-    assert stopped[1] == str(exact.failure)
-    assert np.isnan(window.view.session.samples.of(Quantity.GAP)[:, 0]).tolist() == [False] * 7 + [True] * 4
+    if shown:
+        assert shown[0].state.position[0].tolist() == pytest.approx([400 + 3600 * 6 / 60, 300])
+        assert str(shown[0].failure) == why
+        assert np.isnan(window.view.session.samples.of(Quantity.GAP)[:, 0]).tolist() == [False] * 7 + [True] * 4
+    else:
+        assert window.notice.text.startswith(why)

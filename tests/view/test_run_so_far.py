@@ -160,13 +160,6 @@ def test_a_throw_that_is_undone_leaves_no_mark() -> None:
     assert watched.marks.trust.undecided is not None
 
 
-def test_marks_appear_when_the_run_gets_there() -> None:
-    """The first differences of `article` are in step 46."""
-    watched = run(Watched(load("article"), ["pymunk", "article", "exact"]), 45)
-    assert watched.marks.differences == {}
-    assert set(run(watched, 1).marks.differences) == {"pymunk", "article"}
-
-
 def test_a_run_repeated_has_the_same_marks_and_a_changed_run_others() -> None:
     watched = run(Watched(load("article"), ["article", "exact"]), 80)
     before = watched.marks

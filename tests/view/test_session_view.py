@@ -33,19 +33,6 @@ def window(memory_screen: None) -> Window:
     return Window(scene_of(*TWO_BALLS), None)
 
 
-def test_each_pane_shows_its_engine_s_balls(window: Window) -> None:
-    run(window, 60)
-    window.draw()
-    for pane in (0, 1):
-        assert colour_at(window, 260, 306, pane) == rgb(RED)
-        assert colour_at(window, 600, 306, pane) == rgb(BLUE)
-        assert colour_at(window, 200, 300, pane) == (255, 255, 255)
-    assert [(pane.name, pane.energy_text) for pane in window.view.panes] == [
-        ("pymunk", AS_IT_SHOULD_BE),
-        ("article", AS_IT_SHOULD_BE),
-    ]
-
-
 @pytest.mark.parametrize(
     ("engine", "elasticity", "beside"), [("article", 1, "it should have"), ("pymunk", 0.8, "exact")]
 )
