@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pymunk
 import pytest
-from spaces import DT, record
+from spaces import DT, boxed, record
 
 from sandbox.space.causes import Cause
 from sandbox.space.energy import Ledger, ledger_of
@@ -27,14 +27,6 @@ def energy_of(space: pymunk.Space) -> float:
             if math.isfinite(body.moment):
                 energy += body.moment * body.angular_velocity**2 / 2
     return energy
-
-
-def walls(space: pymunk.Space) -> None:
-    corners = [(0, 0), (600, 0), (600, 400), (0, 400)]
-    for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
-        segment = pymunk.Segment(space.static_body, start, end, 5)
-        segment.elasticity, segment.friction = 0.9, 0.7
-        space.add(segment)
 
 
 def random_body(random: np.random.Generator, space: pymunk.Space) -> pymunk.Body:
@@ -82,7 +74,7 @@ def random_space(seed: int) -> tuple[pymunk.Space, np.random.Generator]:
     random = np.random.default_rng(seed)
     space = pymunk.Space()
     space.gravity, space.damping = tuple(random.uniform(-300, 300, 2)), random.uniform(0.7, 1)
-    walls(space)
+    boxed(space, 600, 400, elasticity=0.9, friction=0.7)
     bodies = [random_body(random, space) for _ in range(12)]
     bodies[0].moment = math.inf
     paddle = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
@@ -437,7 +429,7 @@ def test_the_ledger_adds_up_with_steps_of_any_length_and_bodies_that_come_and_go
 def test_a_heap_that_falls_asleep_and_is_woken_adds_up() -> None:
     space = pymunk.Space()
     space.gravity, space.sleep_time_threshold = (0, -500), 0.3
-    walls(space)
+    boxed(space, 600, 400, elasticity=0.9, friction=0.7)
     for k in range(4):
         body = pymunk.Body()
         body.position = (300 + k, 15.5 + 20 * k)

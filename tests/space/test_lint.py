@@ -9,38 +9,28 @@ from typing import Any
 
 import pymunk
 import pytest
+from spaces import add, body, boxed, wall, world
 
 import sandbox
 from sandbox.errors import SandboxError
 from sandbox.space.findings import Certainty, Finding
 from sandbox.space.rules import RULES
 
-
-def floor(space: pymunk.Space, *, elasticity: float = 0.5, friction: float = 0.5, radius: float = 5) -> pymunk.Segment:
-    segment = pymunk.Segment(space.static_body, (0, 400), (600, 400), radius)
-    segment.elasticity, segment.friction = elasticity, friction
-    space.add(segment)
-    return segment
+BOUNCY = {"elasticity": 0.5, "friction": 0.5}
 
 
 def disc(
     space: pymunk.Space, x: float = 100, y: float = 100, *, radius: float = 20, mass: float = 1, moment: float = 0
-) -> pymunk.Circle:
+) -> Any:
     body = pymunk.Body(mass, moment or pymunk.moment_for_circle(mass, 0, radius))
     body.position = x, y
-    shape = pymunk.Circle(body, radius)
-    shape.elasticity, shape.friction = 0.5, 0.5
-    space.add(body, shape)
-    return shape
+    return add(space, pymunk.Circle(body, radius), **BOUNCY)
 
 
-def box(space: pymunk.Space, x: float = 300, y: float = 100, *, size: float = 40, mass: float = 1) -> pymunk.Poly:
+def box(space: pymunk.Space, x: float = 300, y: float = 100, *, size: float = 40, mass: float = 1) -> Any:
     body = pymunk.Body(mass, pymunk.moment_for_box(mass, (size, size)))
     body.position = x, y
-    shape = pymunk.Poly.create_box(body, (size, size))
-    shape.elasticity, shape.friction = 0.5, 0.5
-    space.add(body, shape)
-    return shape
+    return add(space, pymunk.Poly.create_box(body, (size, size)), **BOUNCY)
 
 
 def body_of(shape: pymunk.Shape) -> pymunk.Body:
@@ -49,9 +39,8 @@ def body_of(shape: pymunk.Shape) -> pymunk.Body:
 
 
 def sound_space() -> pymunk.Space:
-    space = pymunk.Space()
-    space.gravity = 0, 900
-    floor(space)
+    space = world()
+    wall(space, (0, 400), (600, 400), **BOUNCY)
     disc(space)
     box(space)
     return space
@@ -108,17 +97,12 @@ def corners_from_the_corner(space: pymunk.Space) -> None:
     body = pymunk.Body(1, pymunk.moment_for_box(1, (40, 40)))
     body.position = 200, 200
     shape = pymunk.Poly(body, [(0, 0), (40, 0), (40, 40), (0, 40)])
-    shape.elasticity, shape.friction = 0.5, 0.5
     body.moment = pymunk.moment_for_poly(1, shape.get_vertices())
-    space.add(body, shape)
+    add(space, shape, **BOUNCY)
 
 
 def no_mass(space: pymunk.Space) -> None:
-    body = pymunk.Body()
-    body.position = 200, 200
-    shape = pymunk.Circle(body, 10)
-    shape.elasticity, shape.friction = 0.5, 0.5
-    space.add(body, shape)
+    add(space, pymunk.Circle(body(200, 200), 10), **BOUNCY)
 
 
 def weightless_part(space: pymunk.Space) -> None:
@@ -156,9 +140,7 @@ def overlapping_on_a_joint(space: pymunk.Space) -> None:
 
 def cracked_floor(space: pymunk.Space) -> None:
     for x in (0, 100, 200):
-        segment = pymunk.Segment(space.static_body, (x, 300), (x + 100, 300), 2)
-        segment.elasticity, segment.friction = 0.5, 0.5
-        space.add(segment)
+        wall(space, (x, 300), (x + 100, 300), 2, **BOUNCY)
 
 
 def bullet(space: pymunk.Space) -> None:
@@ -177,8 +159,7 @@ def tiny(space: pymunk.Space) -> None:
 def moved_wall(space: pymunk.Space) -> None:
     body = pymunk.Body(body_type=pymunk.Body.STATIC)
     shape = pymunk.Poly.create_box(body, (40, 40))
-    shape.elasticity, shape.friction = 0.5, 0.5
-    space.add(body, shape)
+    add(space, shape, **BOUNCY)
     body.position = 500, 200
 
 
@@ -275,8 +256,8 @@ def test_a_moment_that_fits_about_the_middle_or_the_centre_of_gravity_is_no_seco
     space, corners = sound_space(), [(0, 0), (40, 0), (40, 40), (0, 40)]
     body = pymunk.Body(2, pymunk.moment_for_poly(2, corners, about))
     shape = pymunk.Poly(body, corners)
-    shape.elasticity, shape.friction, body.position = 0.5, 0.5, (300, 200)
-    space.add(body, shape)
+    body.position = 300, 200
+    add(space, shape, **BOUNCY)
     assert rules_of(sandbox.lint(space)) == ["off-centre"]
     body.moment *= 20
     space.remove(body, shape)
@@ -420,9 +401,7 @@ def random_space(seed: int) -> pymunk.Space:
     space = pymunk.Space()
     space.gravity = 0, draw.choice([0, 500, 900])
     elasticity, friction = draw.uniform(0.1, 1), draw.uniform(0.1, 1)
-    corners = [(0, 0), (800, 0), (800, 600), (0, 600)]
-    for k in range(4):
-        space.add(pymunk.Segment(space.static_body, corners[k - 1], corners[k], draw.uniform(3, 8)))
+    boxed(space, 800, 600)
     before = None
     for column in range(8):
         for row in range(6):

@@ -4,6 +4,7 @@ import re
 
 import pymunk
 import pytest
+from spaces import ball, world
 
 from sandbox.space.causes import Cause
 from sandbox.space.watch import watch
@@ -11,31 +12,10 @@ from sandbox.space.watch import watch
 RATE = 60
 
 
-def box(gravity: float = 0) -> pymunk.Space:
-    """Return a box of 400 x 300 px, whose four walls are on the Space's own static body."""
-    space = pymunk.Space()
-    space.gravity = 0, gravity
-    corners = [(0, 0), (400, 0), (400, 300), (0, 300)]
-    for k in range(4):
-        wall = pymunk.Segment(space.static_body, corners[k - 1], corners[k], 4)
-        wall.elasticity = 1
-        space.add(wall)
-    return space
-
-
-def add_ball(space: pymunk.Space, x: float, y: float, vx: float = 0, vy: float = 0, mass: float = 1) -> pymunk.Body:
-    body = pymunk.Body(mass, pymunk.moment_for_circle(mass, 0, 10))
-    body.position, body.velocity = (x, y), (vx, vy)
-    disc = pymunk.Circle(body, 10)
-    disc.elasticity = 1
-    space.add(body, disc)
-    return body
-
-
 def test_damping_is_recognised() -> None:
-    space = box()
+    space = world(gravity=0)
     space.damping = 0.5
-    add_ball(space, 60, 150, 100)
+    ball(space, 60, 150, velocity=(100, 0))
     with watch(space) as watched:
         for _ in range(RATE):
             space.step(1 / RATE)
@@ -44,15 +24,15 @@ def test_damping_is_recognised() -> None:
 
 
 def test_the_space_s_own_step_comes_back_even_after_an_error() -> None:
-    space = box()
-    add_ball(space, 60, 150)
+    space = world(gravity=0)
+    ball(space, 60, 150)
     with pytest.raises(ZeroDivisionError), watch(space) as watched:
         space.step(1 / RATE / int(space.step != watched.step))
     assert "step" not in vars(space)
 
 
 def test_what_is_added_while_a_space_is_watched_has_the_line_that_added_it() -> None:
-    space = box()
+    space = world(gravity=0)
     with watch(space) as watched:
         body = pymunk.Body(1, 10)
         shape = pymunk.Circle(body, 20)
