@@ -87,10 +87,6 @@ def test_scenes_are_listed_with_what_to_watch_for(command: Command, monkeypatch:
         (("compare", "article", "--engines", "pymunk,foo"), "no engine 'foo'; known are article, "),
         (("compare", "article", "--engines", "article,article"), "--engines article,article: has a name twice"),
         (("compare", "article", "--seconds", "0.001"), "seconds must be at least one step, 0.0166667 s, got 0.001"),
-        (
-            ("compare", "oblique", "--engines", "pymunk", "--advise"),
-            "advice on pymunk cannot be measured against pymunk",
-        ),
         (("compare", "bouncing", "--engines", "article"), "article: gravity and elasticity below 1 are not part of"),
         (("trace", "article", "--engine", "article", "--out", "t.txt"), "t.txt: a trace must end in one of .npz, .csv"),
         (

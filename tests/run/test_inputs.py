@@ -78,14 +78,6 @@ BAD_INPUTS = {
         '{"step": 9, "do": "change-wall", "wall": 0}',
         "must contain from, to, thickness, elasticity or friction",
     ),
-    "negative-to-change": (
-        '{"step": 9, "do": "change", "ball": 1, "radius": -5}',
-        "radius must be greater than 0, got -5",
-    ),
-    "outside": (
-        '{"step": 9, "do": "change", "ball": 1, "y": 595}',
-        "balls[1].position puts a ball outside the arena: y must be from 20 to 580, got 595",
-    ),
     "no-such-wall": (
         '{"step": 9, "do": "delete-wall", "wall": 0}',
         "the scene has no walls of its own, got wall 0",

@@ -554,6 +554,12 @@ def test_a_full_disk_is_reported_and_costs_no_saved_row() -> None:
         assert missing(small(), kept) == list(small().jobs[len(kept.rows) :])
 
 
+def test_an_exception_in_a_job_is_its_outcome() -> None:
+    outcome = attempt(load("bouncing"), "article", Job(0, 60, "pymunk"))
+    assert outcome.row is None
+    assert outcome.failure.startswith("article: gravity and elasticity below 1 are not part of")
+
+
 def test_a_journal_of_another_sweep_or_one_in_use_is_left_alone() -> None:
     make_one_row()
     with open_journal(small(), "f.csv"), pytest.raises(SandboxError, match="is in use by another sweep"):  # noqa: SIM117
