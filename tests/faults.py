@@ -349,11 +349,6 @@ class Fault:
     true: frozenset[Cause]
     fits: Callable[[Scene], bool]
 
-    @property
-    def why(self) -> str:
-        """Say why the causes are true."""
-        return str(self.engine.__doc__)
-
 
 FAULTS: Final[dict[str, Fault]] = {}
 
@@ -397,14 +392,6 @@ class ImpulseTooSmall(EventDriven):
 
     def impulse(self, i: int, other: int, right: float) -> float:
         return 0.98 * right
-
-
-@fault(Cause.SMALL)
-class PairsTooSoft(EventDriven):
-    """The restitution of pairs is 3 % too small, so their impulse is."""
-
-    def restitution(self, i: int, other: int) -> float:
-        return super().restitution(i, other) * (0.97 if other >= 0 else 1.0)
 
 
 @fault(Cause.SMALL)
@@ -516,14 +503,6 @@ class NoFriction(EventDriven):
         return 0.0
 
 
-@fault(Cause.FRICTION_SMALL, fits=is_rough)
-class HalfOfFriction(EventDriven):
-    """Friction is half of Coulomb's, and reported as it is."""
-
-    def rub(self, slip: float, mass: float, most: float) -> float:
-        return super().rub(slip, mass, most) / 2
-
-
 @fault(Cause.FRICTION_LARGE, fits=is_rough)
 class TwiceTheFriction(EventDriven):
     """Friction is twice Coulomb's: also where that would stop the slip."""
@@ -628,14 +607,6 @@ class SpinsOnce(EventDriven):
     def after_step(self) -> None:
         if self.happens():
             self.w[0] += 3
-
-
-@fault(Cause.LARGE, fits=is_rough)
-class ImpulseTooLargeWithItsFriction(EventDriven):
-    """Each impulse is 2 % too large, and its friction as large as it allows: that is no error of friction."""
-
-    def impulse(self, i: int, other: int, right: float) -> float:
-        return 1.02 * right
 
 
 # Normals and times
@@ -745,18 +716,9 @@ class PutsApart(EventDriven):
 class PutsElsewhereOnce(EventDriven):
     """Ball 0 is put 3 px away once, in mid-flight."""
 
-    by: ClassVar = 3 - 0.5j
-
     def after_step(self) -> None:
         if self.happens():
-            self.x[0] += self.by
-
-
-@fault(Cause.TELEPORTED)
-class PutsFarAway(PutsElsewhereOnce):
-    """Ball 0 is put 35 px away once, more than its radius."""
-
-    by: ClassVar = 30 - 20j
+            self.x[0] += 3 - 0.5j
 
 
 @fault(Cause.TELEPORTED)

@@ -13,6 +13,7 @@ from importlib.metadata import EntryPoint
 import numpy as np
 import pytest
 from conftest import sample
+from recorded import recorded
 
 from sandbox.analysis.expectations import steps_around
 from sandbox.engines import _BUILT_IN, ENTRY_POINTS
@@ -442,11 +443,8 @@ def fails(engine: type, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> bool:
 
 def touched(scene: Scene) -> tuple[bool, bool]:
     """Return whether two balls touch, and whether a ball and a wall do, before the last expectation."""
-    engine = ExactEngine(scene, spawn(scene))
-    engine.record_contacts()
-    for _ in range(max(steps_around(one.at, scene.rate)[1] for one in scene.expect)):
-        engine.step()
-    second = engine.contacts()["second"]
+    steps = max(steps_around(one.at, scene.rate)[1] for one in scene.expect)
+    second = recorded("exact", scene, steps)[1]["second"]
     return bool((second >= 0).any()), bool((second < 0).any())
 
 

@@ -5,6 +5,7 @@ import sys
 import numpy as np
 import pytest
 from conftest import LIBRARIES_REQUIRED, scene_of
+from recorded import recorded
 
 from sandbox.engines import Engine, create, registry
 from sandbox.errors import Refused, SandboxError
@@ -12,7 +13,7 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import Contacts, Floats
+from sandbox.state import Floats
 
 if not LIBRARIES_REQUIRED:
     pytest.importorskip("pyb2d3")
@@ -20,14 +21,6 @@ if not LIBRARIES_REQUIRED:
 from sandbox.engines.box2d import Box2DEngine, impulses
 
 FLOAT32 = 2e-7  # relative: two units in the last place
-
-
-def run(scene: Scene, steps: int) -> tuple[Box2DEngine, Contacts]:
-    engine = Box2DEngine(scene, spawn(scene))
-    engine.record_contacts()
-    for _ in range(steps):
-        engine.step()
-    return engine, engine.contacts()
 
 
 def pair(more: str = "", **second: float) -> Scene:
@@ -44,7 +37,7 @@ def pair(more: str = "", **second: float) -> Scene:
 @pytest.mark.parametrize("elasticity", [1, 0.5, 0])
 @pytest.mark.parametrize("mass", [1, 3, 50])
 def test_head_on_any_masses_part_with_the_product_of_their_elasticities(mass: float, elasticity: float) -> None:
-    engine, (contact,) = run(pair(mass=mass, elasticity=elasticity), 90)
+    engine, (contact,) = recorded("box2d", pair(mass=mass, elasticity=elasticity), 90)
     swap = (1 + 0.9 * elasticity) * 200 / (1 + 1 / mass)  # px/s: (1 + e) v_n / (1/m_1 + 1/m_2), m_1 = 1
     velocity = engine.state().velocity
     assert velocity == pytest.approx(np.array([[200 - swap, 0], [swap / mass, 0]]), abs=200 * FLOAT32)
@@ -83,7 +76,7 @@ def test_a_wall_gives_back_the_product_of_the_elasticities() -> None:
         "radius = 20\nposition = [560, 300]\nvelocity = [-300, 60]",
         more="walls = [{ from = [500, 10], to = [500, 590], elasticity = 0.6 }]",
     ).changed(arena={"size": (800, 600), "elasticity": 0.8})
-    engine, contacts = run(scene, 30)
+    engine, contacts = recorded("box2d", scene, 30)
     velocity = engine.state().velocity
     assert velocity[:, 0] == pytest.approx([120, 240, 90, 180], rel=FLOAT32)
     assert velocity[:, 1] == pytest.approx([60, 60, 60, 60], rel=FLOAT32)
@@ -96,7 +89,7 @@ def test_a_wall_gives_back_the_product_of_the_elasticities() -> None:
 def test_the_elasticity_of_two_balls_does_not_depend_on_the_walls() -> None:
     """Two trains of elastic balls meet head-on, one by one: in a soft box too they exchange their velocities."""
     balls = [f"radius = 10\nposition = [{x}, {y}]\nvelocity = [{v}, 0]" for y in (100, 200, 300) for x, v in MEETING]
-    engine, contacts = run(scene_of(*balls).changed(arena={"size": (800, 600), "elasticity": 0.9}), 60)
+    engine, contacts = recorded("box2d", scene_of(*balls).changed(arena={"size": (800, 600), "elasticity": 0.9}), 60)
     assert len(contacts) == 3
     assert engine.state().velocity[:, 0] == pytest.approx([-200, 100] * 3, rel=4 * FLOAT32)
 
@@ -109,7 +102,7 @@ def test_friction_is_the_product_of_the_two() -> None:
     scene = scene_of(
         "radius = 20\nposition = [100, 500]\nvelocity = [300, 300]\nfriction = 0.5\nelasticity = 0"
     ).changed(arena={"size": (800, 600), "friction": 0.4})
-    engine, _ = run(scene, 30)
+    engine, _ = recorded("box2d", scene, 30)
     assert engine.state().velocity[0] == pytest.approx([300 - 0.5 * 0.4 * 300, 0], abs=0.01)
 
 
@@ -170,7 +163,7 @@ def test_contacts_account_for_every_change_of_momentum() -> None:
 
 def test_a_ball_at_rest_on_the_floor_is_carried_by_it() -> None:
     scene = scene_of("radius = 20\nmass = 2\nposition = [400, 580]\nelasticity = 0", more="gravity = [0, 900]")
-    _, contacts = run(scene, 60)
+    _, contacts = recorded("box2d", scene, 60)
     assert len(contacts) == 60
     assert set(contacts["second"]) == {~3}
     assert contacts["impulse"][30:] == pytest.approx(np.full(30, 2 * 900 / 60), rel=1e-3)

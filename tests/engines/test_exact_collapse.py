@@ -11,6 +11,7 @@ from conftest import sample
 from discs_at_random import draw_rattling
 from discs_in_decimal import run
 from impacts_in_decimal import Ending, Outcome, Touch, continued, speeds
+from recorded import recorded
 from scene_in_decimal import Numbers
 from table_in_decimal import Disc
 
@@ -45,10 +46,8 @@ def column_of(masses: list[float], e: float, friction: float = 0, velocity: tupl
 
 
 def after_a_step(scene: Scene) -> tuple[State, Contacts]:
-    engine = ExactEngine(scene, spawn(scene))
-    engine.record_contacts()
-    engine.step()
-    return engine.state(), engine.contacts()
+    engine, contacts = recorded("exact", scene, 1)
+    return engine.state(), contacts
 
 
 @pytest.mark.parametrize("e", [0.5, 0.7, 0.9])
@@ -169,12 +168,8 @@ def two_discs_at_an_edge(seed: int) -> Numbers:
 
 
 def after_steps(numbers: Numbers, steps: int) -> tuple[State, Contacts]:
-    scene = parse(numbers.toml(), "rattling")
-    engine = ExactEngine(scene, spawn(scene))
-    engine.record_contacts()
-    for _ in range(steps):
-        engine.step()
-    return engine.state(), engine.contacts()
+    engine, contacts = recorded("exact", parse(numbers.toml(), "rattling"), steps)
+    return engine.state(), contacts
 
 
 def test_a_light_disc_that_is_driven_into_an_edge_stops_the_heavy_one_there() -> None:

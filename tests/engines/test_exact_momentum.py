@@ -8,6 +8,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 from conftest import sample
+from recorded import recorded
 
 from sandbox.engines.exact.engine import ExactEngine
 from sandbox.errors import SandboxError
@@ -170,11 +171,7 @@ def test_floor_gets_the_weight_of_a_resting_heap(name: str) -> None:
     place = [(800 + spacing * c, 1990 - spacing * r) for r in range(rows) for c in range(columns)]
     scene = scene_of(place, [(0, 0)] * len(place), [1] * len(place), 0.25, "gravity = [0, 900]")
     assert unexplained(scene, 60).max() < KEPT * len(place) * 900
-    engine = ExactEngine(scene, spawn(scene))
-    engine.record_contacts()
-    for _ in range(60):
-        engine.step()
-    found = engine.contacts()
+    _, found = recorded("exact", scene, 60)
     on_floor = found[found["second"] == ~3]
     assert on_floor["impulse"].sum() == pytest.approx(len(place) * 900, rel=0.1)
 

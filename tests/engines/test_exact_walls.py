@@ -4,13 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from recorded import recorded
 from walls_at_random import play, scene_at_random
 
-from sandbox.engines.exact import ExactEngine
 from sandbox.scene.fields import Vector
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
-from sandbox.scene.spawn import spawn
 from sandbox.state import Contacts
 
 ARENA = {"size": (400.0, 300.0), "walls": False, "overlap": 1000.0}
@@ -28,14 +27,6 @@ def scene_of_walls(*walls: dict[str, object], gravity: Vector = (0, 0), **ball: 
     return Scene(
         arena=ARENA, balls=[{"radius": 40, "mass": 3, "position": tuple(CENTRE), **ball}], walls=walls, gravity=gravity
     )
-
-
-def run(scene: Scene, steps: int) -> tuple[ExactEngine, Contacts]:
-    engine = ExactEngine(scene, spawn(scene))
-    engine.record_contacts()
-    for _ in range(steps):
-        engine.step()
-    return engine, engine.contacts()
 
 
 def given(contacts: Contacts) -> np.ndarray:
@@ -57,7 +48,7 @@ def test_a_ball_that_three_walls_hold_stops_and_they_take_its_momentum_and_weigh
 ) -> None:
     walls = [wall_towards(angle, 5, elasticity=e) for angle in (0.3, 0.3 + 2, 0.3 + 4.2)]
     scene = scene_of_walls(*walls, velocity=(60, -20), gravity=gravity)
-    engine, contacts = run(scene, 30)
+    engine, contacts = recorded("exact", scene, 30)
     state = engine.state()
     assert state.velocity.tolist() == [[0, 0]]
     assert state.position == pytest.approx(CENTRE[None], abs=1e-6)  # it settles in much less than a hop
@@ -70,7 +61,7 @@ def test_a_ball_squeezed_between_two_parallel_walls_keeps_only_its_motion_along_
     along = np.array([-math.sin(angle), math.cos(angle)])
     velocity = 30 * along + 70 * np.array([math.cos(angle), math.sin(angle)])
     scene = scene_of_walls(wall_towards(angle, 2), wall_towards(angle + math.pi, 7), velocity=tuple(velocity))
-    engine, contacts = run(scene, 60)
+    engine, contacts = recorded("exact", scene, 60)
     state = engine.state()
     assert state.position[0] == pytest.approx(CENTRE + 30 * along, abs=1e-9)
     assert state.velocity[0] == pytest.approx(30 * along, abs=1e-9)
@@ -79,14 +70,14 @@ def test_a_ball_squeezed_between_two_parallel_walls_keeps_only_its_motion_along_
 
 def test_a_ball_squeezed_between_upright_walls_falls_freely() -> None:
     scene = scene_of_walls(wall_towards(0, 2), wall_towards(math.pi, 7), velocity=(50, 0), gravity=(0, 100))
-    state = run(scene, 30)[0].state()
+    state = recorded("exact", scene, 30)[0].state()
     assert state.position[0] == pytest.approx([200, 150 + 100 * 0.5**2 / 2], abs=1e-9)
 
 
 def test_a_ball_in_a_wall_bounces_off_its_face_and_not_off_its_far_end() -> None:
     """Moving along the wall, it approaches the end, which is no nearer than the face until it has passed it."""
     wall = {"start": (150.0, 180.0), "to": (230.0, 180.0), "thickness": 0}
-    engine, contacts = run(scene_of_walls(wall, velocity=(120, 0)), 60)
+    engine, contacts = recorded("exact", scene_of_walls(wall, velocity=(120, 0)), 60)
     assert len(contacts) == 0
     assert engine.state().position[0] == pytest.approx([320, 150], abs=1e-9)
 

@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 import pytest
+from recorded import recorded
 
 from sandbox.analysis.comparison import compare
 from sandbox.engines import create, registry
@@ -19,11 +20,8 @@ PX: Final = {"exact": 1e-6, "impulse": 1e-6, "pymunk": 1e-6, "box2d": 0.1}  # bo
 
 
 def run(name: str, scene: Scene) -> tuple[State, Contacts]:
-    engine = create(name, scene, spawn(scene))
-    engine.record_contacts()
-    for _ in range(scene.steps):
-        engine.step()
-    return engine.state(), engine.contacts()
+    engine, contacts = recorded(name, scene, scene.steps)
+    return engine.state(), contacts
 
 
 @pytest.mark.parametrize("name", ENGINES)

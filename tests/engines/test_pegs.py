@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from recorded import recorded
 
 from sandbox.analysis.comparison import compare
 from sandbox.engines import create
@@ -80,11 +81,7 @@ def test_a_ball_bounces_between_two_pegs_for_ever() -> None:
     pegs = [{"radius": PEG, "positions": [(100, 300), (300, 300)]}]
     ball = {"radius": RADIUS, "position": (200, 300), "velocity": (140, 0)}
     scene = Scene(arena={"size": (800, 600)}, balls=[ball], pegs=pegs)
-    engine = ExactEngine(scene, spawn(scene))
-    engine.record_contacts()
-    for _ in range(10 * 60):
-        engine.step()
-    contacts = engine.contacts()
+    _, contacts = recorded("exact", scene, 10 * 60)
     assert contacts["time"] == pytest.approx(np.arange(0.5, 10, 1), rel=1e-12)  # 70 px there, 140 px back and forth
     assert contacts["second"].tolist() == [~5, ~4] * 5
 
@@ -95,11 +92,7 @@ def test_a_ball_dropped_on_a_peg_bounces_as_on_a_floor_and_at_last_falls_off() -
     scene = Scene(
         arena={"size": (800, 600)}, balls=[drop], gravity=(0, 900), pegs=[{"radius": PEG, "positions": [CENTRE]}]
     )
-    engine = ExactEngine(scene, spawn(scene))
-    engine.record_contacts()
-    for _ in range(5 * 60):
-        engine.step()
-    first = engine.contacts()[0]
+    engine, (first, *_) = recorded("exact", scene, 5 * 60)
     assert first["time"] == pytest.approx(math.sqrt(2 * 70 / 900), rel=1e-6)
     assert engine.state().position[0, 1] > 500
 

@@ -8,6 +8,7 @@ import pytest
 from conftest import sample, scene_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from recorded import recorded
 
 from sandbox.engines.pymunk import WALL_HALF_THICKNESS, PymunkEngine, _chains
 from sandbox.scene.files import load
@@ -242,11 +243,7 @@ def test_a_ball_that_rolls_over_a_joint_hits_no_crack(joined: bool, turned: bool
     walls = [{"from": (x, 200), "to": (x + 100, 200), "thickness": 0, "joined": joined} for x in (0, 100)]
     ball = {"radius": 10, "position": (80, 190.5), "velocity": (60, 0), "elasticity": 0}
     scene = Scene(arena={"size": (400, 300), "overlap": 1}, balls=[ball], walls=walls, gravity=(0, 900))
-    engine = PymunkEngine(scene, spawn(scene))
-    engine.record_contacts()
-    for _ in range(30):
-        engine.step()
-    normals = engine.contacts()["normal"]
+    normals = recorded("pymunk", scene, 30)[1]["normal"]
     assert (np.abs(normals[:, 0]).max() > 1e-3) == turned
 
 

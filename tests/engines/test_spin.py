@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 from conftest import scene_of
+from recorded import recorded
 
 from sandbox.engines import create, registry
 from sandbox.engines.exact import ExactEngine
@@ -29,11 +30,8 @@ def bounce(friction: float, spin: float = 0.0, elasticity: float = 1.0) -> Scene
 
 
 def after(engine_name: str, scene: Scene, steps: int = 40) -> tuple[State, Contacts]:
-    engine = create(engine_name, scene, spawn(scene))
-    engine.record_contacts()
-    for _ in range(steps):
-        engine.step()
-    return engine.state(), engine.contacts()
+    engine, contacts = recorded(engine_name, scene, steps)
+    return engine.state(), contacts
 
 
 @pytest.mark.parametrize("engine", ["pymunk", "impulse"])

@@ -63,7 +63,7 @@ def verdicts(name: str, seeds: range, which: tuple[str, ...]) -> Counter[str]:
                 verdict = "right" if cause in fault.true else "wrong"
             counted[verdict] += 1
             if verdict == "wrong":
-                print(f"{name}, {key}, seed {seed}: {cause}, {timeline.touches.said(errors[0])} True: {fault.why}")
+                print(f"{name}, {key}, seed {seed}: {cause}, {timeline.touches.said(errors[0])} {fault.engine.__doc__}")
     return counted
 
 
