@@ -93,12 +93,6 @@ def test_a_dragged_ball_does_not_pass_through_another_or_a_wall(name: str) -> No
     assert (run.position[:, 0, 0] < run.position[:, 1, 0]).all()
 
 
-def test_the_error_for_an_unknown_engine_names_the_nearest() -> None:
-    scene = load("article")
-    with pytest.raises(SandboxError, match=r"^no engine 'pymnk'; did you mean pymunk\?$"):
-        create("pymnk", scene, spawn(scene))
-
-
 def install(folder: Path, monkeypatch: pytest.MonkeyPatch, **engines: str) -> None:
     """Install a package whose engines are "module:class"."""
     info = folder / "mine-1.0.dist-info"
