@@ -214,6 +214,8 @@ PLACED = {
         "3: balls[0] needs a placement: position, positions, x and y, inside, or grid with spacing",
     ),
     "x-without-y": ("radius = 5\nx = { from = 9, to = 9 }", "5: balls[0].x must be given together with y"),
+    "y-without-x": (f"{BALL}\ny = {{ from = 9, to = 9 }}", "6: balls[0].y must be given together with x"),
+    "spacing-without-grid": (f"{BALL}\nspacing = 9", "6: balls[0].spacing must be given together with grid"),
     "grid-without-spacing": ("radius = 5\ngrid = [2, 2]", "5: balls[0].grid must be given together with spacing"),
     "two-places": (
         f"{BALL}\ninside = [[0, 0], [50, 50]]",
@@ -300,6 +302,7 @@ PLACED = {
     "number-for-a-range": (f"{BALL}\nvx = 3", "6: balls[0].vx must be a table of keys, got 3"),
     "elasticity-above-1": (f"{BALL}\nelasticity = 1.5", "6: balls[0].elasticity must be at most 1, got 1.5"),
     "damping-0": (f"{BALL}\n[pymunk]\ndamping = 0", "7: pymunk.damping must be greater than 0, got 0"),
+    "damping-above-1": (f"{BALL}\n[pymunk]\ndamping = 1.5", "7: pymunk.damping must be at most 1, got 1.5"),
     "no-colours": (f"{BALL}\ncolors = []", "6: balls[0].colors must contain at least one colour"),
     "true-for-a-number": ("radius = true\nposition = [9, 9]", "4: balls[0].radius must be a number, got true"),
     "three-coordinates": (
