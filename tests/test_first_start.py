@@ -172,25 +172,6 @@ def test_the_part_that_is_waited_for_comes_first(compilations: list[Compilation]
     assert compilation.done == 3
 
 
-def test_so_many_parts_are_compiled_at_once(compilations: list[Compilation]) -> None:
-    compilation = Compilation(parts(*[partial(time.sleep, 60)] * 3), at_once=2)
-    compilations.append(compilation)
-    compilation.poll()
-    assert (compilation.done, len(compilation._running)) == (0, 2)
-    compilation.stop()
-    assert not compilation.is_running
-
-
-@pytest.mark.wide
-def test_a_part_that_fails_is_not_waited_for(compilations: list[Compilation]) -> None:
-    compilation = Compilation(parts(partial(os._exit, 3), partial(os._exit, 0)), at_once=2)
-    compilations.append(compilation)
-    list(compilation.until_compiled("module0.kernels"))
-    list(compilation.until_compiled("module1.kernels"))
-    assert compilation.done == 2
-    assert list(compilation.until_compiled("module9.kernels")) == []  # of no part
-
-
 @pytest.mark.parametrize("compiler", [WindowCompiler((640, 480)), _TerminalCompiler()])
 def test_only_a_window_does_without_kernels(
     compiler: WindowCompiler | _TerminalCompiler, monkeypatch: pytest.MonkeyPatch

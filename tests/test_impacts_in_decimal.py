@@ -24,8 +24,6 @@ MAX_RATE: Final = 1_000_000  # so that after a step nothing has moved far enough
 SPEED: Final = 100.0  # px/s
 RADIUS: Final = 10.0  # px
 SIZE: Final = (800.0, 600.0)
-ELASTICITIES: Final = (0.5, 0.7, 0.9)
-RATIOS: Final = (10, 30, 100, 300, 1000, 10_000)
 
 
 class Ball(NamedTuple):
@@ -213,18 +211,3 @@ def test_a_disc_in_a_slot_has_no_room_to_part() -> None:
         (2 * RADIUS, 600.0), 1.0, 0.0, (0.0, 0.0), MAX_RATE, ((RADIUS, 300.0, SPEED, 0, RADIUS, 1, 1, 0, 0),), ()
     )
     assert continued(*touches(slot)).ending == Ending.NO_ROOM
-
-
-@pytest.mark.slow
-def test_table_of_heavy_on_light() -> None:
-    """Print with which share of its speed a heavy disc leaves a light one on the floor."""
-    print(f"\n{'mass ratio':>14}" + "".join(f"{ratio:>22,}" for ratio in RATIOS))
-    for e in ELASTICITIES:
-        row = []
-        for ratio in RATIOS:
-            numbers = column([ratio, 1], e)
-            outcome = continued(*touches(numbers))
-            found, expected = -by_exact(numbers)[0, 1] / SPEED, float(-outcome.discs[0].vy) / SPEED
-            row.append(f"{found:10.4%} {expected:10.4%}")
-            assert found == pytest.approx(expected, abs=CLOSE)
-        print(f"e = {e:<4} in exact, in 60 digits" + "  ".join(row))

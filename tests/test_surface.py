@@ -131,8 +131,8 @@ def play(scene: Scene) -> Trajectory:
     simulation.reset(4)
     with sandbox.watch(sandbox.to_space(scene)) as watched:
         watched.step(1 / 60)
-    watched.trajectory.save("run.npz")
     sandbox.dump(scene, "mine.toml")
+    sandbox.simulate(scene, "exact").save("run.npz")
     return Trajectory.load("run.npz")
 
 
@@ -192,8 +192,7 @@ def programs(tmp_path: Path) -> Path:
     (tmp_path / "right.py").write_text(USER)
     (tmp_path / "notebook.py").write_text("\n".join(CODE))
     shutil.copytree(EXAMPLES, tmp_path / "examples")
-    for name in ("game.py", "bouncing.py"):
-        (tmp_path / name).write_text(files(PAGE)[name])
+    (tmp_path / "game.py").write_text(files(PAGE)["game.py"])
     wrong = "\n".join(["import sandbox", *(line for line, _ in WRONG)])
     (tmp_path / "wrong.py").write_text(f"{wrong}\n")
     return tmp_path

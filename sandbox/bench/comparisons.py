@@ -24,9 +24,9 @@ def comparison(rounds: int) -> Iterator[Figure]:
         names = list(compare(scene.changed(seconds=0.1, expect=())).runs)
         acts = partial(compare, scene), partial(run_each, scene, names)
         measured = alternately(rounds, *(partial(processor_time, act, repeats_of(act)) for act in acts))
-        name, means = f"{scene.name} {scene.seconds:g} s", f"{scene.name}, {scene.seconds:g} s: compare"
+        means = f"{scene.name}, {scene.seconds:g} s: compare / its engines"
         ratios = [ours / engines for ours, engines in measured]
-        yield figure(f"compare / engines {name}", f"{means} / its engines", ratios)
+        yield figure(f"compare / engines {scene.name} {scene.seconds:g} s", means, ratios)
 
 
 def run_each(scene: Scene, engines: Sequence[str]) -> None:

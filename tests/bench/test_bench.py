@@ -19,7 +19,7 @@ from plain_article import PlainArticle
 
 from sandbox.bench import comparisons, engines, parts, window
 from sandbox.bench.engines import plain_space
-from sandbox.bench.figure import Figure, alternately, figure, processor_time, repeats_of
+from sandbox.bench.figure import Figure, figure
 from sandbox.bench.parts import PARTS, Benchmark, bench
 from sandbox.engines import create
 from sandbox.errors import SandboxError
@@ -109,19 +109,6 @@ def test_the_finer_gas_covers_what_the_gas_of_1000_covers() -> None:
 def test_the_error_for_an_unknown_part_names_the_nearest() -> None:
     with pytest.raises(SandboxError, match=r"^no benchmark 'pymnk'; did you mean pymunk\?$"):
         next(bench(["pymnk"]))
-
-
-def test_two_things_are_measured_alternately() -> None:
-    order: list[str] = []
-
-    def note(what: str) -> float:
-        order.append(what)
-        return 1.0
-
-    assert alternately(2, lambda: note("a"), lambda: note("b")) == [(1, 1), (1, 1)]
-    assert order == ["a", "b", "a", "b"]
-    assert processor_time(lambda: sum(range(10_000)), 3) > 0
-    assert repeats_of(lambda: sum(range(10_000))) > 1
 
 
 def test_json_on_standard_output_stays_alone(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:

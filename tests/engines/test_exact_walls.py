@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from conftest import sizes
 from recorded import recorded
 from walls_at_random import play, scene_at_random
 
@@ -82,11 +83,9 @@ def test_a_ball_in_a_wall_bounces_off_its_face_and_not_off_its_far_end() -> None
     assert engine.state().position[0] == pytest.approx([320, 150], abs=1e-9)
 
 
-@pytest.mark.parametrize("seed", range(60))
-def test_no_ball_that_starts_in_walls_hangs(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    play(scene_at_random(seed, may_overlap=True), monkeypatch)
-
-
-@pytest.mark.parametrize("seed", range(60))
-def test_no_ball_that_starts_free_hangs(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    play(scene_at_random(seed, may_overlap=False), monkeypatch)
+@pytest.mark.parametrize("count", sizes(60, slow=3_000))
+@pytest.mark.parametrize("may_overlap", [True, False], ids=["inside", "free"])
+def test_no_ball_hangs(may_overlap: bool, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    for seed in range(count):
+        with monkeypatch.context() as patch:
+            play(scene_at_random(seed, may_overlap=may_overlap), patch)
