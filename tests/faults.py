@@ -13,20 +13,18 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
 import numpy as np
-import pytest
 from pymunk import Circle
+from verdicts import on_states
 
 from sandbox.engines.engine import Traits
 from sandbox.engines.impulse import ImpulseEngine
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.judge.causes import Cause
-from sandbox.judge.judge import Judge
-from sandbox.judge.timeline import Timeline
-from sandbox.quantity import energy
+from sandbox.judge.summary import Verdict
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import CONTACT, PUSH, Contacts, State, States, no_contacts
+from sandbox.state import CONTACT, Contacts, State, States, no_contacts
 
 NEVER: Final = math.inf
 OUTWARD: Final = (-1 + 0j, -1j, 1 + 0j, 1j)  # of the arena's left, top, right and bottom wall
@@ -984,16 +982,11 @@ class PymunkTooSoft(PymunkEngine):
                 shape.elasticity *= 0.97
 
 
-def judged(engine: Any, scene: Scene) -> Timeline:
+def judged(engine: Any, scene: Scene) -> Verdict:
     """Run an engine, and judge its states."""
     running = engine(scene, spawn(scene))
     states = [running.state()]
     for _ in range(scene.steps):
         running.step()
         states.append(running.state())
-    rows, judge = States.stack(states), Judge(scene)
-    judge.add(rows, np.empty(0, PUSH), np.full(scene.steps, 1 / scene.rate))
-    timeline, total = Timeline(judge), energy(rows, scene.bodies, scene.gravity, scene.arena.size)
-    lines = timeline.sums[0].sum() - timeline.sums[0, Cause.SPIN]
-    assert lines == pytest.approx(total[-1] - total[0], abs=1e-9 * np.abs(total).max())
-    return timeline
+    return on_states(scene, States.stack(states))

@@ -1,794 +1,567 @@
-"""The judge of one engine's run: each step, from the engine's own state before it, against the exact step.
+"""Judging a run: what its steps do otherwise than exact ones, from the engine's own states, all steps at once.
 
-Balls that do not fly as they should, and groups that do not do what the exact step does, become `StepError`s, each with
-the models that leave nothing over. The ledger of a step is the exact step's own change, and the rest under its cause.
+Flights that touch nothing show how the engine flies. Contacts that are alone in their step are explained by formulas,
+and a bounded number of islands of several by computing their step with what single contacts have shown.
 """
 
 from collections import Counter
-from collections.abc import Hashable, Mapping, Sequence
-from copy import copy, deepcopy
-from itertools import chain
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sandbox.judge.causes import NEGLIGIBLE, Cause
-from sandbox.judge.experience import Experience
-from sandbox.judge.explain import (
-    BY_FLIGHT,
-    BY_LAW,
-    COMPRESSIVE,
-    EXACT,
-    LEANING,
-    MAX_TRIED,
-    PART,
-    PULLING,
-    PUSHED_WAYS,
-    TOGETHER,
-    UNCOMPUTED,
-    UNEXPLAINED,
-    Part,
-    Remains,
-    desk_for,
-    explain,
-)
-from sandbox.judge.fit import MET_KEPT, Outcome, Problem, Trial, laws_of, without_idle_faults
-from sandbox.judge.flight import Flights, Habit, find_habit, flown, misses, noise_of, ways_to_fall
-from sandbox.judge.free_flight import balls_of
-from sandbox.judge.groups import (
-    FOUND,
-    MAX_COMPUTED,
-    Flown,
-    scratch_for,
-    screen,
-    work_for,
-)
-from sandbox.judge.law import LAW, law
-from sandbox.judge.models import BY_NAME, FRICTION
-from sandbox.judge.one_step import MET, Group
-from sandbox.judge.reference_step import reference_steps
-from sandbox.judge.search import as_exact, cause_of, cause_of_law, cause_of_push, exact_trials
-from sandbox.judge.soft_contacts import bounced_at_its_end
-from sandbox.judge.step_errors import End, Measure, Shown, StepError
-from sandbox.judge.thresholds import DEEP, FAR, MAX_BALLS, MAX_FITS, MAX_FRUITLESS, MAX_VAIN, SINGLE
-from sandbox.judge.touching import (
-    Missed,
-    Springs,
-    StartOverlaps,
-    Touch,
-    Touches,
-    free_balls,
-)
-from sandbox.judge.words import NO_SINGLE_ERROR, of_depth, of_impulses, of_missed, of_push
-from sandbox.quantity import deepest_overlap, energy, length, spin_energy
+from sandbox.judge.causes import Cause
+from sandbox.judge.choose import ANYWHERE, NOTHING, RIGHT, Chosen, choose, doubt_faults, explain
+from sandbox.judge.contacts import components, due, keys_of, near_pairs, near_pairs_of, near_walls, way_of
+from sandbox.judge.flight import Habit, by_gravity, habit_of
+from sandbox.judge.islands import Island, Shown, Tried
+from sandbox.judge.ledger import ERROR, NO_BODY, Errors, Ledger, pairs
+from sandbox.judge.observe import Singles, When
+from sandbox.judge.run import NEVER, Contacts, Run, dot
+from sandbox.judge.summary import Judged, Verdict, summary
+from sandbox.judge.thresholds import MAX_ISLANDS, MAX_TOGETHER, REST, TINY
+from sandbox.judge.words import of_flight
 from sandbox.scene.model import Scene
-from sandbox.scene.walls import pieces_of
-from sandbox.state import NO_DAMPING, PUSH, Bools, Damping, Floats, Integers, Pushes, State, States
+from sandbox.scene.walls import ARENA_COUNT
+from sandbox.state import NO_DAMPING, Bools, Damping, Floats, Integers, Pushes, States
 
-BLOCK_STEPS: Final = 256  # that are judged together, of few balls
-BLOCK_STATES: Final = 100_000  # balls times steps, of many
-MAX_CHUNK: Final = 256  # groups that are explained by the same known trials
-UNKNOWN_END: Final = np.empty((0, 5))  # of an outcome of which only the law counts
-SOLVED: Final = {PULLING: Cause.WARM_START, COMPRESSIVE: Cause.UNCONVERGED}  # what impulses along contacts show
+OF_OVERLAP: Final = (  # causes of what balls do that overlap at the start
+    *(Cause.LATE, Cause.EARLY, Cause.POSITION_CORRECTION, Cause.TELEPORTED, Cause.OVERSHOOT, Cause.DOUBLE_BOUNCE),
+    *(Cause.WARM_START, Cause.UNCONVERGED, Cause.UNKNOWN),
+)
+SEVERAL: Final = 10  # times its depth at the start, up to which an overlap explains what is found later
+BLOCK: Final = 2**20  # steps of a ball that are judged at once, some 300 MB of arrays
 
 
-class Explained(NamedTuple):
-    """A part of a group, with its balls and what its errors need.
+def judge(
+    scene: Scene,
+    states: States,
+    pushes: Pushes,
+    clock: Floats,
+    damping: Damping = NO_DAMPING,
+    *,
+    is_soft: bool = False,
+) -> Verdict:
+    """Return what is wrong with a run.
 
-    pushes, rest: what is over, as `Measure.sums`, by pushes of what overlaps, and besides; shown: of several parts, and
-    which of them is this; touch: of its contact, if it has just two balls.
+    states: of steps + 1 rows; pushes: see PUSH; clock: (steps,) s, the length of each step; damping: as the engine
+    declares; is_soft: whether its contacts last several steps, which are then not judged.
     """
-
-    part: Part
-    balls: Integers
-    pushes: Floats
-    rest: Floats
-    shown: tuple[Shown, int]
-    touch: Touch | None
-
-
-class Fitting(NamedTuple):
-    """The known trials that explain a part; doubtful: whether its cause depends on more than them."""
-
-    trials: list[Trial]
-    has_fault: bool
-    is_doubtful: bool
-
-
-class Models(NamedTuple):
-    """The known trials that explain a part, the first of each model, with their causes, and the keys of the faulty."""
-
-    trials: list[tuple[Trial, Cause]]
-    keys: list[str]
-
-
-class Judge:
-    """Judges an engine's run block by block, each substep as a step.
-
-    scene: that the engine runs; errors: in order of their substeps; rightful: (4, causes), what is right.
-    """
-
-    def __init__(self, scene: Scene, damping: Damping = NO_DAMPING) -> None:
-        self._damping = damping
-        self.scene, self._gravity = scene, (float(scene.gravity[0]), float(scene.gravity[1]))
-        self._bodies, n = scene.bodies, len(scene.bodies)
-        self._ball, self._piece = balls_of(scene, MAX_COMPUTED), pieces_of(scene)
-        self._own_ball = self._ball[:n]  # without the room that steps of groups work in
-        self._scratch = scratch_for(n + MAX_COMPUTED)
-        self._law = np.array([law(self._gravity)], LAW)
-        self._work = work_for(n)
-        self.measure = Measure(scene, damping.substeps)
-        self._experience = Experience(rough=scene.is_rough)
-        self._unlike_reference = self._vain_joins = self._opinions = 0
-        self._known_before = 0  # trials, when what was unexplained was last looked at
-        self._tried: list[Trial] = []
-        self._fitting: dict[int, Fitting] = {}  # of these, that explain parts, by `Part.fits`
-        self._models: dict[Hashable, Models] = {}
-        self._bases: list[Habit] = []
-        self._falls: Counter[int] = Counter()  # of the ways to fall, how many steps each has explained
-        self.against: Counter[str] = Counter()
-        self._desk = desk_for(n)
-        self.touches = Touches(scene)
-        self._missed, self._springs = Missed(self.touches), Springs()
-        self.contacts = np.zeros(1, np.int64)
-        self._knows_flight = False
-        self._block = max(1, min(BLOCK_STEPS, BLOCK_STATES // n))
-        self._held = States.empty(self._block + 1, n)
-        self._held_pushes, self._held_dt = np.empty(0, PUSH), np.empty(0)
-        self._unexplained: list[tuple[StepError, Problem]] = []
-        self.errors: list[StepError] = []
-        self.rightful = np.zeros((4, len(Cause)))
-
-    def add(self, states: States, pushes: Pushes, dt: Floats) -> None:
-        """Add substeps. states: of substeps + 1 rows; pushes: by a hand, by row, in their order; dt: (substeps,) s.
-
-        They are judged in blocks of one length, so that the verdict does not depend on how many are added at once.
-        """
-        done = 0
-        while done < len(dt):
-            held = len(self._held_dt)
-            steps = min(self._block - held, len(dt) - done)
-            for rows, added in zip(self._held, states, strict=True):
-                rows[held : held + steps + 1] = added[done : done + steps + 1]
-            of_these = pushes[(pushes["row"] > done) & (pushes["row"] <= done + steps)].copy()
-            of_these["row"] += held - done
-            self._held_pushes = np.concatenate([self._held_pushes, of_these])
-            self._held_dt = np.concatenate([self._held_dt, dt[done : done + steps]])
-            done += steps
-            if held + steps == self._block:
-                self.finish()
-
-    def so_far(self) -> "Judge":
-        """Return a copy that has judged all steps, while this one goes on to fill its block."""
-        shared: dict[int, object] = {id(self.scene): self.scene, id(self._bodies): self._bodies}
-        shared |= {id(problem): problem for _, problem in self._unexplained}
-        judge = deepcopy(self, shared | {id(error): copy(error) for error in self.errors})
-        judge.finish()
-        return judge
-
-    def finish(self) -> None:
-        """Judge the steps that wait for a block to be full."""
-        steps = len(self._held_dt)
-        if steps:
-            self._judge_block(self._held.rows(slice(steps + 1)), self._held_pushes, self._held_dt)
-            self._held_pushes, self._held_dt = self._held_pushes[:0], self._held_dt[:0]
-
-    def _judge_block(self, states: States, pushes: Pushes, dt: Floats) -> None:
-        before, after = states.after_pushes(pushes).rows(slice(-1)), states.rows(slice(1, None))
-        floor = noise_of(states, dt)
-        if not self._knows_flight:
-            self._find_habit(before, after, dt, floor)
-        exact, usual = (flown(self._own_ball, before, dt, self._gravity, fields) for fields in ({}, self.habit.fields))
-        strange = self._strays(after, usual, dt, floor)
-        f = Flown(before, after, exact, dt, strange, floor, self._piece)
-        groups, member, elastic = self._screen(f)
-        grouped = np.zeros(strange.shape, bool)
-        errors: dict[int, list[StepError]] = {}
-        self._judge_groups(f, groups, member, elastic, grouped, errors)
-        off = self._strays(after, exact, dt, floor) & ~grouped
-        if self.habit.cause is None:  # those that fly as they should met nothing
-            for rows, flown_rows in zip(f.exact, f.after, strict=True):
-                rows[off & ~strange] = flown_rows[off & ~strange]
-            off &= strange
-        for error in self.measure.flights(f, off, strange, self.habit):
-            self.measure.note_gain(error, np.array(error.balls))
-            errors.setdefault(error.step - self.measure.steps - 1, []).append(error)
-        for step, of_step in errors.items():
-            errors[step] = self._judge_joined(f, step, of_step, elastic)
-        self.measure.set_gained(f, self.habit)
-        of_block = self._follow(f, errors)
-        self.errors += of_block
-        self._explain_again()
-        self._enter(states, f, elastic, of_block)
-        self.measure.steps += len(dt)
-
-    def _follow(self, f: Flown, errors: Mapping[int, list[StepError]]) -> list[StepError]:
-        """Return the errors of a block in order, also of contacts that are missed, and of overlaps from the start.
-
-        errors: of each of its steps.
-        """
-        of_block = list[StepError]()
-        if not self.measure.steps:
-            self._start_overlaps = StartOverlaps(self.scene, f.before.position[0], self.touches)
-        for step in range(len(f.dt)):
-            of_step = self._missed.follow(f, step, self.measure.steps + step + 1, errors.get(step, []))
-            self._start_overlaps.follow(f, step, of_step)
-            of_block += of_step
-        return of_block
-
-    def _find_habit(self, before: States, after: States, dt: Floats, floor: float) -> None:
-        """Find how the engine flies, from balls that touch nothing."""
-        flies = free_balls(self.scene, before, after)
-        moves = np.maximum(length(before.velocity), length(after.velocity)) * dt[:, None] > floor
-        if (flies & moves).any() or not any(self._gravity):  # what stays where it is may be held there
-            flies &= moves
-        flights = Flights(self.scene.units, self._own_ball, self._gravity, before, after, dt, floor, flies)
-        habit = find_habit(flights, self._damping.per_second)
-        self._experience.habit, self._knows_flight = habit or Habit({}), habit is not None
-
-    def _judge_groups(
-        self,
-        f: Flown,
-        groups: np.ndarray,
-        member: Integers,
-        elastic: Floats,
-        grouped: Bools,
-        errors: dict[int, list[StepError]],
-    ) -> None:
-        """Add the errors of groups, by their steps. grouped: (steps, n), written: whether a ball is in one."""
-        remains = Remains(*(np.zeros((*f.before.spin.shape, width)) for width in (2, 3, 5)))
-        begin, size = 0, 1
-        while begin < len(groups):
-            chunk = groups[begin : begin + size]
-            for explained in self._explain(f, chunk, member, elastic, remains):
-                step, balls = explained.part.step, explained.balls
-                grouped[step, balls] = True
-                wrong = self._judge_part(f, explained, elastic, remains)
-                if wrong:
-                    self.measure.note_gain(wrong[0], balls)
-                errors.setdefault(step, []).extend(wrong)
-            begin, size = begin + size, min(2 * size, MAX_CHUNK)
-
-    def _judge_joined(self, f: Flown, step: int, errors: list[StepError], elastic: Floats) -> list[StepError]:
-        """Return the errors of a step, of which those that nothing explains are judged together where balls may meet.
-
-        In the step, two may touch that neither the exact steps of their groups nor the engine leave in touch.
-        """
-        unknown = [k for k, error in enumerate(errors) if error.because == NO_SINGLE_ERROR]
-        kept, again = set(range(len(errors))), list[StepError]()
-        for joined in self._that_may_meet(f, step, [np.array(errors[k].balls) for k in unknown]):
-            balls = np.unique(np.concatenate([errors[unknown[k]].balls for k in joined]))
-            if len(balls) > MAX_COMPUTED or self._vain_joins >= MAX_VAIN:
-                continue
-            problem = self._problem(f, step, balls)
-            ends = np.isfinite(problem.exact.left)
-            is_exact = ends and as_exact(problem) is not None
-            known = self._experience.search_known(problem) if ends and not is_exact else []
-            if not is_exact and not known:
-                self._vain_joins += 1
-                continue
-            self._vain_joins = 0
-            self._take(f, step, balls, elastic, _end_of(problem.exact))
-            kept -= {unknown[k] for k in joined}
-            together = self._judge_group(f, step, balls, elastic, [outcome.trial for outcome in known], ended=True)
-            for error in together[:1]:
-                self.measure.note_gain(error, balls)
-            again += together
-        return [*(errors[k] for k in sorted(kept)), *again]
-
-    def _that_may_meet(self, f: Flown, step: int, groups: Sequence[Integers]) -> list[list[int]]:
-        """Return the numbers of those of some groups whose balls may meet others' in a step, put together."""
-        if len(groups) < 2:
-            return []
-        ways = [self._way_of(f, step, balls) for balls in groups]
-        low = np.array([(x - way).min(axis=0) for x, way in ways])
-        high = np.array([(x + way).max(axis=0) for x, way in ways])
-        meet = np.asarray(((low[:, None] <= high) & (low <= high[:, None])).all(axis=2))
-        for i, j in np.argwhere(np.triu(meet, 1)).tolist():
-            (x, way), (y, others_way) = ways[i], ways[j]
-            meet[j, i] = (length(x[:, None] - y) <= way + others_way.T).any()
-        joined: list[list[int]] = []
-        for k in range(len(groups)):
-            near = [numbers for numbers in joined if meet[k, numbers].any()]
-            joined = [*(numbers for numbers in joined if numbers not in near), [*chain(*near), k]]
-        return [numbers for numbers in joined if len(numbers) > 1]
-
-    def _way_of(self, f: Flown, step: int, balls: Integers) -> tuple[Floats, Floats]:
-        """Return where some balls begin a step, (k, 2) px, and how far from there they may touch, (k, 1) px."""
-        speed = np.maximum(length(f.before.velocity[step, balls]), length(f.after.velocity[step, balls]))
-        way = (1 + FAR) * self._bodies.radius[balls] + f.dt[step] * speed
-        return f.before.position[step, balls], way[:, None]
-
-    def _judge_part(self, f: Flown, explained: Explained, elastic: Floats, remains: Remains) -> list[StepError]:
-        """Return what is wrong with a part of a group, and note what pushes in it as a spring may."""
-        part, balls, touches = explained.part, explained.balls, list[Touch]()
-        step, now = part.step, self.measure.steps + part.step + 1
-        if part.kind in (EXACT, LEANING) and not part.pushed:
-            wrong = list[StepError]()
-        elif (
-            part.kind in (UNCOMPUTED, UNEXPLAINED) or self._is_doubtful(f, part) or self._flies_through(f, part, balls)
-        ):
-            tried = self._fitting_of(f, part).trials if part.kind == BY_LAW else []
-            wrong = self._judge_group(f, step, balls, elastic, tried, ended=part.kind != UNCOMPUTED)
-        else:
-            wrong = self._second_opinion(f, part, balls, elastic) or self._of_part(f, explained, elastic, remains)
-        if any(error.by_rule for error in wrong):
-            return wrong
-        if wrong and len(balls) <= MAX_BALLS and part.kind == UNEXPLAINED:
-            touches = self.touches.among(f, step, balls.tolist())
-        elif len(balls) <= 2:
-            contacts = dict.fromkeys(error.contact for error in wrong if error.contact)
-            contacts |= dict.fromkeys(self._springs.before(now, balls.tolist()))
-            done = explained.touch
-            touches = [done if done and done.pair == pair else self.touches.of(f, step, pair) for pair in contacts]
-        self._springs.follow(touches, now, wrong)
-        return wrong
-
-    def _explain(
-        self, f: Flown, groups: np.ndarray, member: Integers, elastic: Floats, remains: Remains
-    ) -> list[Explained]:
-        """Return the parts of some groups with what explains them."""
-        self._tried, self._fitting, self._models = self._experience.likely, {}, {}
-        self._bases = self._ways_to_fly(float(f.dt[0]))
-        flights = [Trial(habit.fields) for habit in self._bases]
-        laws = laws_of([*exact_trials(f.floor), *flights, *self._tried], self._gravity)
-        parts = np.zeros(int(groups["count"].sum()), PART)
-        ball = self._own_ball
-        count = explain(f, ball, laws, len(flights), self._desk, self._scratch, remains, groups, member, parts, elastic)
-        parts = parts[:count]
-        if not self._knows_flight:
-            ways = ways_to_fall(self.scene.units, self._gravity, float(f.dt[0]))
-            shown = (parts["pushed"] == 0) & np.isin(parts["kind"], (BY_FLIGHT, TOGETHER, COMPRESSIVE))
-            self._falls.update(ways.index(self._bases[int(base)]) for base in parts["base"][shown])
-        self._contradict(parts["fits"][parts["kind"] == BY_LAW])
-        first = int(parts["begin"][0])
-        return self._with_sums(f, parts, member[first : first + int(parts["size"].sum())], remains)
-
-    def _with_sums(self, f: Flown, parts: np.ndarray, balls: Integers, remains: Remains) -> list[Explained]:
-        """Return parts with what their errors need. balls: of one part after another."""
-        steps, sizes, contacts = parts["step"], parts["size"], np.stack([parts["first"], parts["second"]], axis=1)
-        begins, rows = np.cumsum(sizes) - sizes, np.repeat(steps, sizes)
-        end, exact = End.of(f.after, rows, balls), End.of(f.exact, rows, balls)
-        without = end._replace(position=end.position - remains.shift[rows, balls])
-        pushes, rest = (self.measure.sums(f, *ends, balls, begins) for ends in ((end, without), (without, exact)))
-        shown = Shown.of(f, steps, contacts)
-        pairs = np.flatnonzero((sizes == 2) & (contacts[:, 0] != contacts[:, 1]) & (contacts[:, 1] >= 0))
-        touch = dict(zip(pairs.tolist(), self.touches.of_pairs(f, steps[pairs], contacts[pairs]), strict=True))
-        members = np.split(balls, begins[1:])
-        return [
-            Explained(Part(*row), members[k], pushes[k], rest[k], (shown, k), touch.get(k))
-            for k, row in enumerate(parts.tolist())
-        ]
-
-    def _contradict(self, fits: Integers) -> None:
-        """Count the parts that are explained without a fault which an engine that has it has in every contact."""
-        bits: dict[str, int] = {}
-        for k, trial in enumerate(self._tried):
-            if trial.fault and BY_NAME[trial.fault].always:
-                bits[trial.fault] = bits.get(trial.fault, 0) | 1 << k
-        for fault, mask in bits.items():
-            self.against[fault] += int((fits & mask == 0).sum())
-
-    def _is_doubtful(self, f: Flown, part: Part) -> bool:
-        """Return whether a law explains a part whose cause depends on more than the law and its deepest contact."""
-        if part.kind != BY_LAW:
-            return False
-        fitting = self._fitting_of(f, part)
-        return fitting.is_doubtful or (part.pushed > 0 and fitting.has_fault)
-
-    def _flies_through(self, f: Flown, part: Part, balls: Integers) -> bool:
-        """Return whether balls that fly as the engine does pass through what the exact step has them bounce off."""
-        if part.kind != BY_FLIGHT:
-            return False
-        step = part.step
-        off = np.abs(f.after.velocity[step, balls] - f.exact.velocity[step, balls]).max() * f.dt[step]
-        if off <= f.floor:
-            return False
-        return any(self.touches.passes(f, step, pair) for pair in _pairs(self._problem(f, step, balls).exact))
-
-    def _fitting_of(self, f: Flown, part: Part) -> Fitting:
-        """Return the known trials that leave nothing over of a part."""
-        if (bits := part.fits) not in self._fitting:
-            trials = [trial for k, trial in enumerate(self._tried) if bits >> k & 1]
-            faulty = [trial for trial in trials if trial.fault]
-            beyond = [trial for trial in faulty if BY_NAME[trial.fault].cause in (FRICTION, Cause.MISSED)]
-            doubtful = bool(beyond) or any(trial.is_soft or not self._believes(f, trial) for trial in faulty)
-            self._fitting[bits] = Fitting(trials, bool(faulty), doubtful)
-        return self._fitting[bits]
-
-    def _of_part(self, f: Flown, explained: Explained, elastic: Floats, remains: Remains) -> list[StepError]:
-        """Return the errors of a part that is explained: of places, of impulses, and of contacts found late."""
-        part, balls, over, shown, scene = explained.part, explained.balls, explained.rest, explained.shown, self.scene
-        step, kind, contact, errors = part.step, part.kind, (part.first, part.second), list[StepError]()
-        if part.pushed:
-            pair, cause = (part.pushed_first, part.pushed_second), cause_of_push(part)
-            said = of_push(scene, part, cause)
-            errors.append(self.measure.error(f, step, balls, pair, cause, said, explained.pushes))
-        if kind in (EXACT, LEANING):
-            return errors
-        fitting = self._fitting_of(f, part) if kind == BY_LAW else Fitting([], has_fault=False, is_doubtful=False)
-        if fitting.has_fault:
-            return [*self._of_law(f, explained, fitting), *errors]
-        end, exact = End.of(f.after, step, balls), End.of(f.exact, step, balls)
-        end = end._replace(position=end.position - remains.shift[step, balls])
-        if kind == BY_FLIGHT:
-            return [*self.measure.by_habit(f, step, balls, self._bases[part.base], (end, exact)), *errors]
-        if kind in (COMPRESSIVE, PULLING):
-            solved = remains.solved[step, balls]
-            solution = end._replace(velocity=solved[:, :2], spin=solved[:, 2])
-            cause, [over] = SOLVED[kind], self.measure.sums(f, end, solution, balls)
-            said = of_impulses(scene, part, cause)
-            errors.append(self.measure.error(f, step, balls, contact, cause, said, over, shown=shown))
-            end, [over] = solution, self.measure.sums(f, solution, exact, balls)
-        if self._is_in_time(f, part):  # all at once, of which the law says nothing
-            self._take(f, step, balls, elastic, end)
-            return errors
-        if fitting.trials:
-            return [*self._of_law(f, explained, fitting), *errors]
-        said = of_depth(scene, part.depth, part.late)
-        late = self.measure.error(f, step, balls, contact, Cause.LATE, said, over, shown=shown)
-        late.depth, late.by_rule = part.depth, kind == TOGETHER
-        return [late, *errors] if self._shows(f, late) else errors
-
-    def _of_law(self, f: Flown, explained: Explained, fitting: Fitting) -> list[StepError]:
-        """Return the error of a part that known laws explain."""
-        part, models = explained.part, self._models_of(explained.part, fitting)
-        late, in_time = _met(part, part.depth), _met(part, 0.0)
-        candidates = [
-            (Outcome(trial, 0.0, in_time if trial.is_in_time else late, UNKNOWN_END), cause)
-            for trial, cause in models.trials
-        ]
-        (outcome, cause), contact, over = candidates[0], (part.first, part.second), explained.rest
-        error = self.measure.error(f, part.step, explained.balls, contact, cause, "", over, shown=explained.shown)
-        error.depth, error.candidates = float(outcome.met["depth"][0]), candidates
-        error.by_rule = not models.keys
-        self._experience.count(models.keys)
-        return [error] if self._shows(f, error) else []
-
-    def _models_of(self, part: Part, fitting: Fitting) -> Models:
-        """Return the known trials that explain a part, the first of each model."""
-        seen = part.fits, part.second >= 0, part.least <= 0, part.moved
-        if seen not in self._models:
-            models: dict[Hashable, tuple[Trial, Cause]] = {}
-            for trial in without_idle_faults(fitting.trials):
-                cause = cause_of_law(trial, part.least, part.second >= 0, moved=bool(part.moved))
-                models.setdefault((trial.model, cause), (trial, cause))
-            keys = [trial.key for trial, _ in models.values() if trial.fault]
-            self._models[seen] = Models([*models.values()][: None if keys else 1], keys)
-        return self._models[seen]
-
-    def _shows(self, f: Flown, error: StepError) -> bool:
-        """Return whether an error is more than noise."""
-        return error.speed * error.flown + error.displacement > f.floor
-
-    def _is_in_time(self, f: Flown, part: Part) -> bool:
-        """Return whether the contacts of a part were found where the bodies touch."""
-        return part.depth <= self._negligible(f)
-
-    def _negligible(self, f: Flown) -> float:
-        """Return how far two places may be apart that count as one, px."""
-        return 3 * f.floor + NEGLIGIBLE * float(self._bodies.radius.min())
-
-    def _take(self, f: Flown, step: int, balls: Integers, elastic: Floats, end: End) -> None:
-        """Take what some balls do for what is right."""
-        elastic[step] += self.measure.gain(end, End.of(f.exact, step, balls), balls)
-        _set_exact(f, step, balls, end)
-
-    @property
-    def habit(self) -> Habit:
-        """How the engine flies, as it was seen to."""
-        return self._experience.habit
-
-    @property
-    def undecided(self) -> list[StepError]:
-        """The contacts among the errors that may still follow."""
-        return self._missed.undecided(self.measure.steps)
-
-    @property
-    def flight(self) -> Habit:
-        """How the engine flies, as far as it shows."""
-        return self._ways_to_fly(1 / self.scene.rate)[0]
-
-    def _ways_to_fly(self, dt: float) -> list[Habit]:
-        """Return how the engine may fly: as it was seen to or, before, as explains most steps of balls that touch."""
-        if self._knows_flight:
-            return [self.habit]
-        ways = ways_to_fall(self.scene.units, self._gravity, dt)
-        return [ways[k] for k, _ in self._falls.most_common(1)] or ways
-
-    @property
-    def mean_time(self) -> float:
-        """The time between two contacts of a ball, on average, s: so long does an error of a velocity act."""
-        seconds, n = self.scene.clock.time(self.measure.whole_step(self.measure.steps)), len(self._bodies)
-        return seconds * n / (n + 2 * int(self.contacts[0]))
-
-    def _strays(self, after: States, at: States, dt: Floats, floor: float) -> Bools:
-        """Return which balls are elsewhere than in other states, or turn otherwise: (steps, n)."""
-        spun = np.abs(after.spin - at.spin) * self._bodies.radius * dt[:, None]
-        strays: Bools = np.maximum(misses(after, dt, at), spun) > floor
-        return strays
-
-    def _screen(self, f: Flown) -> tuple[np.ndarray, Integers, Floats]:
-        """Return the groups that the engine has otherwise than exactly, their balls, and what restitution takes."""
-        most, elastic = f.before.spin.size, np.zeros(len(f.dt))
-        found, member = np.zeros(most, FOUND), np.zeros(most, np.int64)
-        work, contacts = self._work, self.contacts
-        args = f, self._ball, self._law, self._scratch, work, found, member, elastic, contacts
-        return found[: screen(*args)], member, elastic
-
-    def _judge_group(
-        self, f: Flown, step: int, balls: Integers, elastic: Floats, tried: Sequence[Trial], *, ended: bool
-    ) -> list[StepError]:
-        """Return what is wrong with a group's step. tried: known trials that leave nothing over of it."""
-        if not ended or (any(self._gravity) and len(balls) > 1 and self._rests(f, step, balls)):
-            return self._uncomputed(f, step, balls, elastic)
-        problem = self._problem(f, step, balls)
-        fitting = [o for o in problem.fits(problem.outcomes(tried)) if self._believes(f, o.trial)]
-        if not fitting:
-            if exact := as_exact(problem):
-                self._accept(f, step, balls, elastic, exact, problem)
-                return []
-            fitting = [o for o in self._experience.search(problem) if self._believes(f, o.trial)]
-        if not fitting:
-            end, is_right = self._by_reference(f, step, balls)
-            if end and is_right:
-                self._take(f, step, balls, elastic, end)
-                return []
-        self._experience.learn(fitting)
-        self._experience.soft.follow(problem, fitting)
-        return self._of_fitting(f, step, balls, elastic, problem, fitting)
-
-    def _believes(self, f: Flown, trial: Trial) -> bool:
-        """Return whether a trial that leaves nothing over counts.
-
-        If it is unknown how the engine flies, a fault of contacts with a parameter does not: what is wrong with the
-        flight would be left over, unless the parameter is that. Nor does a limit of speeds that a ball exceeds.
-        """
-        if not trial.is_fitted:
-            return True
-        if trial.fault == "cap":
-            return trial.value >= (1 - SINGLE) * float(length(f.after.velocity).max())
-        return self.habit.is_known
-
-    def _second_opinion(self, f: Flown, part: Part, balls: Integers, elastic: Floats) -> list[StepError]:
-        """Return the errors of a part that may be explained by contacts one after another, or found at some depth.
-
-        What impulses along several contacts explain, contacts that are resolved one by one may explain too, and a push
-        in the step of a contact may be the way that a ball has flown since.
-        """
-        at_once, pushed = part.kind in (COMPRESSIVE, PULLING), part.pushed > 0 and part.way % PUSHED_WAYS != 0
-        if part.leans or not (at_once or pushed) or len(balls) > MAX_BALLS or self._opinions >= MAX_FITS:
-            return []
-        self._opinions += 1
-        step = part.step
-        problem = self._problem(f, step, balls)
-        fitting = self._experience.search_rules(problem, depths=bool(pushed))
-        self._experience.learn(fitting)
-        return self._of_fitting(f, step, balls, elastic, problem, fitting) if fitting else []
-
-    def _of_fitting(
-        self,
-        f: Flown,
-        step: int,
-        balls: Integers,
-        elastic: Floats,
-        problem: Problem,
-        fitting: Sequence[Outcome],
-    ) -> list[StepError]:
-        """Return the errors of a group, of which some outcomes leave nothing over."""
-        if fitting and fitting[0].trial.is_soft and (due := bounced_at_its_end(problem, fitting[0])):
-            if problem.fits([due]) and due.trial.value > self._negligible(f):  # they part before they touch
-                fitting = [due]
-            else:
-                self._accept(f, step, balls, elastic, due, problem)
-                problem.exact = due
-        candidates = [(outcome, self._cause_of(outcome, problem)) for outcome in fitting]
-        contact = self._contact(problem, candidates)
-        if not candidates:
-            return self._of_unknown(f, step, balls, contact, problem)
-        outcome, cause = candidates[0]
-        because = "" if outcome.trial.is_wrong else self.habit.because
-        error = self.measure.error(f, step, balls, contact, cause, because)
-        if cause == Cause.MISSED:  # what restitution takes, it takes when the contact happens, if it does
-            self._accept(f, step, balls, elastic, outcome, problem)
-            end, should = (End.of(states, step, balls) for states in (f.after, f.exact))
-            error.energy = self.measure.gain(end, should, balls)
-            if outcome.trial.is_in_time:  # they fly on, and are not put apart
-                error.because = self._passed(f, step, contact) if contact else because
-        _name(error, candidates, problem)
-        return [error]
-
-    def _explain_again(self) -> None:
-        """Explain steps that nothing had explained by what has explained others since."""
-        known, still = len(self._experience), list[tuple[StepError, Problem]]()
-        if known == self._known_before:
-            return
-        self._known_before = known
-        for error, problem in self._unexplained:
-            if error.cause != Cause.UNKNOWN:
-                continue  # it has been found to be a spring, or an overlap
-            fitting = [o for o in self._experience.search_known(problem) if o.trial.is_wrong]
-            candidates = [(o, self._cause_of(o, problem)) for o in fitting]
-            if not candidates or candidates[0][1] == Cause.MISSED:
-                still.append((error, problem))
-                continue
-            self._experience.learn(fitting)
-            error.contact, error.because, error.cause = self._contact(problem, candidates), "", candidates[0][1]
-            _name(error, candidates, problem)
-        self._unexplained = still
-
-    def _passed(self, f: Flown, step: int, contact: tuple[int, int]) -> str:
-        """Return how two bodies passed each other without a contact."""
-        balls = [ball for ball in contact if ball >= 0]
-        way = f.after.position[step, balls] - f.before.position[step, balls]
-        is_through = self.touches.is_through(f, step, contact)
-        return of_missed(self.scene, contact, way, self.touches.overlap_time(f, step, contact), is_through=is_through)
-
-    def _problem(self, f: Flown, step: int, balls: Integers, end: End | None = None) -> Problem:
-        """Return a group's step as a problem. end: how it should end, by default as it is computed."""
-        ball = self._ball[balls]
-        ball["x"], ball["y"] = f.before.position[step, balls].T
-        ball["vx"], ball["vy"] = f.before.velocity[step, balls].T
-        ball["spin"] = f.before.spin[step, balls]
-        after = np.column_stack(
-            [f.after.position[step, balls], f.after.velocity[step, balls], f.after.spin[step, balls]]
+    steps, rows = Steps(scene, damping, is_soft=is_soft), max(1, BLOCK // len(scene.bodies))
+    for first in range(0, len(clock), rows):
+        part, some = (
+            clock[first : first + rows],
+            pushes[(pushes["row"] > first) & (pushes["row"] <= first + rows)].copy(),
         )
-        warm = self._experience.soft.before(self.measure.steps + step + 1, balls)
-        group = Group(ball, f.piece, float(f.dt[step]))
-        exact = np.column_stack(end) if end else None
-        return Problem(group, after, self._gravity, f.floor, self._scratch, warm, exact)
+        some["row"] -= first
+        steps.add(states.rows(slice(first, first + len(part) + 1)), some, part)
+    return steps.verdict()
 
-    def _accept(
-        self, f: Flown, step: int, balls: Integers, elastic: Floats, outcome: Outcome, problem: Problem
-    ) -> None:
-        """Take an outcome for what is right."""
-        end = _end_of(outcome)
-        if max(len(outcome.met), len(problem.exact.met)) < MET_KEPT:
-            elastic[step] += outcome.met["elastic"].sum() - problem.exact.met["elastic"].sum()
-        else:
-            elastic[step] += self.measure.gain(end, End.of(f.exact, step, balls), balls)
-        _set_exact(f, step, balls, end)
 
-    def _rests(self, f: Flown, step: int, balls: Integers) -> bool:
-        """Return whether balls that lie on each other stay where they are."""
-        moved = np.abs(f.after.position[step, balls] - f.before.position[step, balls]).max()
-        return bool(moved + np.abs(f.after.velocity[step, balls]).max() * f.dt[step] <= f.floor)
+class Steps:
+    """The steps of a run, as they come: what fills a block is judged at once, and the rest when it is asked for."""
 
-    def _by_reference(self, f: Flown, step: int, balls: Integers) -> tuple[End | None, bool]:
-        """Return how some balls should end a step by the reference, if it can tell soon, and whether they do.
+    def __init__(self, scene: Scene, damping: Damping, *, is_soft: bool) -> None:
+        self._scene, self._damping, self._is_soft = scene, damping, is_soft
+        self._judged: list[Judged] = []
+        self._begin()
 
-        It is not asked after too many steps unlike the reference.
+    def _begin(self) -> None:
+        self._states, self._pushes, self._clock = list[States](), list[Pushes](), list[Floats]()
+        self._count = 0
+
+    def add(self, states: States, pushes: Pushes, clock: Floats) -> None:
+        """Add steps; arguments as of `judge`. The first row of the states is the last of those before."""
+        pushes = pushes.copy()
+        pushes["row"] += self._count
+        self._states.append(States(*(each[1 if self._count else 0 :].copy() for each in states)))
+        self._pushes.append(pushes)
+        self._clock.append(clock)
+        self._count += len(clock)
+        if self._count * len(self._scene.bodies) >= BLOCK:
+            self._judged.append(self._judge())
+            self._begin()
+
+    def verdict(self) -> Verdict:
+        """Return the verdict on the steps so far."""
+        return summary(self._scene, [*self._judged, *([self._judge()] if self._count else [])])
+
+    def _judge(self) -> Judged:
+        states = States(*map(np.concatenate, zip(*self._states, strict=True)))
+        pushes, clock = np.concatenate(self._pushes), np.concatenate(self._clock)
+        settings = {"is_soft": self._is_soft, "is_first": not self._judged}
+        return judge_block(self._scene, states, pushes, clock, self._damping, **settings)
+
+
+def judge_block(
+    scene: Scene, states: States, pushes: Pushes, clock: Floats, damping: Damping, *, is_soft: bool, is_first: bool
+) -> Judged:
+    """Judge steps that follow one another; arguments as of `judge`. is_first: whether the run begins with them."""
+    block = _Block(Run(scene, states, pushes, clock), damping.per_second)
+    if not is_soft:
+        block.judge_contacts()
+    block.judge_flights(is_soft=is_soft)
+    errors = block.ledger.errors()
+    if is_first:
+        block.mark_overlaps(errors)
+    block.close(errors)
+    spinless = not states.spin.any()
+    contacts = block.counts["contacts"]
+    return Judged(errors, block.ledger.sums, len(clock), float(clock.sum()), contacts, block.flights, spinless)
+
+
+class _Block:
+    """Steps being judged.
+
+    c: all contacts that may happen, with touch, s, and deepest, px; active: (steps, n), which balls do not fly as the
+    engine does; kicked: whose velocity or spin is not as in its flights; done: which are explained.
+    """
+
+    def __init__(self, run: Run, damping: float) -> None:
+        self.run, self.ledger = run, Ledger(run)
+        self.counts, self.flights = Counter[str](), dict[str, str]()
+        self.rules: list[Shown] = []
+        self.undo: complex = 1.0
+        self.way = way_of(run)
+        step, ball = np.indices(run.v0.shape).reshape(2, -1)
+        self.c = c = Contacts.joined(near_pairs(run, self.way), near_walls(run, step, ball, self.way.ravel()))
+        self.free = np.ones(run.v0.shape, bool)
+        self.free[c.k, c.i] = False
+        self.free[c.k[c.pair], c.j[c.pair]] = False
+        self.habit = _fly(run, self.free, damping)
+        dt = run.dt[:, None]
+        off_x, off_v = run.x[1:] - run.hx, run.v[1:] - run.hv
+        rim = np.abs(run.w[1:] - run.w[:-1] * run.kept) * run.r * dt
+        speed = np.maximum(np.maximum(np.abs(off_v.real), np.abs(off_v.imag)) * dt, rim)
+        place = np.maximum(np.abs(off_x.real), np.abs(off_x.imag))
+        self.kicked = speed > 1.5 * run.floor
+        self.active = self.kicked | (place > 1.5 * run.floor)
+        self.is_noisy = bool(self.free.any() and self.active[self.free].mean() > 0.5)
+        self.done = np.zeros(run.v0.shape, bool)
+
+    # Contacts
+
+    def judge_contacts(self) -> None:
+        """Judge single contacts, what came early, islands of several, and what did not happen."""
+        run, c = self.run, self.c
+        self.touch = due(run, c)
+        before, after = run.depth(c, run.x[:-1]), run.depth(c, run.hx)
+        self.deepest = np.maximum(before, after)
+        self.is_due = self.touch < NEVER
+        a, b = self.active[c.k, c.i], self.active[c.k, np.where(c.pair, c.j, c.i)]
+        acts = (self.is_due & (a | b)) | ((self.deepest > 0) & a & b)
+        waits = self.is_due & ~a & ~b
+        keys = keys_of(c, run)
+        ignored = self.is_due & (before > run.tiny) & np.isin(keys - 1, keys[waits])  # it did not happen before, too
+        dropped = acts & ignored & self._has_more(acts)
+        acts &= ~dropped
+        some = c.part(acts)
+        self.counts["contacts"] = len(some.k)
+        nodes, index = np.unique(np.concatenate(some.nodes(run.n)), return_inverse=True)
+        label = components(len(nodes), *np.split(index, 2))
+        alone = np.bincount(label[index[: len(some.k)]], minlength=1)[label[index[: len(some.k)]]] == 1
+        rest = self._at_rest(some)
+        single = alone & ~rest
+        self._singles(some.part(single), self.touch[acts][single])
+        at_rest = some.part(alone & rest)
+        self.done[at_rest.k, at_rest.i] = True
+        self.ledger.rightful(Cause.FRICTION if run.scene.is_rough else Cause.ROUNDING, run.gain(at_rest.k, at_rest.i))
+        self._early(nodes)
+        left_out = self._islands()
+        dropped |= np.isin(keys, left_out) & self.is_due
+        kicked = self.kicked[c.k, c.i] | (c.pair & self.kicked[c.k, c.other])
+        happened = keys[acts & kicked & ~np.isin(keys, left_out)]
+        self._missed(c.part(waits | dropped), self.touch[waits | dropped], happened)
+
+    def _has_more(self, acts: Bools) -> Bools:
+        """Return which contacts are of balls that have another contact in the step."""
+        c, count = self.c, np.zeros(self.run.v0.shape, int)
+        some = c.part(acts)
+        np.add.at(count, (some.k, some.i), 1)
+        np.add.at(count, (some.k[some.pair], some.j[some.pair]), 1)
+        more: Bools = (count[c.k, c.i] > 1) | (c.pair & (count[c.k, c.other] > 1))
+        return more
+
+    def _at_rest(self, c: Contacts) -> Bools:
+        """Return which contacts are of balls that gravity presses to a wall that carries them, or that lie still."""
+        run, dt, fall = self.run, self.run.dt[c.k], abs(self.run.g) * self.run.dt[c.k]
+        if not run.g:
+            return np.zeros(len(c.k), bool)
+
+        def still(ball: Integers) -> Bools:
+            moved = np.abs(run.x[c.k + 1, ball] - run.x[c.k, ball]) / dt
+            fast = np.maximum(moved, np.maximum(np.abs(run.v[c.k + 1, ball]), np.abs(run.v0[c.k, ball])))
+            slow: Bools = fast <= 4 * fall
+            return slow
+
+        (_, before), (n, after) = (run.geometry(c.i, c.j, run.x[k, c.i], run.x[k, c.other]) for k in (c.k, c.k + 1))
+        across = np.maximum(np.abs(dot(run.v0[c.k, c.i], n)), np.abs(dot(run.v[c.k + 1, c.i], n)))
+        way = REST * fall * dt
+        carried = (across <= REST * fall) & (np.minimum(before, after) > -way) & (np.abs(after - before) <= way)
+        mu = run.mu[c.i] * run.wall_mu[np.where(c.pair, 0, ~c.j)]
+        slower = np.abs(dot(run.v[c.k + 1, c.i] - run.hv[c.k, c.i], 1j * n))
+        rubs = slower <= REST * mu * fall + run.floor / dt + 0.1 * fall
+        return np.where(c.pair, still(c.i) & still(c.other), (carried & rubs) | still(c.i))
+
+    def _singles(self, c: Contacts, touch: Floats) -> None:
+        """Judge contacts that are alone, with velocities as they are or as they were before what slows balls down."""
+        best = -1
+        for undo in dict.fromkeys((1.0, self.habit.speed.factor)) if len(c.k) else ():
+            each = Singles(self.run, self.habit, c, touch, undo)
+            found = explain(each)
+            cause = found.rows["cause"]
+            lawful = (cause != NOTHING) & found.those([key.is_right for key in found.keys])
+            fits = int(np.sum((cause != NOTHING) + 2 * lawful + (cause == RIGHT)))
+            if fits > best:
+                best, s, chosen, self.undo = fits, each, found, undo
+        if best >= 0:
+            doubt_faults(chosen, self.kicked[c.k, c.i] | (c.pair & self.kicked[c.k, c.other]))
+            self._enter_singles(s, chosen)
+
+    def _enter_singles(self, s: Singles, chosen: Chosen) -> None:
+        """Enter single contacts in the ledger: what is right, and what is wrong."""
+        run, ledger, c = self.run, self.ledger, s.at
+        cause, key, value = (chosen.rows[name] for name in ("cause", "key", "value"))
+        found, crowded = cause != NOTHING, self._crowded(c)
+        _, model = np.unique(np.column_stack([key, np.nan_to_num(value, nan=-99.0)]), axis=0, return_inverse=True)
+        model = model.ravel()
+        often = np.bincount(model[found & ~crowded], minlength=model.max() + 1)[model] >= 2
+        clear, in_time = found & ~crowded, chosen.those([each.when == When.TOUCH for each in chosen.keys])
+        is_stepped = np.count_nonzero(clear & ~in_time) > np.count_nonzero(clear & in_time)
+        usual = (cause == Cause.LATE) & chosen.those([each.is_right for each in chosen.keys]) & is_stepped
+        known = found & (~crowded | (cause == RIGHT) | often | usual)  # else another contact may have done it
+        self.done[c.k[known], c.i[known]] = True
+        self.done[c.k[known & c.pair], c.j[known & c.pair]] = True
+        self._note_rules(chosen, known, c.pair)
+        impulse, rub, heat, rubbed = s.near_end()
+        rest = run.gain(c.k, c.i) + np.where(c.pair, run.gain(c.k, c.other), 0.0) + heat + rubbed
+        ledger.rightful(Cause.ELASTICITY, -heat[known], int((heat[known] > 0).sum()))
+        ledger.rightful(Cause.FRICTION, -rubbed[known], int((rubbed[known] > 0).sum()))
+        ledger.rightful(Cause.ROUNDING, rest[known & (cause == RIGHT)])
+        wrong = known & (cause != RIGHT)
+        w, at, rows = s.part(wrong), c.part(wrong), chosen.rows[wrong]
+        met, rub, is_due = w.met(When.TOUCH), rub[wrong], w.touch < NEVER
+        push = impulse[wrong] * met.n + rub * 1j * met.n
+        left = np.where(is_due, w.dt - np.where(is_due, w.touch, 0.0), 0.0)
+        balls, given, masses = (at.i, at.other), (-push / w.mi, push / w.mj), (w.mi, np.where(at.pair, w.mj, 0.0))
+        off_v = [np.abs(dv - exact) for dv, exact in zip((w.dvi, w.dvj), given, strict=True)]
+        off_x = [np.abs(dx - left * exact) for dx, exact in zip((w.dxi, w.dxj), given, strict=True)]
+        should = [by_gravity(run.flights(at.k, b)) + dv for b, dv in zip(balls, given, strict=True)]
+        gained = ledger.gained(at.k, at.i) + ledger.gained(at.k, at.other)
+        names = [
+            (chosen.keys[one], chosen.keys[two].law if two != NOTHING else "") for one, two in rows[["key", "also"]]
+        ]
+        ledger.enter(
+            at, cause=Cause.UNKNOWN if self.is_noisy else rows["cause"], value=rows["value"], depth=rows["depth"],
+            law=[one.law for one, _ in names], place=[one.place for one, _ in names], also=[also for _, also in names],
+            energy=rest[wrong], displacement=sum(off_x), speed=sum(off_v), normal=pairs(w.met(When.END).n),
+            momentum=(masses[0] * off_v[0] + masses[1] * off_v[1]) / (1 + at.pair),
+            gained=np.where(at.pair[:, None], gained, 0.0),
+            should=np.stack([pairs(v) for v in should], axis=1),
+            spin_should=np.stack([run.w[at.k, b] - 2 * rub / (run.m[b] * run.r[b]) for b in balls], axis=1),
+            should_normal=pairs(np.where(is_due, met.n, np.nan)),
+        )  # fmt: skip
+        self.counts["single"] += len(known)
+        self.counts["unexplained"] += int((~known).sum())
+
+    def _note_rules(self, chosen: Chosen, known: Bools, pair: Bools) -> None:
+        """Note what explains contacts as rules for islands, with how many contacts show each."""
+        rows, seen = chosen.rows[known], Counter[tuple[int, str, int, bool]]()
+        for row, is_pair in zip(rows[["key", "value", "cause"]].tolist(), pair[known].tolist(), strict=True):
+            number, value, cause = row
+            seen[number, f"{value:.9g}", cause, is_pair] += 1
+        for (number, value, cause, is_pair), times in seen.most_common(50):
+            parameter, fault = 1.0 if value == "nan" else float(value), Cause(cause) if cause >= 0 else None
+            self.rules.append(Shown(chosen.keys[number], parameter, fault, is_pair, times))
+
+    def _crowded(self, c: Contacts) -> Bools:
+        """Return which contacts are of balls that may have another: with an active ball, a wall, or what they touch."""
+        run, every = self.run, self.c
+        both = every.pair & self.active[every.k, every.i] & self.active[every.k, every.other]
+        some = every.part(both | ~every.pair | (self.deepest > -run.tiny))
+        near = np.zeros(run.v0.shape, int)
+        np.add.at(near, (some.k, some.i), 1)
+        np.add.at(near, (some.k[some.pair], some.j[some.pair]), 1)
+        own = np.isin(keys_of(c, run), keys_of(some, run))
+        crowded: Bools = (near[c.k, c.i] > own) | (c.pair & (near[c.k, c.other] > own))
+        return crowded
+
+    def _early(self, nodes: Integers) -> None:
+        """Judge balls that nothing should have touched as contacts that came early."""
+        run, kicked = self.run, self.kicked & ~self.done
+        kicked[nodes // run.n, nodes % run.n] = False
+        k, i = np.nonzero(kicked)
+        margin = float(run.r.max())
+        c = Contacts.joined(
+            near_pairs_of(run, k, i, self.way[k, i], margin),
+            near_walls(run, k, i, self.way[k, i], margin / 2),
+        )
+        if not len(c.k):
+            return
+        s = Singles(run, self.habit, c, np.full(len(c.k), NEVER), self.undo)
+        chosen, used, keep = Chosen.none(len(c.k)), set[tuple[int, int]](), []
+        choose(s, chosen, np.arange(len(c.k)))
+        cause = chosen.rows["cause"]
+        named = (cause >= 0) & (cause != Cause.UNKNOWN) & ~chosen.those([key.place == ANYWHERE for key in chosen.keys])
+        for row in np.flatnonzero(named).tolist():
+            balls = {(int(c.k[row]), int(ball)) for ball in (c.i[row], c.j[row]) if ball >= 0}
+            if not balls & used:
+                used |= balls
+                keep.append(row)
+        if keep:
+            self._enter_singles(s.part(np.array(keep)), Chosen(chosen.rows[keep], chosen.keys))
+
+    # Islands
+
+    def _islands(self) -> Integers:
+        """Judge the balls that are left, in groups of those that may have touched; return the contacts left out."""
+        run, c, left = self.run, self.c, self.active & ~self.done
+        touching = c.pair & (self.deepest > -run.tiny)
+        reached, t = left.copy(), c.part(touching)
+        while (grow := reached[t.k, t.i] != reached[t.k, t.j]).any():  # what one of a row gets, it passes on
+            reached[t.k[grow], t.i[grow]] = reached[t.k[grow], t.j[grow]] = True
+        a, b = left[c.k, c.i], left[c.k, c.other] | ~c.pair
+        join = np.where(c.pair, (a & b) | (self.is_due & (a | b)) | (touching & reached[c.k, c.i]), a)
+        some, lone = c.part(join), np.flatnonzero(left)
+        nodes, index = np.unique(np.concatenate([lone, *some.nodes(run.n)]), return_inverse=True)
+        label = components(len(nodes), *np.split(index[len(lone) :], 2))
+        size, has_due = np.bincount(label, minlength=len(nodes)), np.zeros(len(nodes), bool)
+        has_due[label[index[len(lone) : len(lone) + len(some.k)][self.is_due[join]]]] = True
+        single = (size[label] == 1) & ~has_due[label]
+        self._lone(*np.divmod(nodes[single], run.n))
+        kept = np.flatnonzero(~single)
+        order = kept[np.argsort(label[kept], kind="stable")]
+        return self._judge_islands(nodes[order], np.unique(label[order], return_inverse=True)[1])
+
+    def _judge_islands(self, nodes: Integers, island: Integers) -> Integers:
+        """Judge islands; return the keys of contacts that are left out of them.
+
+        nodes: balls in steps, island by island; island: the number of each. How far an island is off, and what
+        restitution and friction take, is of its contacts as if each were alone.
         """
-        if len(balls) > MAX_COMPUTED or self._unlike_reference >= MAX_FRUITLESS:
-            return None, False
-        if len(balls) > MAX_TRIED and self._are_deep(f, step, balls):
-            return None, False
-        dt, end = float(f.dt[step]), None
-        x, v, spin = End.of(f.before, step, balls)
-        start = State(0.0, x, v, f.before.angle[step, balls], spin)
-        after, enough = End.of(f.after, step, balls), self._negligible(f)
-        for exact in reference_steps(self.scene, balls, start, dt):
-            end = End(exact.position, exact.velocity, exact.spin)
-            off_x, off_v, spun = (np.abs(mine - due).max(initial=0.0) for mine, due in zip(after, end, strict=True))
-            if max(off_x, off_v * dt, spun * float(self._bodies.radius[balls].max()) * dt) <= enough:
-                self._unlike_reference = 0
-                return after, True
-        self._unlike_reference += 1
-        return end, False
+        run, c, ledger, count = self.run, self.c, self.ledger, int(island.max(initial=-1)) + 1
+        if not count:
+            return np.empty(0, np.int64)
+        k, i = np.divmod(nodes, run.n)
+        sorter = np.argsort(nodes)
+        one, two = (sorter[np.searchsorted(nodes, at, sorter=sorter) % len(nodes)] for at in c.nodes(run.n))
+        inside = (nodes[one] == c.nodes(run.n)[0]) & (nodes[two] == c.nodes(run.n)[1]) & (island[one] == island[two])
+        near = np.flatnonzero(inside)
+        near = near[np.lexsort((c.j[near], c.i[near], island[one[near]]))]
+        of_near, due = island[one[near]], near[self.is_due[near]]
+        s, of_due = Singles(run, self.habit, c.part(due), self.touch[due]), island[one[due]]
+        impulse, rub, heat, rubbed = s.near_end()
+        n = s.met(When.TOUCH).n
+        push = impulse * n + rub * 1j * n
+        off_x, off_v = run.x[k + 1, i] - run.hx[k, i], run.v[k + 1, i] - run.hv[k, i]
+        for at, given in ((one[due], -push / s.mi), (two[due], np.where(s.pair, push / s.mj, 0.0))):
+            np.add.at(off_v, at, -given)
+            np.add.at(off_x, at, -given * (s.dt - s.touch))
 
-    def _are_deep(self, f: Flown, step: int, balls: Integers) -> bool:
-        """Return whether some balls are so far in each other that the reference takes long to part them."""
-        radius, filters = self._bodies.radius[balls], self._bodies.filters[balls]
-        deepest, _, _ = deepest_overlap(f.before.position[step, balls], radius, filters)
-        return deepest > DEEP * float(radius.min())
+        def summed(values: Floats | Bools, of: Integers = island) -> Floats:
+            return np.bincount(of, values, count).astype(float)
 
-    def _uncomputed(self, f: Flown, step: int, balls: Integers, elastic: Floats) -> list[StepError]:
-        """Return the error of a group whose exact step is not known from contact to contact; none if it is right."""
-        if self._rests(f, step, balls):
-            _set_exact(f, step, balls, End.of(f.after, step, balls))
-            return []
-        flight = End.of(self.measure.flown_in(f, step, {}), 0, balls)
-        _set_exact(f, step, balls, flight)  # the contacts are not known
-        end, is_right = self._by_reference(f, step, balls)
-        if end:
-            self._take(f, step, balls, elastic, end)
-        if is_right:
-            return []
-        problem = self._problem(f, step, balls, end or flight)
-        fitting = [o for o in self._experience.search_known(problem, soft=False) if not o.trial.is_in_time]
-        if fitting:
-            self._unlike_reference = 0
-        elif end is None:
-            return [self.measure.error(f, step, balls, None, Cause.UNKNOWN, _why_uncomputed(len(balls)))]
-        self._experience.learn(fitting)
-        wrong = self._of_fitting(f, step, balls, elastic, problem, fitting)
-        for error in wrong:
-            error.is_measured = end is not None
-        return wrong
+        slow = 4 * abs(run.g) * run.dt[k]
+        moves = (np.abs(run.x[k + 1, i] - run.x[k, i]) > slow * run.dt[k] + run.tiny) | (np.abs(run.v[k + 1, i]) > slow)
+        rests = (summed(moves) == 0) & bool(run.g)
+        times, said = summed(np.ones(len(due)), of_due), np.zeros(count, ERROR)
+        said["cause"], said["law"], said["value"], said["times"] = (
+            Cause.UNKNOWN,
+            "several",
+            np.nan,
+            np.maximum(times, 1),
+        )
+        tried, firsts = Tried(self.rules), Contacts(*np.full((3, count), NO_BODY))
+        balls, contacts = (np.searchsorted(of, np.arange(count + 1)) for of in (island, of_near))
+        for number in range(count):
+            group, rows = slice(*balls[number : number + 2]), near[slice(*contacts[number : number + 2])]
+            first = [*rows[self.is_due[rows]], *rows][:1]
+            firsts.k[number], firsts.i[number] = k[group][0], c.i[first[0]] if first else i[group][0]
+            firsts.j[number] = c.j[first[0]] if first else NO_BODY
+            if number < MAX_ISLANDS and not rests[number] and len(rows) <= MAX_TOGETHER:
+                for name, value in tried.explain(
+                    Island(run, c.part(rows), k[group][0], i[group], self.undo), rows
+                ).items():
+                    said[name][number] = value
+        self.counts["islands"] += count
+        right, wrong = said["cause"] == RIGHT, ~rests & (said["cause"] != RIGHT)
+        taken = summed(heat, of_due), summed(rubbed, of_due)
+        rest = summed(run.gain(k, i)) + taken[0] + taken[1]
+        ledger.rightful(Cause.ELASTICITY, -taken[0], int((heat > 0).sum()))
+        ledger.rightful(Cause.FRICTION, -taken[1], int((rubbed > 0).sum()))
+        ledger.rightful(Cause.ROUNDING, rest[right | rests])
+        gained = np.stack([summed(part) for part in ledger.gained(k, i).T], axis=1)
+        gained[summed(~c.pair[near], of_near) > 0] = 0.0
+        ledger.enter(
+            firsts.part(wrong), **{name: said[name][wrong] for name in ("cause", "law", "place", "value", "times")},
+            energy=rest[wrong], displacement=summed(np.abs(off_x))[wrong], speed=summed(np.abs(off_v))[wrong],
+            momentum=summed(run.m[i] * np.abs(off_v))[wrong], gained=gained[wrong],
+        )  # fmt: skip
+        return keys_of(c.part(np.array(tried.left_out, np.int64)), run)
 
-    def _cause_of(self, outcome: Outcome, problem: Problem) -> Cause:
-        if not outcome.trial.is_wrong:
-            return self.habit.cause or Cause.UNKNOWN
-        return cause_of(outcome, problem)
+    def _lone(self, k: Integers, i: Integers) -> None:
+        """Judge balls that touch nothing and do not fly as the engine does."""
+        run, at = self.run, (k, i)
+        off_x, off_v = np.abs(run.x[k + 1, i] - run.hx[at]), np.abs(run.v[k + 1, i] - run.hv[at])
+        gain = run.gain(k, i)
+        spun = np.abs(run.w[k + 1, i] - run.w[k, i] * run.kept) * run.r[i]
+        least = TINY * (1 + np.abs(run.v0[at]))
+        small = (off_x < TINY * run.r[i]) & (off_v < least) & (spun < least)
+        self.ledger.rightful(Cause.ROUNDING, gain[small])
+        touches, may = self._beside(k, i)
+        kicked = self.kicked[at]
+        cause = np.where(may, Cause.UNKNOWN, np.where(kicked, Cause.UNREPORTED, Cause.TELEPORTED))
+        cause = np.where(touches & ~kicked, Cause.POSITION_CORRECTION, cause)
+        speed = np.abs(run.v[k + 1, i])
+        law = np.where(kicked, np.where(speed == 0, "stopped", "changed"), "put")
+        law = np.where(may, np.where(touches & ~kicked, "apart", "single"), law)
+        rows = ~small
+        lone = Contacts(k[rows], i[rows], np.full(np.count_nonzero(rows), NO_BODY))
+        exact = by_gravity(run.flights(lone.k, lone.i))
+        self.ledger.enter(
+            lone, cause=cause[rows], law=law[rows], value=np.where(kicked & ~may, speed, np.nan)[rows],
+            energy=gain[rows], displacement=off_x[rows], speed=off_v[rows], momentum=(run.m[i] * off_v)[rows],
+            gained=self.ledger.gained(lone.k, lone.i) * ~may[rows, None],
+            should=np.stack([pairs(exact)] * 2, axis=1), spin_should=run.w[lone.k, lone.i][:, None],
+        )  # fmt: skip
 
-    def _contact(self, problem: Problem, candidates: Sequence[tuple[Outcome, Cause]]) -> tuple[int, int] | None:
-        """Return the contact that an error is named by: the first of what explains it, or the first that is missed."""
-        due = _pairs(problem.exact)
-        done = _pairs(candidates[0][0]) if candidates else []
-        if candidates and candidates[0][1] == Cause.MISSED:
-            done = [pair for pair in due if pair not in done]
-        return next(iter([*done, *due]), None)
+    def _beside(self, k: Integers, i: Integers) -> tuple[Bools, Bools]:
+        """Return which balls are pushed out of what they touch, and which may have met something, even a little early.
 
-    def _of_unknown(
-        self, f: Flown, step: int, balls: Integers, contact: tuple[int, int] | None, problem: Problem
-    ) -> list[StepError]:
-        """Return the errors of a group that no model explains: of each ball alone, if it can have had no contact."""
-        off = np.abs((problem.after - problem.exact.after) * problem.scale) > f.floor
-        if (far := self.measure.far_off(f, step, balls)).any():
-            errors = self.measure.alone(f, step, balls[far], ~far[far], self.habit)
-            if (others := balls[off.any(axis=1) & ~far]).size:
-                errors.append(self.measure.error(f, step, others, None, Cause.UNKNOWN, NO_SINGLE_ERROR))
-            return errors
-        if contact or self.touches.among(f, step, balls.tolist()):
-            error = self.measure.error(f, step, balls, contact, Cause.UNKNOWN, NO_SINGLE_ERROR)
-            if len(self._unexplained) < MAX_FITS:
-                self._unexplained.append((error, problem))
-            return [error]
-        wrong, kicked = off.any(axis=1), np.asarray(off[:, 2:].any(axis=1))
-        return self.measure.alone(f, step, balls[wrong], kicked[wrong], self.habit)
+        They may have met what they touch, active balls within their way, or what they are pushed away from, near by.
+        """
+        run, c, margin = self.run, self.c, 0.3 * float(self.run.r.min())
+        out, met = np.zeros(run.v0.shape, complex), np.zeros(run.v0.shape, bool)
+        t = c.part(self.deepest > -run.tiny)
+        n, _ = run.geometry(t.i, t.j, run.x[t.k, t.i], run.x[t.k, t.other])
+        np.add.at(out, (t.k, t.i), -n)
+        np.add.at(out, (t.k[t.pair], t.j[t.pair]), n[t.pair])
+        off = run.x[k + 1, i] - run.hx[k, i]
+        pushed = dot(off, out[k, i]) > 0.7 * np.abs(off) * np.abs(out[k, i])
+        both = c.pair & self.active[c.k, c.i] & self.active[c.k, c.other]
+        some = c.part(both | (self.deepest > -run.tiny))
+        met[some.k, some.i] = met[some.k[some.pair], some.j[some.pair]] = True
+        k1, i1 = k[self.kicked[k, i]], i[self.kicked[k, i]]
+        dv = run.v[1:] - run.hv
+        w, p = (of(run, k1, i1, self.way[k1, i1], margin) for of in (near_walls, near_pairs_of))
+        n, _ = run.geometry(w.i, w.j, run.x[w.k + 1, w.i], np.zeros(len(w.k), complex))
+        away = -dot(dv[w.k, w.i], n) > 0.7 * np.abs(dv[w.k, w.i])
+        met[w.k[away], w.i[away]] = True
+        between = run.x[p.k + 1, p.j] - run.x[p.k + 1, p.i]
+        apart = (dot(dv[p.k, p.i], between) < 0) & (dot(dv[p.k, p.j], between) > 0)
+        met[p.k[apart], p.i[apart]] = met[p.k[apart], p.j[apart]] = True
+        return pushed & (out[k, i] != 0), met[k, i]
 
-    def _enter(self, states: States, f: Flown, elastic: Floats, errors: Sequence[StepError]) -> None:
-        """Enter what is right about a block."""
-        scene, bodies = self.scene, self.scene.bodies
-        sums = self.rightful[0]
-        size, gravity = scene.arena.size, scene.gravity
-        start = energy(states.rows(slice(-1)), bodies, gravity, size)
-        pushed, exact = (energy(s, bodies, gravity, size) for s in (f.before, f.exact))
-        end = energy(f.after, bodies, gravity, size)
-        sums[Cause.APPLIED] += float((pushed - start).sum())
-        sums[Cause.ELASTICITY] += float(elastic.sum())
-        rest = float((exact - pushed).sum() - elastic.sum())
-        smooth = self.habit.cause or Cause.ROUNDING  # what is taken for right may have the engine's flight in it
-        sums[Cause.FRICTION if scene.is_rough else smooth] += rest
-        sums[Cause.ROUNDING] += float((end - exact).sum()) - sum(error.energy for error in errors)
-        if scene.is_rough:
-            turning = spin_energy(states.spin[[0, -1]], bodies.moment)
-            sums[Cause.SPIN] += turning[1] - turning[0]
+    # What did not happen, and flights
+
+    def _missed(self, c: Contacts, t: Floats, resolved: Integers) -> None:
+        """Name contacts that were due at times t, s, and did not happen before the two were apart again.
+
+        Of a wall, a ball must end on its other side: what it flies back from by itself is no passage.
+        """
+        run = self.run
+        xi, xj = (run.x[c.k, b] + t * (run.u[c.k, b] + t * run.pull / 2) for b in (c.i, c.other))
+        vi, vj = run.v0[c.k, c.i] + t * run.pull, np.where(c.pair, run.v0[c.k, c.other] + t * run.pull, 0.0)
+        n, _ = run.geometry(c.i, c.j, xi, xj)
+        closing = dot(vi - vj, n)
+        order = np.argsort(keys_of(c, run))
+        order = order[(closing * run.dt[c.k] > 4 * run.floor)[order]]
+        c, n, closing, keys = c.part(order), n[order], closing[order], keys_of(c, run)[order]
+        begins = np.diff(keys, prepend=-9) != 1  # of the steps in a row in which it is due
+        ends = c.part(np.append(begins[1:], True)[: len(begins)])
+        first, n, closing = c.part(begins), n[begins], closing[begins]
+        after, wall = np.minimum(ends.k + 1, run.steps), np.where(ends.pair, 0, ~ends.j)
+        x, to = run.x[after, ends.i], run.x[after, ends.other]
+        _, depth = run.geometry(ends.i, ends.j, x, to)
+        is_arena = ~ends.pair & (wall < ARENA_COUNT)
+        beyond = np.where(is_arena, depth > run.r[ends.i], dot((run.start + run.end)[wall] / 2 - x, n) <= 0)
+        passed = np.where(ends.pair, (depth <= 0) | (ends.k + 1 < run.steps), beyond) & ~np.isin(
+            keys_of(ends, run) + 1, resolved
+        )
+        first, n, closing = first.part(passed), n[passed], closing[passed]
+        e = run.e[first.i] * np.where(first.pair, run.e[first.other], run.wall_e[np.where(first.pair, 0, ~first.j)])
+        reduced = 1 / (1 / run.m[first.i] + np.where(first.pair, 1 / run.m[first.other], 0))
+        impulse, balls = (1 + e) * reduced * closing, (first.i, first.other)
+        given = [sign * impulse * n / run.m[b] for b, sign in zip(balls, (-1, 1), strict=True)]
+        should = [by_gravity(run.flights(first.k, b)) + dv for b, dv in zip(balls, given, strict=True)]
+        flown = [run.x[first.k + 1, b] - run.x[first.k, b] for b in balls]
+        self.ledger.enter(
+            first, cause=Cause.MISSED, law=np.where(first.pair, "passed", "through"), value=np.abs(flown).max(axis=0),
+            speed=impulse / reduced, momentum=impulse,
+            should=np.stack([pairs(v) for v in should], axis=1), should_normal=pairs(n),
+            spin_should=np.stack([run.w[first.k, b] for b in balls], axis=1),
+        )  # fmt: skip
+
+    def judge_flights(self, *, is_soft: bool) -> None:
+        """Enter what the engine's way to fly is wrong by; of soft contacts, the rest of the energy is theirs."""
+        run, habit, dt = self.run, self.habit, self.run.dt[:, None]
+        x, v = run.x[:-1] + run.v0 * dt + run.g * dt**2 / 2, run.v0 + run.g * dt
+        off_x, off_v, turning = np.abs(run.hx - x), np.abs(run.hv - v), run.w[:-1] != 0
+        zero, kept = np.zeros_like(x), run.w[:-1] * run.kept
+        lifted = run.energies(run.hx - x, zero, zero.real)
+        moved = run.energies(zero, run.hv, kept) - run.energies(zero, v, run.w[:-1])
+        wrong = [("place", habit.place.cause, off_x > run.floor, off_x, 0 * off_v, lifted)]
+        if habit.speed.cause is not None:
+            wrong.insert(0, ("speed", habit.speed.cause, off_v * dt > run.floor, 0 * off_x, off_v, moved))
+        elif run.kept != 1:
+            wrong.insert(0, ("slows spin", Cause.UNREPORTED, turning, 0 * off_x, 0 * off_v, moved))
+        rest, gained = float((lifted + moved).sum()), [*pairs((run.m * (run.hv - v)).sum()), 0.0]
+        for name, cause, where, x_off, v_off, energy in wrong:
+            if cause is None or not where.any():
+                continue
+            of_all = rest if len(wrong) == 1 or wrong[-1][1] is None else float(energy.sum())
+            k, i = np.argwhere(where)[0]
+            law = habit.place if name == "place" else habit.speed
+            self.flights[name] = of_flight(run.scene.units, law, run.kept)
+            self.ledger.enter(
+                Contacts(*(np.array([part]) for part in (k, i, NO_BODY))), cause=cause, law=name, place="flight",
+                times=int(where.sum()), energy=of_all, displacement=x_off.sum(), speed=v_off.sum(),
+                momentum=(run.m * v_off).sum(), gained=gained if name == "speed" and cause != Cause.DAMPING else 0.0,
+                should=pairs(v[k, i])[None, None], spin_should=run.w[k, i],
+            )  # fmt: skip
+            rest -= of_all
+        self.ledger.rightful(Cause.ROUNDING, rest)
+        if is_soft:
+            self.ledger.rightful(Cause.SOFT, run.gain(*np.indices(run.v0.shape).reshape(2, -1)))
+
+    def mark_overlaps(self, errors: Errors) -> None:
+        """Blame on an overlap at the start what balls do until it ends: no step led them into each other."""
+        run, deep = self.run, self.c.part(self.run.depth(self.c, self.run.x[:-1]) > self.run.tiny)
+        keys = np.sort(keys_of(deep, run))
+        begins = np.flatnonzero(np.diff(keys, prepend=-9) != 1)
+        of_start = np.repeat(keys[begins] % (run.steps + 1) == 0, np.diff(np.append(begins, len(keys))))
+        deep = deep.part(np.isin(keys_of(deep, run), keys[of_start]))
+        _, depth = run.geometry(deep.i, deep.j, run.x[0, deep.i], run.x[0, deep.other])
+        overlaps, pair = np.zeros(run.v0.shape), deep.pair
+        overlaps[deep.k, deep.i] = depth
+        overlaps[deep.k[pair], deep.j[pair]] = depth[pair]
+        second = np.where((errors["second"] >= 0) & (errors["second"] != NO_BODY), errors["second"], errors["first"])
+        step = errors["step"] - 1
+        most = SEVERAL * np.minimum(overlaps[step, errors["first"]], overlaps[step, second])
+        puts = np.isin(errors["cause"], [Cause.POSITION_CORRECTION, Cause.TELEPORTED])
+        size = np.where(puts, errors["displacement"], np.fmax(errors["depth"], 0.0))
+        blamed = (size < most) & np.isin(errors["cause"], OF_OVERLAP)
+        errors["cause"][blamed], errors["law"][blamed], errors["place"][blamed] = Cause.OVERLAPPED, "overlap", ""
+
+    def close(self, errors: Errors) -> None:
+        """Enter what the hand gave, what went into spin, and what is left of the energy."""
+        run, sums = self.run, self.ledger.sums
+        hand = run.m * (np.abs(run.v0) ** 2 - np.abs(run.v[:-1]) ** 2) / 2
+        self.ledger.rightful(Cause.APPLIED, hand, int(np.count_nonzero(hand)))
+        sums[0, Cause.SPIN] = (run.moment * (run.w[1:] ** 2 - (run.w[:-1] * run.kept) ** 2)).sum() / 2
+        total = run.energies(run.x, run.v, run.w).sum(axis=1)
+        entered = sums[0].sum() - sums[0, Cause.SPIN] + errors["energy"].sum()
+        rest = total[-1] - total[0] - entered
+        is_rounding = abs(rest) <= 1e-9 * np.abs(total).max()
+        self.ledger.rightful(Cause.ROUNDING if is_rounding else Cause.UNKNOWN, rest)
 
 
-def _why_uncomputed(count: int) -> str:
-    """Return why the exact step of some balls is not known."""
-    if count > MAX_BALLS:
-        return f"{count} balls touch in one step: too many to tell what is wrong."
-    return "A ball leans on others, or goes round an edge: such a step is not computed."
-
-
-def _pairs(outcome: Outcome) -> list[tuple[int, int]]:
-    """Return the contacts of an outcome: first and second."""
-    return [(int(m["first"]), int(m["second"])) for m in outcome.met]
-
-
-def _name(error: StepError, candidates: list[tuple[Outcome, Cause]], problem: Problem) -> None:
-    """Set what outcomes that leave nothing over say of an error, but for its cause."""
-    met = candidates[0][0].met
-    error.candidates, error.numbers = candidates, problem.numbers
-    error.depth = float(met["depth"].max()) if len(met) else None
-
-
-def _met(part: Part, depth: float) -> NDArray[np.void]:
-    """Return the contact that shows how late a part's were found. depth: px."""
-    met = np.zeros(1, MET)
-    met["first"], met["second"], met["depth"], met["late"] = part.first, part.second, depth, part.late
-    met["closing"] = part.closing
-    return met
-
-
-def _end_of(outcome: Outcome) -> End:
-    return End(outcome.after[:, :2], outcome.after[:, 2:4], outcome.after[:, 4])
-
-
-def _set_exact(f: Flown, step: int | Integers, balls: Integers, end: End) -> None:
-    """Take an end of a step for the exact one."""
-    for rows, values in zip((f.exact.position, f.exact.velocity, f.exact.spin), end, strict=True):
-        rows[step, balls] = values
+def _fly(run: Run, free: Bools, damping: float) -> Habit:
+    """Find how the engine flies, and set it in the run."""
+    habit = habit_of(run, free, damping)
+    k, i = np.indices(run.v0.shape).reshape(2, -1)
+    hx, hv = (part.reshape(run.v0.shape) for part in habit.end(run.flights(k, i)))
+    pull = run.g
+    if habit.speed.cause is Cause.GRAVITY:
+        pull = complex(*habit.speed.values[:2])
+    run.fly(hx, hv, pull, habit.kept, habit.place.clock)
+    return habit

@@ -1,193 +1,119 @@
-"""Sentences on what is wrong with a step, and with many."""
+"""The sentence of each cause, formatted in one place from its numbers."""
 
-import math
-from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
-from sandbox.judge.causes import NEGLIGIBLE, Cause
-from sandbox.judge.explain import Part
-from sandbox.judge.fit import Outcome
-from sandbox.judge.law import UNDONE
-from sandbox.judge.models import BY_NAME
-from sandbox.judge.restitutions import in_common
+from sandbox.judge.causes import Cause
+from sandbox.judge.flight import PlaceLaw, SpeedLaw
+from sandbox.judge.laws import BY_NAME, PLACES
+from sandbox.judge.ledger import Errors
 from sandbox.judge.thresholds import ALIKE
-from sandbox.quantity import length
-from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.scene.units import Dimension
+from sandbox.scene.units import Dimension, Units
 from sandbox.state import Floats
 
-SHORT = 1e-3  # ms; a contact that is so little late or early is found in time
-NO_SINGLE_ERROR = "What the step did fits no single error."
+OF_STEPS: Final = {  # what no law of contacts is the cause of; {v} is a speed
+    "passed": "Two balls passed through each other without a contact; one flew {v} in the step.",
+    "through": "A ball went through a wall without a contact: it flew {v} in the step.",
+    "several": "Several contacts at once, which are not judged.",
+    "soft": "Contacts push over several steps, as springs do.",
+    "stopped": "A ball's velocity becomes 0 without a contact.",
+    "changed": "A ball's velocity changes without a contact, to {v}.",
+    "put": "Balls are put elsewhere without a contact.",
+    "apart": "Balls that overlap are pushed apart.",
+    "together": "Several contacts at once are found late.",
+    "single": "What the step did fits no single error.",
+    "approach": "The solver has not converged: bodies still approach, or part too fast.",
+    "pulls": "An impulse of an earlier step pulls bodies together.",
+    "overlap": "Bodies overlap when the run begins: no step led them into each other.",
+    "left out": "Of several contacts in a step, one is left out.",
+}
+FLIGHTS: Final = {
+    "damping": "Damping leaves {0:.4g} % of the velocities each second.",
+    "no gravity": "Balls in flight fall without gravity.",
+    "multiplied": "Every step multiplies velocities by {0:.6g} ({1:.4g} a second), without a contact.",
+    "turned": "Every step multiplies velocities by {0:.6g} and turns them by {2:.4g}°, without a contact.",
+    "multiplied x": "Every step multiplies velocities along x by {0:.6g}, without a contact.",
+    "multiplied y": "Every step multiplies velocities along y by {0:.6g}, without a contact.",
+    "share of gravity": "Balls in flight fall with {2:.5g} of the scene's gravity.",
+    "clock": "Each step flies for {0:.6g} of its length.",
+    "cut": "Positions are cut to whole pixels in each step.",
+    "rounded": "Positions are rounded to whole pixels in each step.",
+}
 
 
-def of_outcome(scene: Scene, outcome: Outcome, cause: Cause) -> str:
-    """Return what an outcome says is wrong with a step; empty if nothing is."""
-    trial = outcome.trial
-    said = _of_value(scene, [outcome]) if trial.fault else ""
-    if trial.is_in_time:
-        return said
-    late = _soft(scene, outcome) if trial.is_soft else _late(scene, outcome)
-    if cause == Cause.OVERSHOOT and trial.is_soft:
-        late = f"{late[:-1]}, and kept in touch until the step ends."
-    elif cause in (Cause.OVERSHOOT, Cause.POSITION_CORRECTION) and _puts_back(outcome):
-        late = f"{late[:-1]}, and put back to where the step began."
-    elif cause == Cause.OVERSHOOT:
-        late = f"{late[:-1]}, and put back on the wall: that much of its way is discarded."
-    elif "apart" in trial.rule:
-        late = f"{late} {BY_NAME['apart'].sentence(trial.rule['apart'], scene.units)}"
-    elif cause == Cause.POSITION_CORRECTION:
-        late = f"{late[:-1]}, and put apart by that."
-    return f"{said} {late}".strip()
+def of_flight(units: Units, law: SpeedLaw | PlaceLaw, kept: float) -> str:
+    """Return the sentence of how an engine flies; without a cause, of the share of spin that it keeps."""
+    if law.cause is None:
+        return f"Every step multiplies spins by {kept:.6g}, without a contact."
+    if law.name.startswith("drag by"):
+        return f"Each second of flight takes {law.values[0]:.4g}{law.name[len('drag by') :]} px/s off a ball's speed."
+    if law.name == "pull":
+        acceleration = units.text(Dimension.ACCELERATION, "({:.6g}, {:.6g})", *law.values[:2])
+        return f"Balls in flight accelerate by {acceleration}."
+    if law.name.startswith("gravity"):
+        when, where = ("after", "beyond") if law.name == "gravity after" else ("before", "short of")
+        off = units.text(Dimension.LENGTH, "{:.3g}", law.values[0])
+        return f"Gravity moves balls in steps, at the velocity {when} each: it ends {off} {where} the parabola."
+    if law.name == "shifted":
+        return f"Every step puts each ball {units.text(Dimension.LENGTH, '({:.3g}, {:.3g})', *law.values)} further."
+    return FLIGHTS[law.name].format(*law.values)
 
 
-def _puts_back(outcome: Outcome) -> bool:
-    """Return whether bodies that are found in each other go back to where the step began."""
-    pair = any(m["second"] >= 0 for m in outcome.met)
-    return outcome.trial.rule.get("pair_place" if pair else "wall_place") in UNDONE
+def of_errors(scene: Scene, errors: Errors, flights: dict[str, str]) -> str:
+    """Return what is wrong with errors of one cause, law and place. flights: sentences of how the engine flies."""
+    cause, law, place = (errors[name][0] for name in ("cause", "law", "place"))
+    also = str(errors["also"][0]) if (errors["also"] == errors["also"][0]).all() else ""
+    if place == "flight":
+        return flights[law]
+    values = errors["value"][np.isfinite(errors["value"])]
+    if cause == Cause.UNKNOWN:
+        return OF_STEPS[law if law in OF_STEPS else "single"]
+    said = _of_law(scene, "" if cause == Cause.LATE and np.isfinite(errors["depth"]).any() else str(law), values)
+    if also and also != law and said:
+        said = f"{said[:-1]}; or: {_lower(_of_law(scene, also, values))}"
+    depths = np.abs(errors["depth"][np.isfinite(errors["depth"])])
+    if cause in (Cause.LATE, Cause.EARLY, Cause.OVERSHOOT) and len(depths):
+        said = f"{_found(scene.units, Cause(cause), depths)} {said}".strip()
+    if cause == Cause.POSITION_CORRECTION and place in ("", "pushed"):
+        return OF_STEPS["apart"]
+    where = PLACES[place].sentence if place in PLACES and cause != Cause.LATE and law not in BY_NAME else ""
+    return " ".join(filter(None, (said, where))) or OF_STEPS["single"]
 
 
-def _of_value(scene: Scene, outcomes: Sequence[Outcome]) -> str:
-    """Return the sentence of a fault with one value, and the restitution that it amounts to.
-
-    That an impulse is divided by the diameter can be known if all balls have one radius.
-    """
-    value = float(np.median([outcome.trial.value for outcome in outcomes]))
-    fault, radius = BY_NAME[outcomes[0].trial.fault], float(scene.bodies.radius[0])
-    said = fault.sentence(value, scene.units)
-    if fault.name != "impulse" or radius == 1 or abs(value * radius - 1) >= ALIKE**2 or np.ptp(scene.bodies.radius):
-        return f"{said} {in_common(scene, outcomes)}".strip()
-    diameter = scene.units.text(Dimension.LENGTH, "{:g}", 2 * radius)
-    return f"{said} It is divided by the diameter, {diameter}: a restitution of {2 / radius - 1:.4g}."
-
-
-def _late(scene: Scene, outcome: Outcome) -> str:
-    """Say how late a contact was found by a rule of steps."""
-    deepest = max(outcome.met, key=lambda m: m["depth"])
-    return of_depth(scene, float(deepest["depth"]), float(deepest["late"]), again=outcome.trial.gives_impulses)
+def _of_law(scene: Scene, law: str, values: Floats) -> str:
+    value = float(np.median(values)) if len(values) else np.nan
+    if law in OF_STEPS:
+        dimension = Dimension.VELOCITY if law == "changed" else Dimension.LENGTH
+        return OF_STEPS[law].format(v=scene.units.text(dimension, "{:.4g}", value))
+    if law not in BY_NAME:
+        return ""
+    said = BY_NAME[law].sentence.format(v=value, d=abs(np.degrees(value)))
+    if law == "impulse" and (diameter := _diameter(scene, value)):
+        return f"{said[:-1]} (divided by the diameter, {diameter})."
+    if len(values) > 1 and np.ptp(values) > ALIKE * abs(value) and "{" in BY_NAME[law].sentence:
+        shown = np.degrees(values) if "{d" in BY_NAME[law].sentence else values
+        return f"{said[:-1]} (the median; {shown.min():.3g} to {shown.max():.3g} in all)."
+    return said
 
 
-def of_depth(scene: Scene, depth: float, late: float, *, again: bool = True) -> str:
-    """Say how late a contact was found, px and s: only how deep if that is more than a step, as it was pushed since."""
-    deep = f"{scene.units.text(Dimension.LENGTH, '{:.3g}', depth)} deep"
-    if math.isinf(late):
-        return f"The two were already parting, {deep}{', and were resolved again' * again}."
-    return f"Found {1e3 * late:.3g} ms late, {deep}." if _is_within_a_step(scene, late) else f"Found {deep}."
+def _diameter(scene: Scene, value: float) -> str:
+    """Return the diameter that an impulse is divided by, which can be known if all balls have one radius."""
+    radius = float(scene.bodies.radius[0])
+    if np.ptp(scene.bodies.radius) or radius == 1 or abs(value * radius - 1) > ALIKE**2:
+        return ""
+    return scene.units.text(Dimension.LENGTH, "{:g}", 2 * radius)
 
 
-def _is_within_a_step(scene: Scene, seconds: float) -> bool:
-    return seconds * scene.rate <= 1 + NEGLIGIBLE
+def _found(units: Units, cause: Cause, depths: Floats) -> str:
+    """Say how deep contacts are found, or how far apart."""
+    when, how = ("early", " apart") if cause == Cause.EARLY else ("late", "")
+    low, high = units.scaled(Dimension.LENGTH, float(depths.min()), float(depths.max()))
+    far = units.text(Dimension.LENGTH, "{:.3g}", float(depths.max()))
+    spread = "up to " if high - low > ALIKE * high else ""
+    return f"Found {when}, by {spread}{far}{how}."
 
 
-def of_push(scene: Scene, part: Part, cause: Cause) -> str:
-    """Say how far two bodies are pushed apart."""
-    pushed, overlap = (scene.units.text(Dimension.LENGTH, "{:.3g}", size) for size in (part.pushed, part.overlap))
-    if cause == Cause.OVERSHOOT:
-        return f"The ball was put back on the wall, which discards {pushed} of its way."
-    return f"Pushed apart by {pushed}, of an overlap of {overlap}."
-
-
-def of_impulses(scene: Scene, part: Part, cause: Cause) -> str:
-    """Say what is wrong with the impulses of contacts that are solved together."""
-    two = _named(part.first, part.second)
-    if cause == Cause.WARM_START:
-        return f"The contact of {two} pulls them together."
-    speed = scene.units.text(Dimension.VELOCITY, "{:.3g}", abs(part.after))
-    return f"The solver has not converged: {two} {'still approach' if part.after > 0 else 'part'} at {speed}."
-
-
-def _named(first: int, second: int) -> str:
-    return f"balls {first} and {second}" if second >= 0 else f"ball {first} and a wall"
-
-
-def _soft(scene: Scene, outcome: Outcome) -> str:
-    """Say when a soft contact was found."""
-    met = max(outcome.met, key=lambda m: m["depth"])
-    distance = scene.units.text(Dimension.LENGTH, "{:.3g}", abs(float(met["depth"])))
-    ms, apart = 1e3 * abs(float(met["time"])), f"{distance} {'deep' if met['depth'] > 0 else 'apart'}"
-    if not outcome.met["impulse"].any():
-        return "The contact is missed, and the ball stopped where it touches."
-    if met["closing"] <= 0:
-        return f"The contact is soft: it still pushes the two, which part, {apart}."
-    if math.isinf(ms):
-        return f"Resolved {apart}, though the two would not have touched."
-    in_time = f"{ms:.3g} ms {'late' if met['depth'] > 0 else 'early'}, " if _is_within_a_step(scene, ms / 1e3) else ""
-    when = f"Found {in_time}{apart}."
-    several = sum(outcome.met["impulse"] > 0)
-    if several < 2:
-        return when
-    in_turn = f"{several} contacts are solved in turn, a few times each."
-    return f"{when} {in_turn}" if ms >= SHORT else in_turn
-
-
-def summed(scene: Scene, outcomes: Sequence[Outcome]) -> str:
-    """Return the sentence of a model with many values of its parameter."""
-    values = np.array([outcome.trial.value for outcome in outcomes])
-    if np.ptp(values) <= ALIKE * np.abs(values).max():
-        return _of_value(scene, outcomes)
-    said = BY_NAME[outcomes[0].trial.fault].sentence_of_many(values, scene.units)
-    return f"{said} {in_common(scene, outcomes)}".strip()
-
-
-def found_range(scene: Scene, cause: Cause, depths: Sequence[float]) -> str:
-    """Return how deep contacts were found that are found late, or how far apart those found early, px."""
-    low, high, median = scene.units.scaled(Dimension.LENGTH, min(depths), max(depths), float(np.median(depths)))
-    when, how = ("early", "apart") if cause == Cause.EARLY else ("late", "deep")
-    found = f"{high:.3g} {scene.units.length} {how}"
-    if high - low > ALIKE * abs(high):
-        found = f"{low:.3g} to {found}, {median:.3g} at the median"
-    put_back = ", and balls put back, which discards some of their way" * (cause == Cause.OVERSHOOT)
-    return f"Contacts are found {when}, {found}{put_back}."
-
-
-def of_changes(scene: Scene, cause: Cause, first: str, sizes: Sequence[float]) -> str:
-    """Return the sentence on the first of many changes without a contact, with the range of all that are not 0.
-
-    sizes: of the mean change in each step, px/s, or px where balls are put elsewhere.
-    """
-    changes = [size for size in sizes if size > 0]
-    if len(changes) < 2:
-        return first
-    dimension = Dimension.VELOCITY if cause == Cause.UNREPORTED else Dimension.LENGTH
-    low, high = scene.units.scaled(dimension, min(changes), max(changes))
-    some = f"{low:.3g} to {high:.3g}" if high - low > ALIKE * high else f"{high:.3g}"
-    return f"{first[:-1]}; such changes are of {some} {scene.units.name(dimension)}."
-
-
-def of_missed(scene: Scene, contact: tuple[int, int], way: Floats, overlap_time: float, *, is_through: bool) -> str:
-    """Return how two bodies passed each other without a contact.
-
-    way: (k, 2) px, of the balls in the step; overlap_time: s, for which two balls overlap on straight ways; is_through:
-    whether they are apart after the step.
-    """
-    flown, wall = scene.units.text(Dimension.LENGTH, "{:.3g}", float(length(way).max())), ~contact[1]
-    if wall < 0:
-        if is_through:
-            return (
-                f"The two overlapped for {1e3 * overlap_time:.3g} ms, all within a step, in which one flew {flown}, "
-                "without a contact."
-            )
-        return "The two passed into each other without a contact."
-    if not is_through:
-        return f"The ball flew into {scene.wall_name(wall)} without a contact."
-    start, to, thickness = scene.wall_line(wall)
-    ends = scene.units.scaled(Dimension.LENGTH, *start, *to)
-    what, where = "wall", "between ({:g}, {:g}) and ({:g}, {:g})".format(*ends)
-    if start == to:
-        what, where = "peg", "at ({:g}, {:g})".format(*ends)
-    thick = f"the {what} is {scene.units.text(Dimension.LENGTH, '{:g}', thickness)} thick"
-    return f"The ball went through the {what} {where}: it flew {flown} in the step, and {thick}."
-
-
-def of_turn(late: str, normal: Vector | None, should: Vector | None) -> str:
-    """Return a sentence on a contact found late, with the angle between its normal and the one at first touch."""
-    if normal is None or should is None:
-        return late
-    turned = abs(
-        math.atan2(normal[0] * should[1] - normal[1] * should[0], normal[0] * should[0] + normal[1] * should[1])
-    )
-    if turned <= NEGLIGIBLE:
-        return late
-    degrees = float(f"{math.degrees(turned):.2g}")  # two digits, of which `g` alone makes 1e+02
-    return f"{late[:-1]}, so the normal is turned by {degrees:g}°."
+def _lower(sentence: str) -> str:
+    return f"{sentence[:1].lower()}{sentence[1:]}"

@@ -1,35 +1,19 @@
 """Compiling all kernels, which happens once, in processes of their own, while the program goes on."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import partial
 from multiprocessing import connection
 from threading import Lock
 from typing import Any, Final, NamedTuple
 
-import numpy as np
-
 from sandbox.engines import create
-from sandbox.judge.judge import Judge
 from sandbox.processes import ChildProcess
 from sandbox.scene.balls import BallGroup
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn, warnings
-from sandbox.state import PUSH, States
 
 POLL_INTERVAL: Final = 1 / 30  # s, between two pictures of the progress
-
-
-def _compile_judge() -> None:
-    """Judge a step in which two discs that meet do what no model explains, so that all of them are tried."""
-    groups = [BallGroup(radius=10, position=(x, 50.0), velocity=(v, 0.0)) for x, v in ((30.0, 60.0), (50.5, 0.0))]
-    scene = Scene(arena={"size": (100.0, 100.0)}, balls=groups, gravity=(0.0, 900.0))
-    start = spawn(scene)
-    end = replace(start, velocity=start.velocity + np.array([(-31.0, 7.0), (11.0, 5.0)]))
-    judge = Judge(scene)
-    judge.add(States.stack([start, end]), np.empty(0, PUSH), np.array([1 / scene.rate]))
-    judge.finish()
 
 
 def _compile_engine(name: str) -> None:
@@ -87,7 +71,6 @@ COMPUTATION: Final = (
     Target("article", ("sandbox.engines.article",), partial(_compile_engine, "article")),
     Target("impulse", ("sandbox.engines.impulse",), partial(_compile_engine, "impulse")),
     Target("scenes", ("sandbox.scene", "sandbox.quantity"), _compile_scenes),
-    Target("judge", ("sandbox.judge",), _compile_judge),
 )
 DRAWING: Final = Target("drawing", ("sandbox.view",), _compile_drawing)
 

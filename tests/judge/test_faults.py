@@ -1,6 +1,6 @@
 """Engines with one known fault each, judged by their states alone: no cause is named that is not true."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from functools import cache
 from typing import Final
 
@@ -46,56 +46,44 @@ def scenes(seed: int) -> dict[str, Scene]:
     }
 
 
-def verdicts(name: str, seeds: range, which: tuple[str, ...]) -> Counter[str]:
-    """Count what is said of an engine with a fault: right, unknown, wrong, none."""
+def verdicts(name: str, seeds: range, which: tuple[str, ...], shares: dict[str, float]) -> Counter[str]:
+    """Count what is said first of an engine with a fault: right, unknown, wrong, none. shares: of all causes, added."""
     fault, counted = FAULTS[name], Counter[str]()
     for seed in seeds:
         for key in which:
-            scene = scenes(seed)[key]
-            if not fault.fits(scene):
+            if not fault.fits(scenes(seed)[key]):
                 continue
-            timeline = judged(fault.engine, scene)
-            errors = timeline.errors
-            cause = errors[0].cause if errors else None
-            if cause is None or cause == Cause.UNKNOWN:
-                verdict = "unknown" if cause else "none"
-            else:
-                verdict = "right" if cause in fault.true else "wrong"
-            counted[verdict] += 1
-            if verdict == "wrong":
-                print(f"{name}, {key}, seed {seed}: {cause}, {timeline.touches.said(errors[0])} {fault.engine.__doc__}")
+            verdict = judged(fault.engine, scenes(seed)[key])
+            first = Cause(verdict.errors["cause"][0]) if len(verdict.errors) else None
+            kind = {None: "none", Cause.UNKNOWN: "unknown"}.get(first, "right" if first in fault.true else "wrong")
+            counted[kind] += 1
+            if kind == "wrong":
+                print(f"{name}, {key}, seed {seed}: {first}; {verdict.causes[:2]}; {fault.engine.__doc__}")
+            for each in verdict.causes:
+                is_true = each.cause in fault.true
+                shares["unknown" if each.cause == Cause.UNKNOWN else "true" if is_true else "false"] += each.share
     return counted
 
 
 @pytest.mark.parametrize("name", scenes(1))
 def test_an_engine_without_a_fault_has_no_error(name: str) -> None:
-    assert judged(EventDriven, scenes(1)[name]).errors == []
+    assert len(judged(EventDriven, scenes(1)[name]).errors) == 0
 
 
-@pytest.mark.parametrize("name", sample(FAULTS, 2))
+@pytest.mark.parametrize("name", sample(FAULTS, 5))
 def test_no_false_cause_is_named(name: str) -> None:
-    assert verdicts(name, range(1, 2), ("gas", "gravity", "rough"))["wrong"] == 0
-
-
-@pytest.mark.parametrize(
-    ("name", "is_fault"), [("WallsTooSoft", True), ("TurnsNormal", True), ("FindsEarly", False), ("IgnoresPair", False)]
-)
-def test_a_wrong_rule_is_a_fault_and_what_shorter_steps_cure_is_none(name: str, is_fault: bool) -> None:
-    assert judged(FAULTS[name].engine, scenes(1)["gas"]).suffered[0].is_fault is is_fault
-
-
-def test_a_fit_that_begins_only_from_steps_without_an_end_finds_nothing() -> None:
-    """So do some fits here: a warning of numpy would be an error."""
-    assert verdicts("TurnsTwice", range(1, 2), ("rough and falling",))["wrong"] == 0
+    assert verdicts(name, range(1, 2), ("gas", "rough and falling"), defaultdict(float))["wrong"] == 0
 
 
 @pytest.mark.slow
 def test_most_faults_are_named_and_none_falsely() -> None:
-    table = {name: verdicts(name, range(1, 4), tuple(scenes(1))) for name in FAULTS}
+    """Of all causes, by their share of the error, the false are those of what drifts, or stands still, at a touch."""
+    shares = defaultdict[str, float](float)
+    table = {name: verdicts(name, range(1, 4), tuple(scenes(1)), shares) for name in FAULTS}
     for name, row in table.items():
-        print(f"{name:32}", *(f"{key} {row[key]:3}" for key in ("right", "unknown", "wrong", "none")))
+        print(f"{name:32}", *(f"{kind} {row[kind]:3}" for kind in ("right", "unknown", "wrong", "none")))
     total = sum(table.values(), Counter[str]())
-    print("all", total)
+    print("all", total, dict(shares))
     assert total["wrong"] == 0
-    shown = total["right"] + total["unknown"]
-    assert total["right"] >= 0.85 * shown
+    assert total["right"] >= 0.95 * (total["right"] + total["unknown"])
+    assert shares["false"] < 0.001 * sum(shares.values())

@@ -1,0 +1,177 @@
+"""The contacts of all steps at once: which bodies may touch in a step, and when they do on the engine's own flight."""
+
+from typing import Final
+
+import numpy as np
+
+from sandbox.judge.run import NEVER, OUTWARD, Contacts, Run, Vectors, cross, dot
+from sandbox.scene.walls import ARENA_COUNT
+from sandbox.state import Floats, Integers
+
+ALL_PAIRS: Final = 14  # balls, up to which all pairs are compared: faster than sorting them
+BRUTE_FORCE: Final = 1_000_000  # pairs of the fastest balls that are compared with all of their step
+NEWTON: Final = 8  # steps of Newton's method, which converge to rounding
+
+
+def way_of(run: Run) -> Floats:
+    """Return how far each ball may move in each step: (steps, n) px."""
+    dt = run.dt[:, None]
+    fastest = np.maximum(np.abs(run.v0), np.abs(run.v[1:])) * dt
+    return np.maximum(fastest, np.abs(run.x[1:] - run.x[:-1])) + abs(run.g) * dt**2 + run.floor
+
+
+def near_pairs(run: Run, way: Floats) -> Contacts:
+    """Return the contacts of balls that may happen. way: (steps, n) px."""
+    if run.n > ALL_PAIRS:
+        step, ball = np.indices(way.shape).reshape(2, -1)
+        return near_pairs_of(run, step, ball, way.ravel())
+    i, j = np.triu_indices(run.n, 1)
+    meets = ~run.passes(i, j)
+    i, j = i[meets], j[meets]
+    gap = np.abs(run.x[:-1, i] - run.x[:-1, j]) - run.r[i] - run.r[j]
+    k, pair = np.nonzero(gap <= way[:, i] + way[:, j])
+    return Contacts(k, i[pair], j[pair])
+
+
+def near_pairs_of(run: Run, step: Integers, ball: Integers, way: Floats, margin: float = 0.0) -> Contacts:
+    """Return the contacts of some balls in steps, (k,) each, that may come within a margin of each other, px.
+
+    Broad phase: they are sorted by (step, cell), and each is compared with those in its cell, the next and the next
+    row's three. A cell is as wide as the reach of two balls; the few that fly further are compared with all others.
+    """
+    if not len(ball):
+        return Contacts(*[np.empty(0, np.int64)] * 3)
+    x, r = run.x[step, ball], run.r[ball]
+    most = float(np.quantile(way, max(0.99, 1 - BRUTE_FORCE / (run.n * len(way)))))
+    cell = 2 * (float(r.max()) + most) + margin
+    column, row = (np.floor(part / cell).astype(np.int64) for part in (x.real, x.imag))
+    column, row = column - column.min() + 1, row - row.min() + 1
+    across, down = int(column.max()) + 2, int(row.max()) + 2
+    key = (step * down + row) * across + column
+    order = np.argsort(key, kind="stable")
+    key, here, fast = key[order], np.arange(len(key)), np.flatnonzero(way > most)
+    beside = _ranges(here + 1, np.searchsorted(key, key + 1, "right"))
+    below = _ranges(np.searchsorted(key, key + across - 1, "left"), np.searchsorted(key, key + across + 1, "right"))
+    b, a = (order[np.concatenate(part)] for part in zip(beside, below, strict=True))
+    by_step = np.argsort(step, kind="stable")
+    steps = step[by_step]
+    c, d = _ranges(np.searchsorted(steps, step[fast], "left"), np.searchsorted(steps, step[fast], "right"))
+    a, b = np.concatenate([a, fast[d]]), np.concatenate([b, by_step[c]])
+    gap = np.abs(x[a] - x[b]) - r[a] - r[b]
+    keep = (gap <= way[a] + way[b] + margin) & (step[a] == step[b]) & (ball[a] != ball[b])
+    a, b = a[keep], b[keep]
+    i, j = np.minimum(ball[a], ball[b]), np.maximum(ball[a], ball[b])
+    found = Contacts(*np.unique(np.stack([step[a], i, j]), axis=1)) if len(fast) else Contacts(step[a], i, j)
+    return found.part(~run.passes(found.i, found.j))
+
+
+def _ranges(begin: Integers, end: Integers) -> tuple[Integers, Integers]:
+    """Return the numbers of some ranges one after another, and which range each is of."""
+    size = np.maximum(end - begin, 0)
+    of = np.repeat(np.arange(len(size)), size)
+    return np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size) + np.repeat(begin, size), of
+
+
+def near_walls(run: Run, step: Integers, ball: Integers, way: Floats, margin: float = 0.0) -> Contacts:
+    """Return the contacts of some balls in steps, (k,) each, with walls within their way and a margin, px."""
+    found, limit = [Contacts(*[np.empty(0, np.int64)] * 3)], way + run.r[ball] + margin
+    x, y = run.x[step, ball].real.copy(), run.x[step, ball].imag.copy()
+    for wall in range(run.walls):
+        if wall < ARENA_COUNT:
+            n = OUTWARD[wall]
+            rows = np.flatnonzero(run.face[wall] - n.real * x - n.imag * y <= limit)
+        else:
+            middle, half = (run.start[wall] + run.end[wall]) / 2, (run.end[wall] - run.start[wall]) / 2
+            reach = limit + run.half[wall]
+            box = (np.abs(x - middle.real) <= reach + abs(half.real)) & (
+                np.abs(y - middle.imag) <= reach + abs(half.imag)
+            )
+            rows = np.flatnonzero(box)
+            to = run.x[step[rows], ball[rows]] - run.start[wall]
+            part = np.clip(dot(run.along[wall], to), 0, run.length[wall])
+            rows = rows[np.abs(to - part * run.along[wall]) <= reach[rows]]
+        found.append(Contacts(step[rows], ball[rows], np.full(len(rows), ~wall)))
+    return Contacts.joined(*found)
+
+
+def due(run: Run, c: Contacts) -> Floats:
+    """Return when bodies meet on the engine's own flight: s from the step's start, NEVER if not within it."""
+    t, dt = np.full(len(c.k), NEVER), run.flown[c.k]
+    x, v = run.x[c.k, c.i], run.u[c.k, c.i]
+    pairs = np.flatnonzero(c.pair)
+    p = c.part(pairs)
+    t[pairs] = to_touch(run.x[p.k, p.j] - x[pairs], v[pairs] - run.u[p.k, p.j], run.r[p.i] + run.r[p.j])
+    wall = ~c.j
+    faces = np.flatnonzero(~c.pair & (wall < ARENA_COUNT))
+    n = OUTWARD[wall[faces]]
+    gap = run.face[wall[faces]] - dot(x[faces], n) - run.r[c.i[faces]]
+    t[faces] = to_close(gap, -dot(v[faces], n), -dot(np.asarray(run.pull), n))
+    inner = np.flatnonzero(~c.pair & (wall >= ARENA_COUNT))
+    t[inner] = _to_segment(run, x[inner], v[inner], c.i[inner], wall[inner], dt[inner])
+    t[t > dt * (1 + 1e-9)] = NEVER
+    return t
+
+
+def _to_segment(run: Run, x: Vectors, v: Vectors, i: Integers, wall: Integers, dt: Floats) -> Floats:
+    """Return when balls meet walls of the scene: a side, or a round end."""
+    reach, along = run.r[i] + run.half[wall], run.along[wall]
+    off, v_off, g_off = cross(along, x - run.start[wall]), cross(along, v), cross(along, np.asarray(run.pull))
+    side = np.where(off >= 0, 1.0, -1.0)
+    face = to_close(side * off - reach, side * v_off, side * g_off)
+    t = np.where(np.isfinite(face), face, 0.0)
+    part = dot(along, x + t * (v + t * run.pull / 2) - run.start[wall])
+    face = np.where((part >= 0) & (part <= run.length[wall]), face, NEVER)
+    ends = (to_touch(z[wall] - x, v, reach, run.pull, dt) for z in (run.start, run.end))
+    return np.minimum(face, np.minimum(*ends))
+
+
+def to_close(gap: Floats, v: Floats, a: Floats) -> Floats:
+    """Return when gaps (px) that change by v t + a t²/2 are 0 and shrinking, s."""
+    with np.errstate(all="ignore"):
+        root = np.sqrt(v * v - 2 * a * gap)
+        ahead = np.where((v < 0) | (a < 0), 2 * gap / (-v + root), NEVER)
+        inside = np.where((v < 0) | ((v == 0) & (a < 0)), 0.0, NEVER)
+        back = np.where(a < 0, (v + np.sqrt(np.maximum(v * v - 2 * a * gap, 0))) / -a, NEVER)
+        t = np.where(v <= 0, np.where(gap > 0, ahead, inside), back)
+        found: Floats = np.where(np.isfinite(t), np.maximum(t, 0), NEVER)
+    return found
+
+
+def to_touch(r: Vectors, u: Vectors, reach: Floats, g: complex = 0j, limit: Floats | float = NEVER) -> Floats:
+    """Return when centres r apart (px) that approach by u (px/s) come within reach, s.
+
+    g: px/s², of the first alone, as at the end of a wall. The time is then Newton's method's, from a straight flight's
+    or, where that passes, from its nearest point.
+    """
+    b, c = dot(r, u), np.abs(r) ** 2 - reach**2
+    with np.errstate(all="ignore"):
+        t = np.where(b > 0, np.maximum(c, 0) / (b + np.sqrt(b * b - np.abs(u) ** 2 * c)), NEVER)
+        t = np.where(np.isfinite(t), t, NEVER)
+        if g:
+            t = np.where(np.isfinite(t), t, np.clip(b / np.abs(u) ** 2, 0, limit))
+            for _ in range(NEWTON):
+                d = r - u * t - g * t * t / 2
+                t = t + (np.abs(d) ** 2 - reach**2) / (2 * dot(d, u + g * t))
+            d = r - u * t - g * t * t / 2
+            good = (np.abs(np.abs(d) - reach) < 1e-9 * reach) & (t >= -1e-12) & (dot(d, u + g * t) > 0)
+            t = np.where((c <= 0) & (b > 0), 0.0, np.where(good, np.maximum(t, 0), NEVER))
+    return t
+
+
+def components(count: int, a: Integers, b: Integers) -> Integers:
+    """Return the least number of each node's component. a, b: the nodes of edges."""
+    label = np.arange(count)
+    while True:
+        low, before = np.minimum(label[a], label[b]), label.copy()
+        np.minimum.at(label, a, low)
+        np.minimum.at(label, b, low)
+        label = label[label]
+        if (label == before).all():
+            return label
+
+
+def keys_of(c: Contacts, run: Run) -> Integers:
+    """Return a number for each contact; that of the same bodies one step later is 1 more."""
+    bodies = run.n + run.walls
+    keys: Integers = (c.i * bodies + np.where(c.pair, c.j, run.n + ~c.j)) * (run.steps + 1) + c.k
+    return keys

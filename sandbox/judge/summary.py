@@ -1,0 +1,130 @@
+"""The verdict on a run: what is wrong with its steps, by cause, in order, and in sums. A pure function of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from sandbox.judge.causes import Cause, Entry, entries_of
+from sandbox.judge.laws import BY_NAME
+from sandbox.judge.ledger import Errors
+from sandbox.judge.words import of_errors
+from sandbox.scene.model import Scene
+from sandbox.state import Floats
+
+
+class Judged(NamedTuple):
+    """A block of steps, judged. errors: in order; sums: of what is right, (4, causes); balls: steps of a ball in it.
+
+    contacts: how many it has; flights: sentences of how the engine flies; is_spinless: whether nothing ever turns.
+    """
+
+    errors: Errors
+    sums: Floats
+    steps: int
+    seconds: float
+    contacts: int
+    flights: dict[str, str]
+    is_spinless: bool
+
+
+@dataclass(frozen=True)
+class CauseOfError:
+    """What is wrong with some contacts, or flights. share: of the run's error; parameter: the median, if it has one."""
+
+    cause: Cause
+    contacts: int
+    share: float
+    parameter: float | None
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What is wrong with a run.
+
+    causes: the largest share of its error first; errors: ERROR, in order; sentences: of the first errors, by row;
+    ledger: every change of energy, momentum and places; gained: (steps, 3), see `ledger`, up to each step;
+    is_spinless: whether an engine reports no spin of a scene whose balls turn.
+    """
+
+    causes: tuple[CauseOfError, ...]
+    errors: Errors
+    flights: dict[str, str]
+    ledger: tuple[Entry, ...]
+    gained: Floats
+    is_spinless: bool
+
+    def of_steps(self, substeps: int) -> Self:
+        """Return the verdict by the steps that contain so many of those that were judged."""
+        errors = self.errors.copy()
+        errors["step"] = -(-errors["step"] // substeps)
+        return replace(self, errors=errors, gained=self.gained[substeps - 1 :: substeps])
+
+    @property
+    def unknown(self) -> float:
+        """The share of the run's error that nothing explains."""
+        return sum(each.share for each in self.causes if each.cause == Cause.UNKNOWN)
+
+
+def summary(scene: Scene, blocks: Sequence[Judged]) -> Verdict:
+    """Return the verdict on blocks of steps that follow one another."""
+    begun = np.cumsum([0, *(block.steps for block in blocks)])
+    parts = [block.errors.copy() for block in blocks]
+    for first, part in zip(begun, parts, strict=False):
+        part["step"] += first
+    errors, sums = np.concatenate(parts), np.sum([block.sums for block in blocks], axis=0)
+    flights = {name: text for block in blocks for name, text in block.flights.items()}
+    for row, name in enumerate(("energy", "momentum", "displacement", "times")):
+        np.add.at(sums[row], errors["cause"], errors[name])
+    _net(sums)
+    gained = np.zeros((int(begun[-1]), 3))
+    np.add.at(gained, errors["step"] - 1, errors["gained"])
+    contacts = max(1, sum(block.contacts for block in blocks))
+    n = len(scene.bodies)
+    reach = sum(block.seconds for block in blocks) * n / (n + 2 * contacts)
+    return Verdict(
+        _causes(scene, errors, reach, flights),
+        errors,
+        flights,
+        entries_of(sums),
+        np.cumsum(gained, axis=0),
+        scene.is_rough and all(block.is_spinless for block in blocks),
+    )
+
+
+def _net(sums: Floats) -> None:
+    """Take from gravity's and late contacts' energy what the one gives and the other takes.
+
+    What gravity in steps gives a ball in flight, it gives back where a contact turns its velocity round: the scheme
+    keeps the energy of half a step earlier or later.
+    """
+    gravity, late = sums[0, Cause.GRAVITY], sums[0, Cause.LATE]
+    if gravity * late < 0:
+        both = np.sign(gravity) * min(abs(gravity), abs(late))
+        sums[0, [Cause.GRAVITY, Cause.LATE]] -= both, -both
+
+
+def _causes(scene: Scene, errors: Errors, reach: float, flights: dict[str, str]) -> tuple[CauseOfError, ...]:
+    """Return the causes, by their shares. reach: s, the mean time between contacts, for which a speed is wrong."""
+    if not len(errors):
+        return ()
+    size = errors["displacement"] + errors["speed"] * reach
+    law, place = errors["law"].copy(), errors["place"].copy()
+    timed, pushed = np.isin(errors["cause"], [Cause.LATE, Cause.EARLY]), errors["cause"] == Cause.POSITION_CORRECTION
+    law[timed | pushed & np.isin(law, ["", "none", "apart"])] = ""
+    place[timed | pushed & (place == "pushed") | np.isin(law, list(BY_NAME))] = ""  # a wrong law is said alone
+    keys = np.stack([errors["cause"].astype(law.dtype), law, place], axis=1)
+    _, group = np.unique(keys, axis=0, return_inverse=True)
+    group = group.ravel()
+    found, whole = [], float(size.sum()) or 1.0
+    for number in range(group.max() + 1):
+        rows = errors[group == number]
+        values = rows["value"][np.isfinite(rows["value"])]
+        parameter = float(np.median(values)) if len(values) else None
+        share = float(size[group == number].sum()) / whole
+        times = int(rows["times"].sum())
+        sentence = of_errors(scene, rows, flights)
+        found.append(CauseOfError(Cause(rows["cause"][0]), times, share, parameter, sentence))
+    return tuple(sorted(found, key=lambda each: -each.share))
