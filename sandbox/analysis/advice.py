@@ -10,8 +10,8 @@ import numpy as np
 
 from sandbox.analysis.comparison import Comparison, compare
 from sandbox.analysis.documents import TrialFigures
-from sandbox.analysis.verdict import MAX_THEORY_ERROR, NEGLIGIBLE_ENERGY, worst_of_theory
-from sandbox.engines import REFERENCE, TUNED, settings_in, with_settings
+from sandbox.analysis.verdict import MAX_THEORY_ERROR, NEGLIGIBLE_ENERGY, percent, worst_of_theory
+from sandbox.engines import REFERENCE, TUNED, with_settings
 from sandbox.engines.specs import format_settings
 from sandbox.errors import SandboxError
 from sandbox.run.edits import SetRate
@@ -25,21 +25,15 @@ from sandbox.scene.units import Dimension, Units
 FINER_STEPS: Final = 4  # factor on the rate or the substeps
 MORE_ITERATIONS: Final = 200
 ALIKE: Final = 0.05  # fraction by which two trials may differ and count as equally good
-NEGLIGIBLE_GAP: Final = 1e-3  # of the smallest radius; a smaller gap counts as none
+NEGLIGIBLE_GAP: Final = 0.01  # px; a smaller difference counts as none
 
 Changes = dict[str, int]  # of the scene's rate and of Pymunk's settings
 
 
 @dataclass(frozen=True)
 class TriedSettings(TrialFigures):
-    """A trial.
+    """A trial. units: of the scene."""
 
-    until: s, until when the reference means anything, None if to the end; scale: px, the least gap that counts; units:
-    of the scene.
-    """
-
-    until: float | None
-    scale: float
     units: Units
 
     @property
@@ -50,13 +44,16 @@ class TriedSettings(TrialFigures):
     @property
     def agrees(self) -> str:
         """Until when its paths agree, in words."""
-        if self.apart is not None:
-            return f"until {self.apart:.2f} s"
-        return "to the end" if self.until is None else f"at least until {self.until:.2f} s"
+        return "throughout" if self.apart is None else f"until {self.apart:.2f} s"
 
-    def as_json(self, advised: bool) -> dict[str, Any]:
-        """Return what `--json` writes."""
-        return {each.name: getattr(self, each.name) for each in fields(TrialFigures)} | {"advised": advised}
+    @property
+    def off_theory(self) -> str:
+        """How far the worst figure of a gas is from theory, in words."""
+        return "unknown" if self.theory is None else percent(self.theory) if self.theory else "within the noise"
+
+    def length(self, gap: float) -> str:
+        """Return a distance, px, in words."""
+        return self.units.text(Dimension.LENGTH, "{:.4g}", gap)
 
 
 class Rank(NamedTuple):
@@ -66,7 +63,6 @@ class Rank(NamedTuple):
     noise: what two values may differ by and mean the same.
     """
 
-    name: str
     badness: Callable[[TriedSettings], float]
     value: Callable[[TriedSettings], str]
     words: str
@@ -81,76 +77,46 @@ class Rank(NamedTuple):
         best = min(trials, key=self.badness)
         return [trial for trial in trials if not self.better(best, trial)]
 
-    def compared(self, first: TriedSettings, second: TriedSettings) -> str:
-        """Return what one trial has, and what another has instead."""
-        return self.words.format(self.value(first), self.value(second))
-
-
-def _off_theory(trial: TriedSettings) -> str:
-    match trial.theory:
-        case None:
-            return "unknown"
-        case 0.0:
-            return "within the noise"
-    return f"{100 * trial.theory:.2g} %"
-
-
-def _off_energy(trial: TriedSettings) -> str:
-    error = trial.energy_error or 0.0
-    return f"{100 * error:.2g} %" if error > NEGLIGIBLE_ENERGY else f"below {100 * NEGLIGIBLE_ENERGY:g} %"
-
 
 RANKS: Final = (  # what matters most comes first
     Rank(
-        "passages",
-        lambda trial: trial.passages,
-        lambda trial: str(trial.passages),
-        "{} passages without a contact instead of {}",
+        lambda trial: trial.passages, lambda trial: str(trial.passages), "{} passages without a contact instead of {}"
     ),
+    Rank(lambda trial: trial.escapes, lambda trial: str(trial.escapes), "{} balls leave the arena instead of {}"),
     Rank(
-        "escapes",
-        lambda trial: trial.escapes,
-        lambda trial: str(trial.escapes),
-        "{} balls leave the arena instead of {}",
-    ),
-    Rank(
-        "paths",
         lambda trial: 0.0 if trial.apart is None else 1 / trial.apart if trial.apart else math.inf,
         lambda trial: trial.agrees,
         "the paths agree {} instead of {}",
     ),
     Rank(
-        "gap",
-        lambda trial: max(trial.gap, trial.scale) if trial.apart is None else math.inf,
-        lambda trial: trial.units.text(Dimension.LENGTH, "{:.2g}", trial.gap),
+        lambda trial: trial.gap if trial.apart is None else math.inf,
+        lambda trial: trial.length(trial.gap),
         "the RMS gap is {} instead of {}",
+        NEGLIGIBLE_GAP,
     ),
     Rank(
-        "theory",
         lambda trial: math.inf if trial.theory is None else trial.theory,
-        _off_theory,
+        lambda trial: trial.off_theory,
         "the largest difference from theory is {} instead of {}",
         MAX_THEORY_ERROR,
     ),
     Rank(
-        "energy",
-        lambda trial: max(trial.energy_error or 0.0, NEGLIGIBLE_ENERGY),
-        _off_energy,
+        lambda trial: trial.energy_error or 0.0,
+        lambda trial: percent(trial.energy_error or 0.0),
         "the energy error is {} instead of {}",
+        NEGLIGIBLE_ENERGY,
     ),
 )
 
 
 def try_settings(
-    scene: Scene,
-    against: str,
-    inputs: Sequence[Input] = (),
-    progress: Callable[[float], object] | None = None,
+    scene: Scene, against: str, inputs: Sequence[Input] = (), progress: Callable[[float], object] | None = None
 ) -> list[TriedSettings]:
     """Run Pymunk with the scene's own settings and then with others, each against the reference.
 
     The first is without changes; simpler changes come before others. Trials of one rate run together. progress: called
     now and then with the fraction that is done.
+    Other rates are tried only against `exact`, which does not depend on the rate.
     Raises SandboxError if the reference is Pymunk itself.
     """
     if against == TUNED:
@@ -163,11 +129,10 @@ def try_settings(
     for number, rate in enumerate(rates):
         group = [changes for changes in tried if changes.get("rate", scene.rate) == rate]
         names = [with_settings(TUNED, {key: n for key, n in changes.items() if key != "rate"}) for changes in group]
-        reference = _reference_at(rate, scene, against)
         comparison = compare(
             scene.changed(rate=rate),
-            [*names, reference],
-            against=reference,
+            [*names, against],
+            against=against,
             inputs=at_rate(inputs, scene.rate, rate),
             progress=partial(_show_part, progress, number, len(rates)) if progress else None,
         )
@@ -187,40 +152,12 @@ def _changes(scene: Scene, against: str, inputs: Sequence[Input]) -> Iterator[Ch
     converged = {"iterations": MORE_ITERATIONS, **steady}
     finer = {"substeps": FINER_STEPS * scene.pymunk.substeps}
     yield from ({}, steady, finer)
-    for rate in _rates(scene, against):
+    enough = needed_rate(scene, spawn(scene))  # the one that `check` names
+    for rate in sorted({FINER_STEPS * scene.rate, enough or scene.rate} - {scene.rate}) if against == REFERENCE else ():
         highest = max([scene.rate, *(given.rate for given in inputs if isinstance(given, SetRate))]) * rate / scene.rate
         if highest <= MAX_COUNT and rate * scene.seconds <= MAX_STEPS:
             yield {"rate": rate}
     yield from ({"iterations": MORE_ITERATIONS}, converged, finer | converged)
-
-
-def _rates(scene: Scene, against: str) -> list[int]:
-    """Return the rates to try: a finer one, and the one that `check` names.
-
-    A reference that takes steps must take the same ones at each rate, see `_reference_at`: the next higher rate that
-    allows this is tried instead, or none.
-    """
-    enough = needed_rate(scene, spawn(scene))
-    rates = {FINER_STEPS * scene.rate} | ({enough} if enough else set())
-    if against != REFERENCE:
-        total = _substeps(scene, against) * scene.rate  # steps of the reference per second
-        counts = (next((k for k in range(total // rate, 0, -1) if total % k == 0), None) for rate in rates)
-        rates = {total // k for k in counts if k}
-    return sorted(rates)
-
-
-def _substeps(scene: Scene, engine: str) -> int:
-    """Return the number of substeps of an engine: 1 unless it is Pymunk."""
-    name, settings = settings_in(engine)
-    return int(settings.get("substeps", scene.pymunk.substeps)) if name == TUNED else 1
-
-
-def _reference_at(rate: int, scene: Scene, against: str) -> str:
-    """Return the reference for trials of a rate. Pymunk has as many substeps as it takes to have the same steps."""
-    if rate == scene.rate or against == REFERENCE:
-        return against
-    name, settings = settings_in(against)
-    return with_settings(name, settings | {"substeps": _substeps(scene, against) * scene.rate // rate})
 
 
 def at_rate(inputs: Sequence[Input], old: int, new: int) -> list[Input]:
@@ -241,31 +178,29 @@ def _trial(comparison: Comparison, engine: str, changes: Changes) -> TriedSettin
         passages=len(run.missed),
         escapes=run.figures.escaped,
         apart=run.apart,
-        until=until,
         gap=float(np.sqrt(np.mean(run.gap_rms[trusted] ** 2))) if trusted.any() else 0.0,
         theory=worst_of_theory(comparison, run),
         energy_error=None if any(isinstance(given, Grab) for given in comparison.inputs) else run.figures.energy_error,
         astray=run.figures.energy_error or 0.0,
         gap_rms=run.figures.gap_rms,
-        scale=NEGLIGIBLE_GAP * float(comparison.scene.bodies.radius.min()),
         units=comparison.scene.units,
     )
 
 
 def advice_rows(trials: Sequence[TriedSettings]) -> Iterator[list[str]]:
     """Yield the rows of a table of trials: the labels, then a row for each. What no trial has is left out."""
-    columns: list[tuple[str, list[str]]] = [
-        ("passages", [str(trial.passages) for trial in trials] if any(trial.passages for trial in trials) else []),
-        ("escapes", [str(trial.escapes) for trial in trials] if any(trial.escapes for trial in trials) else []),
-        ("paths agree", [trial.agrees for trial in trials]),
-        ("RMS gap", [trial.units.text(Dimension.LENGTH, "{:.4g}", trial.gap) for trial in trials]),
-        ("off theory", [_off_theory(trial) for trial in trials] if any(trial.theory for trial in trials) else []),
-        ("energy error", ["-" if trial.energy_error is None else f"{trial.energy_error:.2e}" for trial in trials]),
+    columns: list[tuple[str, bool, Callable[[TriedSettings], str]]] = [
+        ("passages", any(trial.passages for trial in trials), lambda trial: str(trial.passages)),
+        ("escapes", any(trial.escapes for trial in trials), lambda trial: str(trial.escapes)),
+        ("paths agree", True, lambda trial: trial.agrees),
+        ("RMS gap", True, lambda trial: trial.length(trial.gap)),
+        ("off theory", any(trial.theory for trial in trials), lambda trial: trial.off_theory),
+        ("energy error", True, lambda trial: "-" if trial.energy_error is None else percent(trial.energy_error)),
     ]
-    shown = [(label, values) for label, values in columns if values]
+    shown = [(label, value) for label, is_shown, value in columns if is_shown]
     yield [f"{TUNED} with", *(label for label, _ in shown)]
-    for row, trial in enumerate(trials):
-        yield [trial.settings, *(values[row] for _, values in shown)]
+    for trial in trials:
+        yield [trial.settings, *(value(trial) for _, value in shown)]
 
 
 def advised(trials: Sequence[TriedSettings]) -> TriedSettings:
@@ -276,34 +211,21 @@ def advised(trials: Sequence[TriedSettings]) -> TriedSettings:
 
 
 def recommend(trials: Sequence[TriedSettings]) -> str:
-    """Return a paragraph that says what to change, what that gains, and what becomes worse.
-
-    Where other changes do better in something that matters less, it names them, with what they cost.
-    """
+    """Return a paragraph that says what to change, what that gains, and what becomes worse."""
     now, chosen = trials[0], advised(trials)
-    sentences = [_described(chosen, now)] if chosen is not now else ["None of the settings tried is better."]
-    named = [chosen]
-    for rank in RANKS:
-        best = min(rank.best(trials), key=lambda trial: len(trial.changes))
-        if rank.better(best, chosen) and rank.better(best, now) and best not in named:
-            named.append(best)
-            sentences.append(f"For the {rank.name} alone, {_described(best, now)}")
-    return " ".join(sentences)
-
-
-def _described(trial: TriedSettings, now: TriedSettings) -> str:
-    """Say what a trial gains and what it costs."""
-    gains = [rank.compared(trial, now) for rank in RANKS if rank.better(trial, now)]
-    costs = [rank.compared(trial, now) for rank in RANKS if rank.better(now, trial)]
-    return f"{trial.settings}: {'; '.join(gains)}." + (f" But {'; '.join(costs)}." if costs else "")
+    if chosen is now:
+        return "None of the settings tried is better."
+    gains, costs = (
+        "; ".join(rank.words.format(rank.value(chosen), rank.value(now)) for rank in RANKS if rank.better(*pair))
+        for pair in ((chosen, now), (now, chosen))
+    )
+    return f"{chosen.settings}: {gains}." + (f" But {costs}." if costs else "")
 
 
 def as_json(trials: Sequence[TriedSettings]) -> dict[str, Any]:
     """Return what `--json` writes about trials; an empty dictionary if nothing was tried."""
     if not trials:
         return {}
-    best = advised(trials)
-    return {
-        "advice": [trial.as_json(advised=trial is best) for trial in trials],
-        "recommendation": recommend(trials),
-    }
+    best, keys = advised(trials), [field.name for field in fields(TrialFigures)]
+    listed = [{key: getattr(trial, key) for key in keys} | {"advised": trial is best} for trial in trials]
+    return {"advice": listed, "recommendation": recommend(trials)}

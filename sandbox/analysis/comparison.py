@@ -21,18 +21,16 @@ from sandbox.scene.model import Scene
 from sandbox.state import Floats
 from sandbox.text import csv_text
 
-BLOCK_BYTES: Final = 32_000_000  # of an engine's states that are kept, and entered in the ledger together
-CHUNK_BYTES: Final = 1_000_000  # of an engine's states that are measured together: they stay in a core's cache
+BLOCK_BYTES: Final = 1_000_000  # of an engine's states that are measured together: they stay in a core's cache
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Several engines' runs of one scene.
+    """Several engines' runs of one scene, since its last edit.
 
-    since: s, the time of the last edit, 0 without edits; the comparison covers what follows, and its times count from
-    there; time: (steps + 1,) s; trust: until when the reference means anything; stride: steps between two frames of the
-    runs' paths; inputs: replayed into all engines; failed: engines that have no run, because they failed; ended: the
-    limit of an engine that ends the comparison before the scene's seconds, None if none does.
+    since: s, the time of that edit, from which times count; time: (steps + 1,) s; stride: steps between two frames of
+    the runs' paths; failed: engines that have no run, because they failed; ended: the limit of an engine that ends the
+    comparison before the scene's seconds.
     """
 
     scene: Scene
@@ -91,25 +89,14 @@ class Comparison:
     @property
     def conditions(self) -> Conditions:
         """What all engines share, as JSON and CSV have it."""
+        scene, times = self.scene, (self.horizon, self.undecided, self.unresolved, self.reference_until)
+        seconds = float(self.time[-1])
         return Conditions(
-            scene=self.scene.name,
-            seed=self.scene.seed,
-            rate=self.scene.rate,
-            since=self.since,
-            seconds=float(self.time[-1]),
-            against=self.against,
-            horizon=self.horizon,
-            undecided=self.undecided,
-            unresolved=self.unresolved,
-            reference_until=self.reference_until,
-            energy_scale=self.energy_scale,
+            scene.name, scene.seed, scene.rate, self.since, seconds, self.against, *times, self.energy_scale
         )
 
     def rows(self) -> list[dict[str, Any]]:
-        """Return a row for each engine, nested figures under dotted names; None where it has no such figure.
-
-        The columns are the same for all engines and scenes.
-        """
+        """Return a row for each engine with the same columns, of dotted names; None where it has no such figure."""
         common = asdict(self.conditions)
         columns = ("engine", *common, *figure_columns())
         rows = [{"engine": name} | common | flatten(_as_json(run)) for name, run in self.runs.items()]
@@ -127,7 +114,7 @@ class Comparison:
 
         Raises SandboxError if a limit cannot be judged: the engine is alone, or its figure is unknown at all times.
         """
-        if list(self.runs) == [self.against] and (max_gap is not None or max_energy_error is not None):
+        if not self.others and (max_gap is not None or max_energy_error is not None):
             raise SandboxError(
                 f"only {self.against} took part, so it has no gap and no energy error to limit: "
                 "these are measured against another engine"
@@ -138,16 +125,13 @@ class Comparison:
                 ("drift", max_drift, np.abs(run.energy_change), ""),
                 ("energy error", max_energy_error, np.abs(run.energy_gap), ""),
             ):
-                if limit is None:
-                    continue
-                if np.isnan(values[1:]).all():
+                if limit is not None and np.isnan(values[1:]).all():
                     why = "means nothing from the start" if run.energy_scale else "has no ball that moves"
                     raise SandboxError(
                         f"{name}: there is no {what} to compare with the limit of {limit:g}: {self.against} {why}"
                     )
-                if (values > limit).any():
-                    since = self.time[int((values > limit).argmax())]
-                    largest = f"{np.nanmax(values):.6g}{unit}"
+                if limit is not None and (beyond := values > limit).any():
+                    since, largest = self.time[int(beyond.argmax())], f"{np.nanmax(values):.6g}{unit}"
                     yield name, f"{name}: {what} {largest} exceeds the limit of {limit:g}{unit}, first at {since:.3f} s"
 
 
@@ -157,6 +141,7 @@ def _as_json(run: Run) -> dict[str, Any]:
     figures = asdict(run.figures)
     if first := run.figures.first_difference:
         figures["first_difference"] |= {"kind": first.kind.value, "cause": first.cause.key}
+    figures["causes"] = [asdict(each) | {"cause": each.cause.key} for each in run.causes]
     figures["ledger"] = {
         entry.cause.key: {key: value for key, value in asdict(entry).items() if key != "cause"}
         | {"share": entry.energy / scale if scale else None}
@@ -187,24 +172,19 @@ def compare(
 ) -> Comparison:
     """Run a scene in several engines, in lockstep, for its seconds.
 
-    engines: specs, classes or functions, or a mapping from names to these, as `sandbox.engines.named` reads them; by
-    default "pymunk", then "article" (or "impulse" if the article's rule cannot run the scene
-    with its edits), and "exact"; against: the engine that the others are measured against, by default "exact" if it
-    takes part, else the last; inputs: recorded inputs to
-    replay; progress: called now and then with the fraction that is done. If inputs edit the scene, the comparison
-    covers what follows the last edit.
+    engines: as `sandbox.engines.named` reads them; by default "pymunk", then "article" (or "impulse" if the article's
+    rule cannot run the scene with its edits), and "exact"; against: the engine that the others are measured against, by
+    default "exact" if it takes part, else the last; inputs: recorded inputs to replay; progress: called now and then
+    with the fraction that is done. If inputs edit the scene, the comparison covers what follows the last edit.
     An engine that is not built in and fails has no run, but an EngineError in `failed`. Where an engine reaches a
     limit, the comparison ends for all, with a LimitReached in `ended`.
     Raises SandboxError if an engine is unknown, Refused if one cannot run the scene, EngineError if the reference
     fails, LimitReached if an engine reaches a limit in the first step.
     """
-    clock = clock_of(scene.clock, inputs)
-    steps = clock.step(scene.seconds)
+    steps = clock_of(scene.clock, inputs).step(scene.seconds)
     if not engines:
-        engines = [
-            *default_engines(*edited_scenes(scene, [given for given in inputs if given.step < steps])),
-            REFERENCE,
-        ]
+        scenes = edited_scenes(scene, [given for given in inputs if given.step < steps])
+        engines = [*default_engines(*scenes), REFERENCE]
     sources = named(engines)
     against = against or reference_of(list(sources))
     if against not in sources:
@@ -218,9 +198,8 @@ def compare(
 class RunningComparison:
     """A comparison that goes on: engines run to any step, and are compared as far as they have come.
 
-    engines, against, inputs: as for `compare`; planned: how many steps are expected, which decides how many frames of
-    paths are kept; kept: where to keep the positions of the reference, (planned + 1, n, 2) px. steps: done so far.
-    Raises SandboxError as `compare` does.
+    Arguments and errors are those of `compare`; planned: how many steps are expected; kept: where to keep the positions
+    of the reference, (planned + 1, n, 2) px.
     """
 
     def __init__(
@@ -253,8 +232,7 @@ class RunningComparison:
     def advance(self, steps: int, progress: Callable[[float], object] | None = None) -> None:
         """Run up to a step, or as far as no engine reaches a limit. progress: as for `compare`.
 
-        Where an engine fails, all is run again without it, and where one reaches a limit, for fewer steps: the result
-        is that of a run of just these engines and steps.
+        Where an engine fails, all is run again without it, and where one reaches a limit, for fewer steps.
         """
         while self.steps < min(steps, self._most):
             try:
@@ -275,20 +253,17 @@ class RunningComparison:
         """Return the comparison so far."""
         is_whole = self._ended or self.steps == self._planned
         seconds = self._scene.seconds if is_whole else self._lockstep.time
-        segment = self._segment or self._new_segment()
-        comparison = segment.comparison(self.inputs, seconds)
+        comparison = (self._segment or self._new_segment()).comparison(self.inputs, seconds)
         return replace(comparison, failed=dict(self._failed), ended=self._ended)
 
     def _begin(self) -> None:
         """Begin at the first step, with the engines that can be built."""
         self._segment: _Segment | None = None
-        while True:
-            try:
-                self._lockstep = Lockstep(self._scene, self._engines, self.inputs)
-            except EngineError as error:
-                self._leave_out(error)
-            else:
-                return
+        try:
+            self._lockstep = Lockstep(self._scene, self._engines, self.inputs)
+        except EngineError as error:
+            self._leave_out(error)
+            self._begin()
 
     def _leave_out(self, error: EngineError) -> None:
         """Go on without an engine that has failed. Raises its error if the others are measured against it."""
@@ -352,9 +327,8 @@ def compare_with(reference: Reference, scene: Scene, engine: str) -> Comparison:
 class _Segment:
     """The part of a run since its start or its last edit; an edit changes the scene or the states.
 
-    Each engine's states fill the rows of a block. The rows up to `measured` are measured, those up to `filled` are
-    there; `before` is the number of steps before the first row. reference: if it ran before; kept: where to keep the
-    positions of one that runs along, (steps + 1, n, 2) px.
+    Each engine's states fill the rows of a block; `before` is the number of steps before its first row, and `filled`
+    rows are there. reference: if it ran before; kept: where to keep the positions of one that runs along.
     """
 
     def __init__(
@@ -366,75 +340,56 @@ class _Segment:
         kept: Floats | None = None,
     ) -> None:
         self.lockstep, self.against, self.scene = lockstep, against, lockstep.scene
-        self.since = lockstep.time
+        self.since, self.begun = lockstep.time, lockstep.steps
         self.work_before = dict(lockstep.work)  # kg px²/s², by the mouse and edits of earlier segments
         edited = any(isinstance(given, Edit) for given in lockstep.given)
         self.expect = () if edited else self.scene.expect  # what was expected may not hold after an edit
-        self.steps = steps
-        state_bytes = 4 * 8 * len(self.scene.bodies)
-        self.rows = min(max(2, BLOCK_BYTES // state_bytes), steps + 1)
-        self.chunk = max(1, CHUNK_BYTES // state_bytes)
+        self.rows = min(max(2, BLOCK_BYTES // (4 * 8 * len(self.scene.bodies))), steps + 1)
         self.measurements = {
             name: Measurement(self.scene, runner, self.rows, steps) for name, runner in lockstep.engines.items()
         }
-        self.states = {measurement.runner: measurement.states for measurement in self.measurements.values()}
-        self.begun = lockstep.steps
         self.reference, self.kept = reference, kept
         self.twins = None if reference else Twins(lockstep, against)
         self.disturbed: list[int] = []  # steps before which a ball was pushed
-        self.before, self.measured, self.filled = 0, 0, 1
+        self.before, self.filled = 0, 1
 
     def advance(self, steps: int) -> None:
-        """Advance the engines by a step or more, up to a step of the run; measure the states once there are enough."""
-        last = steps - self.begun - self.before
-        end = min(max(self.measured, 1) + self.chunk, self.rows, last + 1)
-        rows = slice(self.filled, end)
-        self.filled += self.lockstep.advance({runner: states.rows(rows) for runner, states in self.states.items()})
+        """Advance the engines by a step or more, up to a step of the run; enter a block once it is full."""
+        rows = slice(self.filled, min(self.rows, steps - self.begun - self.before + 1))
+        blocks = {measurement.runner: measurement.states.rows(rows) for measurement in self.measurements.values()}
+        self.filled += self.lockstep.advance(blocks)
         if self.lockstep.pushes:
             self.disturbed.append(self.before + rows.start)
             for name, measurement in self.measurements.items():
                 measurement.pushes += [(rows.start, ball, dv) for ball, dv in self.lockstep.pushes[name]]
                 measurement.scale.give(self.lockstep.work[name] - self.work_before[name])
-        if self.filled == end:
-            self._measure()
         if self.filled == self.rows:
             self._enter()
 
-    def _measure(self) -> None:
-        """Measure the states that are not measured yet."""
-        rows = slice(self.measured, self.filled)
-        reference = self._reference_positions(rows)
-        for name, measurement in self.measurements.items():
-            measurement.measure(rows, None if name == self.against else reference)
+    def _enter(self) -> None:
+        """Measure and judge the block, and begin another."""
         for number, expect in enumerate(self.expect):
-            first, last = steps_around(expect.at, self.scene.rate)
-            around = first - self.before, last - self.before
-            if rows.start <= around[1] < rows.stop and not (self.disturbed and self.disturbed[0] <= last):
+            first, last = (step - self.before for step in steps_around(expect.at, self.scene.rate))
+            is_here = first >= 0 and last < self.filled and (last or not self.before)
+            if is_here and not (self.disturbed and self.disturbed[0] <= self.before + last):
                 for measurement in self.measurements.values():
-                    measurement.expect(number, expect, around)
-        self.measured = self.filled
+                    measurement.expect(number, expect, (first, last))
+        reference = self._reference_positions(slice(self.before, self.before + self.filled))
+        for name, measurement in self.measurements.items():
+            measurement.enter(self.filled, None if name == self.against else reference)
+        self.before += self.filled - 1
+        self.filled = 1
 
-    def _reference_positions(self, rows: slice) -> Floats:
-        """Return where the reference has the balls in the next rows, (steps, n, 2) px; its twins follow it."""
-        steps = slice(self.before + rows.start, self.before + rows.stop)
+    def _reference_positions(self, steps: slice) -> Floats:
+        """Return where the reference has the balls in the block, (rows, n, 2) px; its twins follow it."""
         if self.reference:
             return self.reference.position[steps]
         assert self.twins
-        states, first = self.measurements[self.against].states, max(rows.start, 1)  # no step leads to the first row
-        time = self.scene.clock.times(np.arange(self.before + first, steps.stop))
-        self.twins.follow(states.rows(slice(first, rows.stop)), time)
+        states = self.measurements[self.against].states.rows(slice(self.filled))
+        self.twins.follow(states.rows(slice(1, None)), self.scene.clock.times(np.arange(steps.start + 1, steps.stop)))
         if self.kept is not None:
-            self.kept[steps] = states.position[rows]
-        return states.position[rows]
-
-    def _enter(self) -> None:
-        """Enter the block in the ledgers, and begin another."""
-        if self.measured < self.filled:
-            self._measure()
-        for measurement in self.measurements.values():
-            measurement.enter(self.filled)
-        self.before += self.filled - 1
-        self.measured = self.filled = 1
+            self.kept[steps] = states.position
+        return states.position.copy()  # the reference's own block begins anew before others are measured
 
     def comparison(self, inputs: tuple[Input, ...], seconds: float) -> Comparison:
         """Return the comparison so far. seconds: that the whole run is to take, from its start."""

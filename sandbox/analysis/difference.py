@@ -1,22 +1,20 @@
 """What is wrong with an engine's steps, beside the exact step from its own state: where, since when, and why."""
 
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from sandbox.judge.causes import NEGLIGIBLE, Cause
-from sandbox.judge.step_errors import StepError
+from sandbox.judge.ledger import NO_BODY, Errors
+from sandbox.judge.summary import Verdict
 from sandbox.judge.thresholds import SINGLE
-from sandbox.judge.timeline import Timeline
-from sandbox.judge.touching import Touches
+from sandbox.judge.words import of_errors
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.scene.units import Dimension, Units
+from sandbox.scene.units import Dimension
 from sandbox.state import Floats, State
 
 MAX_DIFFERENCES: Final = 200  # reported of one engine
@@ -50,16 +48,13 @@ class Difference:
     in_reference: bool  # whether the error is the reference's
     before: Velocities  # px/s of the ball or balls, before the step
     after: Velocities
-    should_before: Velocities
-    should_after: Velocities
+    should_after: Velocities  # empty if the exact step is not known, as are the spins
     spin_before: Spins  # rad/s, as the velocities
     spin_after: Spins
-    should_spin_before: Spins
     should_spin_after: Spins
     normal: Vector | None = None  # from the first to the second body, as the engine found it; None if not known
     depth: float | None = None  # px, their overlap then; negative if they were apart
-    normal_at_touch: Vector | None = None  # in the exact step; None if the two do not touch in it
-    should_normal: Vector | None = None  # the same
+    should_normal: Vector | None = None  # in the exact step; None if the two do not touch in it
 
     @property
     def balls(self) -> list[int]:
@@ -94,91 +89,88 @@ def contact_name(scene: Scene, first: int, second: int) -> str:
     return f"balls {first} and {second}" if second >= 0 else f"ball {first} and {scene.wall_name(~second)}"
 
 
-def passages(timeline: Timeline) -> tuple[Passage, ...]:
+def passages(verdict: Verdict) -> tuple[Passage, ...]:
     """Return the contacts of a run that did not happen."""
-    missed = (error for error in timeline.errors if error.cause == Cause.MISSED and error.contact)
-    return tuple(Passage(error.step, *error.contact) for error in missed if error.contact)
+    missed = verdict.errors[verdict.errors["cause"] == Cause.MISSED]
+    return tuple(Passage(*each) for each in missed[["step", "first", "second"]].tolist())
 
 
-def differences(scene: Scene, timeline: Timeline) -> tuple[Difference, ...]:
-    """Return the steps of an engine that are not as the exact step from the same state is, at most MAX_DIFFERENCES.
-
-    What is wrong with all its flights is listed once.
-    """
-    flights: set[str] = set()
-    listed: list[StepError] = []
-    for error in timeline.errors:
-        if error.contact or error.because not in flights:
-            listed.append(error)
-        if not error.contact:
-            flights.add(error.because)
-        if len(listed) == MAX_DIFFERENCES:
-            break
-    return tuple(_of_step(scene, timeline.touches, error) for error in listed)
+def differences(scene: Scene, verdict: Verdict) -> tuple[Difference, ...]:
+    """Return the steps of an engine that are not as the exact step from the same state is, at most MAX_DIFFERENCES."""
+    errors = verdict.errors[:MAX_DIFFERENCES]
+    return tuple(_of_step(scene, errors[k : k + 1], verdict.flights) for k in range(len(errors)))
 
 
-def _of_step(scene: Scene, touches: Touches, error: StepError) -> Difference:
-    (first, second), (spin, spin_after, should_spin) = error.contact or (error.balls[0], None), error.spins
-    normal, should_normal = touches.normals(error)
+def _of_step(scene: Scene, row: Errors, flights: dict[str, str]) -> Difference:
+    error = row[0]
+    second = None if error["second"] == NO_BODY else int(error["second"])
+    balls = slice(2 if second is not None and second >= 0 else 1)
+    should = balls if np.isfinite(error["should"][balls]).all() else slice(0)
     return Difference(
         _kind(error),
-        scene.clock.time(error.step),
-        first,
+        scene.clock.time(int(error["step"])),
+        int(error["first"]),
         second,
-        error.cause,
-        touches.said(error),
+        Cause(error["cause"]),
+        of_errors(scene, row, flights),
         in_reference=False,
-        **_motion((error.before, error.after, error.before, error.should), (spin, spin_after, spin, should_spin)),
-        normal=normal,
-        depth=error.depth,
-        normal_at_touch=should_normal,
-        should_normal=should_normal,
+        before=_vectors(error["before"][balls]),
+        after=_vectors(error["after"][balls]),
+        should_after=_vectors(error["should"][should]),
+        spin_before=tuple(error["spin_before"][balls].tolist()),
+        spin_after=tuple(error["spin_after"][balls].tolist()),
+        should_spin_after=tuple(error["spin_should"][should].tolist()),
+        normal=_vector(error["normal"]),
+        depth=None if np.isnan(error["depth"]) else float(error["depth"]),
+        should_normal=_vector(error["should_normal"]),
     )
 
 
-def _motion(velocity: Sequence[Floats], spin: Sequence[Floats]) -> dict[str, Any]:
-    """Return the motion of a difference, by the names of its fields.
-
-    velocity, spin: (k, 2) px/s and (k,) rad/s of the balls, before and after, and what both should be.
-    """
-    times = "before", "after", "should_before", "should_after"
-    velocities = {time: tuple((x, y) for x, y in v.tolist()) for time, v in zip(times, velocity, strict=True)}
-    times = "spin_before", "spin_after", "should_spin_before", "should_spin_after"
-    return velocities | {time: tuple(each.tolist()) for time, each in zip(times, spin, strict=True)}
+def _vectors(pairs: Floats) -> Velocities:
+    return tuple((x, y) for x, y in pairs.tolist())
 
 
-def _kind(error: StepError) -> Kind:
-    if error.contact is None:
+def _vector(pair: Floats) -> Vector | None:
+    return None if np.isnan(pair).any() else _vectors(pair[None])[0]
+
+
+def _kind(error: np.void) -> Kind:
+    if error["second"] == NO_BODY:
         return Kind.FLIGHT
-    if error.cause == Cause.MISSED:
+    if error["cause"] == Cause.MISSED:
         return Kind.MISSING
-    return Kind.EXTRA if error.cause in (Cause.DOUBLE_BOUNCE, Cause.WARM_START) else Kind.OUTCOME
+    return Kind.EXTRA if error["cause"] in (Cause.DOUBLE_BOUNCE, Cause.WARM_START) else Kind.OUTCOME
 
 
 def difference_at_start(scene: Scene, state: State, reference: State) -> Difference | None:
     """Return the first ball that begins elsewhere than in the reference, or otherwise, by more than float32 rounds."""
-    away, extent = length(state.position - reference.position), float(np.abs(reference.position).max())
-    speed = float(np.maximum(np.abs(state.velocity), np.abs(reference.velocity)).max())
-    rim = scene.bodies.radius * np.abs(state.spin - reference.spin)
-    at_rim = float((scene.bodies.radius * np.maximum(np.abs(state.spin), np.abs(reference.spin))).max())
+    away, slower = (
+        length(mine - other)
+        for mine, other in ((state.position, reference.position), (state.velocity, reference.velocity))
+    )
+    rim = scene.bodies.radius * np.stack([state.spin - reference.spin, reference.spin])
+    extent, speed = np.abs(reference.position).max(), np.abs(reference.velocity).max() + np.abs(rim[1]).max()
     apart = away > np.maximum(NEGLIGIBLE * scene.bodies.radius, SINGLE * extent)
-    apart |= length(state.velocity - reference.velocity) + rim > 2 * NEGLIGIBLE * (speed + at_rim)
-    return _start(scene.units, state, reference, int(apart.argmax())) if apart.any() else None
-
-
-def _start(units: Units, state: State, reference: State, ball: int) -> Difference:
-    """Describe that a ball begins elsewhere than in the reference."""
-    away = math.dist(state.position[ball], reference.position[ball])
-    slower = math.dist(state.velocity[ball], reference.velocity[ball])
-    states = state, state, reference, reference
+    apart |= slower + np.abs(rim[0]) > 2 * NEGLIGIBLE * speed
+    if not apart.any():
+        return None
+    ball, units = int(apart.argmax()), scene.units
+    place = units.text(Dimension.LENGTH, "{:.3g}", away[ball])
+    by = units.text(Dimension.VELOCITY, "{:.3g}", slower[ball])
+    velocity, spin = _vectors(state.velocity[[ball]]), (float(state.spin[ball]),)
     return Difference(
         Kind.START,
         0.0,
         ball,
         None,
         Cause.START,
-        f"When the comparison begins, ball {ball} is {units.text(Dimension.LENGTH, '{:.3g}', away)} and "
-        f"{units.text(Dimension.VELOCITY, '{:.3g}', slower)} from the reference's: what follows begins with that.",
+        f"When the comparison begins, ball {ball} is {place} and {by} from the reference's: what follows begins with "
+        "that.",
         in_reference=False,
-        **_motion([each.velocity[[ball]] for each in states], [each.spin[[ball]] for each in states]),
+        before=velocity,
+        after=velocity,
+        should_after=_vectors(reference.velocity[[ball]]),
+        spin_before=spin,
+        spin_after=spin,
+        should_spin_after=(float(reference.spin[ball]),),
     )

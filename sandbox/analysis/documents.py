@@ -14,6 +14,7 @@ from sandbox.analysis.difference import Difference
 from sandbox.analysis.figures import Figures
 from sandbox.analysis.gas import THEORY_FIGURES, TheoryRow
 from sandbox.judge.causes import Cause, Entry
+from sandbox.judge.summary import CauseOfError
 
 JSON_SCHEMA: Final = "https://json-schema.org/draft/2020-12/schema"
 CauseKey = Annotated[str, WithJsonSchema({"type": "string", "enum": [cause.key for cause in Cause]})]
@@ -46,24 +47,17 @@ class Failure:
 
 @dataclass(frozen=True)
 class TrialFigures:
-    """What JSON has of a run of Pymunk with some settings changed, compared with the reference.
-
-    passages: of balls through walls or each other, without a contact; escapes: balls that left the arena; apart: s,
-    when its paths leave the reference's, None if they agree as long as the reference means anything; gap: RMS, px, over
-    all balls and the times up to there; theory: the worst figure of a gas, as a fraction of what is expected, None if
-    unknown; energy_error: as in `Figures`, None if the mouse gives each engine its own energy; astray: the same, with
-    the mouse's; gap_rms: px, over all times.
-    """
+    """What JSON has of a run of Pymunk with some settings changed, compared with the reference."""
 
     changes: dict[str, int]
-    passages: int
-    escapes: int
-    apart: float | None
-    gap: float
-    theory: float | None
-    energy_error: float | None
-    astray: float
-    gap_rms: float
+    passages: int  # of balls through walls or each other, without a contact
+    escapes: int  # balls that left the arena
+    apart: float | None  # s, when its paths leave the reference's; None if not while the reference means anything
+    gap: float  # RMS, px, over all balls and the times up to when the reference means nothing
+    theory: float | None  # the worst figure of a gas, as a fraction of what is expected; None if unknown
+    energy_error: float | None  # as in `Figures`, None if the mouse gives each engine its own energy
+    astray: float  # the same, with the mouse's
+    gap_rms: float  # px, over all times
 
 
 def _model(name: str, required: Mapping[str, Any], optional: Mapping[str, Any] | None = None) -> type[BaseModel]:
@@ -86,7 +80,8 @@ def _engine() -> type[BaseModel]:
     ledger = _model("Ledger", {}, {cause.key: ledger_line for cause in Cause})
     theory_line = _model("TheoryLine", _fields(TheoryRow, without="figure"))
     theory = _model("Theory", {}, dict.fromkeys(THEORY_FIGURES, theory_line))
-    changed = {"first_difference": first_difference | None, "ledger": ledger}
+    cause_of_error = _model("CauseOfError", _fields(CauseOfError) | {"cause": CauseKey})
+    changed = {"first_difference": first_difference | None, "causes": list[cause_of_error], "ledger": ledger}  # type: ignore[valid-type]
     return _model("Engine", _fields(Figures) | changed, {"theory": theory})
 
 
@@ -95,16 +90,13 @@ def _columns(of: type[BaseModel], prefix: str = "") -> Iterator[str]:
     for name, field in of.model_fields.items():
         kinds = (field.annotation, *get_args(field.annotation))
         inner = next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)), None)
-        if inner:
-            yield from _columns(inner, f"{prefix}{name}.")
-        else:
-            yield f"{prefix}{name}"
+        yield from _columns(inner, f"{prefix}{name}.") if inner else (f"{prefix}{name}",)
 
 
 @cache
 def figure_columns() -> tuple[str, ...]:
     """Return the columns of an engine's figures, the same for all engines and scenes."""
-    return tuple(_columns(_engine()))
+    return tuple(column for column in _columns(_engine()) if not column.startswith("causes."))
 
 
 def json_schema(of: Any) -> dict[str, Any]:

@@ -18,8 +18,7 @@ LONGEST_HOP: Final = MAX_LOAD * HOP_TIME  # s, which discs at rest can be in the
 class EnergyScale:
     """The largest kinetic energy that an engine has reached so far, or what mouse and edits gave it, if that is more.
 
-    Only gravity raises kinetic energy by itself; without it, that of the start counts. Balls at rest under gravity have
-    the scale of a fall through their radius.
+    Balls at rest under gravity have the scale of a fall through their radius.
     """
 
     def __init__(self, scene: Scene, start: State) -> None:
@@ -36,10 +35,7 @@ class EnergyScale:
         return max(self._largest if self._largest > hopping else fall, self._given)
 
     def follow(self, scene: Scene, states: States, contacts: Contacts, before: int, clock: Clock | None = None) -> None:
-        """Enter the steps from the first of some states to the last, and the contacts in them, by time.
-
-        before: the number of steps that lead to the first state; clock: of the steps, by default the scene's.
-        """
+        """Enter steps and the contacts in them, by time. before: steps before the first state; clock: of the steps."""
         self._scene = scene
         if any(scene.gravity):
             kinetic = float(_moving_energy(states, scene.bodies).max())
@@ -57,10 +53,7 @@ def _moving_energy(moving: State | States, bodies: Bodies) -> Floats:
 
 
 def _largest_at_contacts(scene: Scene, states: States, contacts: Contacts, before: int, clock: Clock) -> float:
-    """Return the largest kinetic energy just before the first contact of a step, 0 without contacts, kg px²/s².
-
-    A falling ball is fastest there, between two states. Balls that a wall or others carry do not fall.
-    """
+    """Return the largest kinetic energy just before the first contact of a step, where falling balls are fastest."""
     if not len(contacts):
         return 0.0
     step_of = np.clip(clock.steps_containing(contacts["time"]) - before, 1, len(states.spin) - 1)

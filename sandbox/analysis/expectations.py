@@ -1,26 +1,23 @@
 """Expectations: how far a state is from what its scene expects."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Final, Self, TypeVar
+from typing import Final
 
 import numpy as np
 
 from sandbox.quantity import deepest_overlap, energy, length, momentum
-from sandbox.scene.fields import Vector
 from sandbox.scene.model import Columns, Expect, Scene
 from sandbox.scene.units import Dimension
 from sandbox.scene.walls import wall_distance
 from sandbox.state import Floats, State
 
 SAME_TIME: Final = 1e-6  # of a step; a time that is closer to a step than this is that step's
-MAX_PRECISE: Final = 2  # numbers of a vector that are written with ten digits; shares are rounded to 0.1 %
 SAME_VELOCITY: Final = 1e-6  # of the speed; a smaller change within a step is rounding, also in 32 bits
 
 Numbers = tuple[float, ...]
-T = TypeVar("T", bound=float | Numbers)
 
 
 class ExpectedQuantity(Enum):
@@ -35,24 +32,14 @@ class ExpectedQuantity(Enum):
     COLUMNS = "columns", Dimension.NUMBER, False
     SPIN = "spin", Dimension.SPIN, True
 
-    dimension: Dimension
-    of_ball: bool
-
-    def __new__(cls, key: str, dimension: Dimension, of_ball: bool) -> Self:
-        """Return a quantity, whose value is its key."""
-        quantity = object.__new__(cls)
-        quantity._value_, quantity.dimension, quantity.of_ball = key, dimension, of_ball
-        return quantity
+    def __init__(self, key: str, dimension: Dimension, of_ball: bool) -> None:
+        """Set what it is; `key` is that in the scene's file."""
+        self.key, self.dimension, self.of_ball = key, dimension, of_ball
 
     @property
     def label(self) -> str:
         """The quantity in words."""
-        return str(self.value).replace("_", " ")
-
-    @property
-    def unit(self) -> str:
-        """The unit in the scene's file; empty for a ratio."""
-        return self.dimension.value
+        return self.key.replace("_", " ")
 
 
 @dataclass(frozen=True)
@@ -96,61 +83,6 @@ class Score:
         beyond = [deviation for deviation in self.deviations if deviation.error > self.expect.tolerance]
         return tuple(sorted(beyond, key=lambda deviation: -deviation.error))
 
-    def lines(self) -> Iterator[str]:
-        """Yield a line for each quantity that is missed, or one that says why none was judged."""
-        at = f"at {self.expect.at:g} s"
-        of_ball = f"ball {self.expect.ball} {at}"
-        if self.skipped:
-            yield f"{at if self.expect.ball is None else of_ball}: skipped, since {self.skipped}"
-        for deviation in self.missed:
-            quantity, off = deviation.quantity, f"{deviation.error:.2g} {deviation.quantity.unit}".strip()
-            yield (
-                f"{of_ball if quantity.of_ball else at}: {quantity.label} {_words(deviation.measured)} instead of "
-                f"{_words(deviation.expected)}, off by {off} (tolerance "
-                f"{self.expect.tolerance:g}): {' '.join(self.expect.because.split())}"
-            )
-
-    def misses(self) -> Iterator["Miss"]:
-        """Yield what `--json` writes for each quantity that is missed; an infinite number is None."""
-        for deviation in self.missed:
-            yield Miss(
-                at=self.expect.at,
-                ball=self.expect.ball if deviation.quantity.of_ball else None,
-                quantity=deviation.quantity.value,
-                unit=deviation.quantity.unit,
-                expected=deviation.expected,
-                found=finite(deviation.measured),
-                error=finite(deviation.error),
-                tolerance=self.expect.tolerance,
-                because=self.expect.because,
-            )
-
-
-@dataclass(frozen=True)
-class Miss:
-    """A quantity that an engine misses, as JSON has it: in its unit, at a time in s; ball is None for all together."""
-
-    at: float
-    ball: int | None
-    quantity: str
-    unit: str
-    expected: float | Numbers
-    found: float | Numbers | None
-    error: float | None
-    tolerance: float
-    because: str
-
-
-def finite(value: T) -> T | None:
-    """Return a number or a vector for JSON, None if it is not finite."""
-    return value if np.isfinite(np.atleast_1d(value)).all() else None
-
-
-def _words(value: float | Numbers) -> str:
-    is_long = len(np.atleast_1d(value)) > MAX_PRECISE
-    numbers = ", ".join(f"{number:.3f}" if is_long else f"{number:.10g}" for number in np.atleast_1d(value))
-    return f"({numbers})" if isinstance(value, tuple) else numbers
-
 
 def steps_around(at: float, rate: int) -> tuple[int, int]:
     """Return the step before a time and the step after it; twice the same step if the time is that step's."""
@@ -183,7 +115,7 @@ def _first_touched(scene: Scene, expect: Expect, before: State, after: State) ->
     fall = np.multiply(scene.gravity, after.time - before.time)
     change = length(after.velocity - before.velocity - fall)
     touched = change > SAME_VELOCITY * (length(before.velocity) + length(after.velocity) + math.hypot(*fall))
-    of_all = any(getattr(expect, quantity.value) is not None for quantity in ExpectedQuantity if not quantity.of_ball)
+    of_all = any(getattr(expect, quantity.key) is not None for quantity in ExpectedQuantity if not quantity.of_ball)
     balls = range(len(touched)) if of_all or expect.ball is None else [expect.ball]
     return next((ball for ball in balls if touched[ball]), None)
 
@@ -198,39 +130,29 @@ def _flown(scene: Scene, state: State, at: float) -> State:
 
 
 def _deviations(scene: Scene, expect: Expect, initial: State, state: State, energy_scale: float) -> Iterator[Deviation]:
-    mass = scene.bodies.mass
-    if expect.ball is not None:
-        for quantity, expected, measured in (
-            (ExpectedQuantity.POSITION, expect.position, state.position),
-            (ExpectedQuantity.VELOCITY, expect.velocity, state.velocity),
-        ):
-            if expected is not None:
-                yield Deviation(quantity, expected, _vector(measured[expect.ball]))
-        if expect.spin is not None:
-            yield Deviation(ExpectedQuantity.SPIN, expect.spin, float(state.spin[expect.ball]))
-    if expect.energy_ratio is not None:
-        ratio = 1 + (_energy(scene, state) - _energy(scene, initial)) / energy_scale
-        yield Deviation(ExpectedQuantity.ENERGY_RATIO, expect.energy_ratio, ratio)
-    if expect.momentum is not None:
-        yield Deviation(ExpectedQuantity.MOMENTUM, expect.momentum, _vector(momentum(state.velocity, mass)))
-    if expect.centre_of_mass is not None:
-        centre = np.average(state.position, axis=0, weights=mass)
-        yield Deviation(ExpectedQuantity.CENTRE_OF_MASS, expect.centre_of_mass, _vector(centre))
-    if expect.overlap is not None:
-        yield Deviation(ExpectedQuantity.OVERLAP, expect.overlap, overlap_in(scene, state.position))
-    if expect.columns is not None:
-        shares = np.divide(expect.columns.shares, sum(expect.columns.shares))
-        measured = shares_in(expect.columns, state.position[:, 0])
-        yield Deviation(ExpectedQuantity.COLUMNS, tuple(shares.tolist()), tuple(measured.tolist()))
+    mass, ball = scene.bodies.mass, expect.ball or 0
+    before, after = (float(energy(each, scene.bodies, scene.gravity, scene.arena.size)) for each in (initial, state))
+    columns = expect.columns
+    measured: dict[ExpectedQuantity, Callable[[], float | Numbers]] = {
+        ExpectedQuantity.POSITION: lambda: _numbers(state.position[ball]),
+        ExpectedQuantity.VELOCITY: lambda: _numbers(state.velocity[ball]),
+        ExpectedQuantity.SPIN: lambda: float(state.spin[ball]),
+        ExpectedQuantity.ENERGY_RATIO: lambda: 1 + (after - before) / energy_scale,
+        ExpectedQuantity.MOMENTUM: lambda: _numbers(momentum(state.velocity, mass)),
+        ExpectedQuantity.CENTRE_OF_MASS: lambda: _numbers(np.average(state.position, axis=0, weights=mass)),
+        ExpectedQuantity.OVERLAP: lambda: overlap_in(scene, state.position),
+        ExpectedQuantity.COLUMNS: lambda: _numbers(shares_in(columns, state.position[:, 0])) if columns else (),
+    }
+    for quantity, measure in measured.items():
+        expected = getattr(expect, quantity.key)
+        if quantity is ExpectedQuantity.COLUMNS and columns:
+            expected = _numbers(np.divide(columns.shares, sum(columns.shares)))
+        if expected is not None:
+            yield Deviation(quantity, expected, measure())
 
 
-def _vector(values: Floats) -> Vector:
-    x, y = values.tolist()
-    return x, y
-
-
-def _energy(scene: Scene, state: State) -> float:
-    return float(energy(state, scene.bodies, scene.gravity, scene.arena.size))
+def _numbers(values: Floats) -> Numbers:
+    return tuple(values.tolist())
 
 
 def overlap_in(scene: Scene, position: Floats) -> float:

@@ -14,7 +14,7 @@ from sandbox.analysis.gas import TheoryRow
 from sandbox.analysis.impacts import Impacts
 from sandbox.analysis.misreports import Misreport
 from sandbox.judge.causes import Cause, Entry
-from sandbox.judge.timeline import Suffered
+from sandbox.judge.summary import CauseOfError
 from sandbox.quantity import length
 from sandbox.scene.model import Scene
 from sandbox.state import Bools, Contacts, Floats, State
@@ -39,6 +39,7 @@ class Figures:
     met: int  # the number of those that the engine meets
     skipped: int  # expectations that fall into the run and cannot be judged, because a contact is next to their time
     first_difference: Difference | None  # from the reference
+    causes: tuple[CauseOfError, ...]  # what is wrong with its steps, the largest share first
     ledger: tuple[Entry, ...]  # every change of energy, momentum and positions, by its cause
 
 
@@ -90,16 +91,10 @@ class Run(Course):
 
     energy_scale: kg px²/s², the `EnergyScale` of the reference, which all shares of energy are of, 0 if nothing moves;
     energy_gap: (steps + 1,) the difference from the reference's energy as a fraction of the scale, give or take a step,
-    NaN where the reference's energy means nothing and where soft contacts hold part of the engine's;
-    apart: s, when a ball is first more than its radius from the reference's, None if never while the reference's paths
-    mean anything; max_overlap: px, of two balls after any step; contacts: as reported, in order of time;
-    reports_contacts: whether the engine reports any; impacts: the motion before and after the first MAX_IMPACTS of
-    them; misreport: where they are others than what the balls did; gained: (steps, 3), what nothing outside gave, see
-    `StepError`; ledger: as in `Figures`; errors: its wrong steps, in order; differences: a different start, if any, and
-    the errors, or the reference's errors if there is neither; missed: contacts that should have happened; suffered: the
-    models behind its errors, the largest share first; escape: the balls that left the arena, None if none did; scores:
-    for the scene's expectations that fall into the run; theory: figures of a gas, measured and expected; path:
-    (frames, n, 2) px, float32, one frame in every so many steps; start, final: the first and the last state.
+    NaN where that means nothing or soft contacts hold energy; apart: s, when a ball is first more than its radius from
+    the reference's; impacts: the motion before and after the first MAX_IMPACTS contacts; gained: (steps, 3), momentum
+    and angular momentum that nothing outside gave; differences: a different start, and the errors, or the reference's
+    errors if there is neither; path: (frames, n, 2) px.
     """
 
     energy_scale: float
@@ -115,7 +110,8 @@ class Run(Course):
     errors: tuple[Difference, ...]
     differences: tuple[Difference, ...]
     missed: tuple[Passage, ...]
-    suffered: tuple[Suffered, ...]
+    causes: tuple[CauseOfError, ...]
+    is_spinless: bool
     escape: Escape | None
     scores: list[Score]
     theory: tuple[TheoryRow, ...]
@@ -144,6 +140,7 @@ class Run(Course):
             met=sum(score.passed for score in self.scores if not score.skipped),
             skipped=sum(bool(score.skipped) for score in self.scores),
             first_difference=self.differences[0] if self.differences else None,
+            causes=self.causes,
             ledger=self.ledger,
         )
 

@@ -1,13 +1,8 @@
-"""Theory of a gas of discs: their speeds, their pressure, how often they collide.
+"""Theory of a gas of discs: their speeds, their pressure, how often they collide. docs/method.md has the formulas.
 
-After the horizon no engine is right about paths, but it can be right about these figures. They hold in equilibrium,
-for smooth elastic discs between straight walls, without gravity. Symbols: n is the number of discs, r their radius,
-σ = 2r, m their mass, A the arena's area, ρ = n / A, η the packing fraction, E the kinetic energy, kT = E / n.
-
-Two laws are exact at any n: the speed law, and that wall pressure equals virial pressure. Those in η are for a fluid
-without walls. Walls keep centres a radius away, and discs next to them collide with fewer others; the two effects
-nearly cancel: at η = 0.2 the event-driven engine has 0.3 % more contacts than Enskog's rate at n = 10,000, 1 % at
-1,000, 3 % at 100. Hence MIN_GAS_DISCS.
+It holds in equilibrium, for smooth elastic discs between straight walls, without gravity. Symbols: n is the number of
+discs, r their radius, A the arena's area, η the packing fraction, E the kinetic energy. The speed law and the virial
+theorem are exact at any n. Figures in η are for a fluid without walls, which change them by 3 % at n = 100.
 """
 
 import math
@@ -23,41 +18,31 @@ from sandbox.state import Contacts, Floats
 
 MIN_GAS_DISCS: Final = 100  # with fewer, walls change the figures by more than a few per cent
 FREEZING: Final = 0.70  # packing fraction up to which discs are a liquid (Bernard and Krauth, PRL 107 (2011) 155704)
-
-
-# Speeds
+SPEEDS: Final = "distance of speeds from their law"
+WALL_PRESSURE: Final = "wall pressure, kg/s²"
+COMPRESSIBILITY: Final = "compressibility"
+CONTACT_RATE: Final = "contacts per second"
+THEORY_FIGURES: Final = (SPEEDS, WALL_PRESSURE, COMPRESSIBILITY, CONTACT_RATE)
 
 
 def speed_law(speed: Floats, whole: Floats | float, n: int) -> Floats:
-    """Return the fraction of discs that are slower than a speed, F = 1 - (1 - v²/R²)^(n - 1).
+    """Return the fraction of discs that are slower than a speed, F = 1 - (1 - v²/R²)^(n - 1), R² = Σ v².
 
-    speed: (...) px/s. whole: R in px/s, the speed of a single disc with all of the energy, √(2E/m) = √(Σ v²).
-
-    Energy alone is conserved between four walls, so the 2n components of the velocities are a point on a sphere of
-    radius R, all points equally likely, and any two components follow this law. It needs equal masses, not equal radii,
-    and n of 2 or more. At large n it is Maxwell's, 1 - exp(-v²/u²) with u² = R²/n the mean square speed. In a periodic
-    box, where momentum is conserved too, n is replaced by n - 1, and R is taken relative to the centre of mass.
+    speed, whole: v and R, px/s. All points of the sphere of radius R are equally likely, if masses are equal.
     """
     faster: Floats = np.maximum(0.0, 1 - np.square(speed / whole)) ** (n - 1)
     return 1 - faster
 
 
 def expected_counts(edges: Floats, whole: float, n: int) -> Floats:
-    """Return how many of n discs the law expects between each two speeds: (bins,); the last bin has all faster ones.
-
-    edges: (bins + 1,) px/s, ascending; whole: R of `speed_law`, px/s.
-    """
+    """Return how many of n discs the law expects between each two speeds (px/s): (bins,); the last has all faster."""
     share = speed_law(edges, whole, n)
     share[-1] = 1.0
     return n * np.diff(share)
 
 
 def speed_distance(velocity: Floats) -> float:
-    """Return the Kolmogorov-Smirnov distance of the speeds from their law.
-
-    velocity: (..., n, 2) px/s, n discs at any number of times. R is computed for each time, so an engine that does not
-    keep the energy is still compared with the law's shape. The mean for N independent speeds is 0.87/√N.
-    """
+    """Return the Kolmogorov-Smirnov distance of the speeds from their law. velocity: (times, n, 2) px/s."""
     speed = length(velocity)
     whole = np.sqrt(np.sum(speed**2, axis=-1, keepdims=True))
     law = np.sort(speed_law(speed, whole, velocity.shape[-2]), axis=None)
@@ -65,14 +50,8 @@ def speed_distance(velocity: Floats) -> float:
     return float(max(np.max(share[1:] - law), np.max(law - share[:-1])))
 
 
-# Pressure
-
-
 def wall_impulse(contacts: Contacts, size: Sequence[float]) -> float:
-    """Return the momentum per length that the arena's walls took in contacts, the mean of the four, kg/s.
-
-    size: of the arena, px. The length is the whole wall's, though no disc touches it within a radius of its ends.
-    """
+    """Return the momentum per length that the arena's walls took in contacts, the mean of the four, kg/s."""
     width, height = size
     wall = ~contacts["second"]  # negative for a ball
     at_arena = (wall >= 0) & (wall < len(ARENA_WALLS))
@@ -83,26 +62,15 @@ def wall_impulse(contacts: Contacts, size: Sequence[float]) -> float:
 def virial_pressure(contacts: Contacts, radius: Floats, kinetic: float, size: Sequence[float], seconds: float) -> float:
     """Return the pressure by the virial theorem, (E + Σ impulse · reach / (2 · seconds)) / A, kg/s².
 
-    radius: (n,) px; kinetic: E, kg px²/s², its mean over time; size: of the arena, px. A contact's reach is the
-    distance between its two centres or, at a wall, from the centre to the wall (B. Li et al., J. Chem. Phys. 157
-    (2022) 234111, eq. 19a, there with the mean impulse for each).
-
-    It is exact: G = Σ m v·x, with x from the middle of the arena, is bounded, so dG/dt is 0 on average. dG/dt is 2E,
-    plus impulse · reach at a pair, minus impulse · (half of the arena minus the reach) at a wall; and Σ impulse · half
-    of the arena is 2A · wall pressure. So both pressures agree in any arena, with any radii and masses, up to
-    (G at the end - G at the start) / (2A · seconds). For equal discs in a square
-    of side L the walls' part can be solved for: the pressure is (E + the pairs' part) / (L (L - 2r)). Divided by
-    (L - 2r)² instead, it is the force per length of wall that is touched, as in a fluid without walls.
+    kinetic: E, kg px²/s², its mean over time. It is exact up to (G at the end - G at the start) / (2A · seconds), where
+    G = Σ m v·x (B. Li et al., J. Chem. Phys. 157 (2022) 234111, eq. 19a).
     """
     impulse_reach = np.sum(contacts["impulse"] * _reach(contacts, radius))
     return float((kinetic + impulse_reach / (2 * seconds)) / math.prod(size))
 
 
 def pair_compressibility(contacts: Contacts, radius: Floats, kinetic: float, seconds: float) -> float:
-    """Return Z from the contacts between discs alone, 1 + Σ impulse · distance / (2E · seconds).
-
-    radius: (n,) px; kinetic: E, kg px²/s², its mean over time.
-    """
+    """Return Z from the contacts between discs alone, 1 + Σ impulse · distance / (2E · seconds); E in kg px²/s²."""
     pairs = contacts[contacts["second"] >= 0]
     return float(1 + np.sum(pairs["impulse"] * _reach(pairs, radius)) / (2 * kinetic * seconds))
 
@@ -111,9 +79,6 @@ def _reach(contacts: Contacts, radius: Floats) -> Floats:
     """Return the distance between the two centres of each contact, or from the centre to the wall, px."""
     of_second = np.append(radius, 0.0)[np.maximum(contacts["second"], -1)]  # any wall gets the 0
     return np.asarray(radius[contacts["first"]] + of_second - contacts["depth"])
-
-
-# The fluid
 
 
 def packing_fraction(radius: Floats, size: Sequence[float]) -> float:
@@ -132,34 +97,18 @@ def compressibility(eta: float) -> float:
 
 
 def fluid_pressure(radius: Floats, kinetic: float, size: Sequence[float]) -> float:
-    """Return the pressure of a fluid of discs, n kT Z / A with n kT = E, kg/s².
-
-    radius: (n,) px; kinetic: E, kg px²/s²; size: of the arena, px.
-    """
+    """Return the pressure of a fluid of discs, E Z / A, kg/s². kinetic: E, kg px²/s²."""
     return compressibility(packing_fraction(radius, size)) * kinetic / math.prod(size)
 
 
 def enskog_rate(n: int, radius: float, size: Sequence[float], mean_square_speed: float) -> float:
-    """Return the rate of contacts between n equal discs, 1/s: n σ ρ g √(π kT/m).
+    """Return the rate of contacts between n equal discs, 1/s: n 2r (n/A) g √(π kT/m), where 2kT/m is <v²>, px²/s².
 
-    radius: px; size: of the arena, px; mean_square_speed: px²/s², which is 2kT/m.
-
-    A disc sweeps an area of 2σ · √(π kT/m) in a second, √(π kT/m) being the mean relative speed, with ρ g discs per
-    unit of area; a contact is two discs' (S. Chapman and T. G. Cowling, The Mathematical Theory of Non-Uniform Gases,
-    ch. 16, there in three dimensions). Apart from g, and from 1/(8n) of the speed, it is exact.
+    S. Chapman and T. G. Cowling, The Mathematical Theory of Non-Uniform Gases, ch. 16, there in three dimensions.
     """
     area = math.prod(size)
     g = contact_value(n * math.pi * radius**2 / area)
     return n * 2 * radius * n / area * g * math.sqrt(math.pi * mean_square_speed / 2)
-
-
-# Measured and expected
-
-SPEEDS: Final = "distance of speeds from their law"
-WALL_PRESSURE: Final = "wall pressure, kg/s²"
-COMPRESSIBILITY: Final = "compressibility"
-CONTACT_RATE: Final = "contacts per second"
-THEORY_FIGURES: Final = (SPEEDS, WALL_PRESSURE, COMPRESSIBILITY, CONTACT_RATE)
 
 
 @dataclass(frozen=True)
@@ -200,28 +149,25 @@ def why_no_gas(scene: Scene) -> str:
 def measure_gas(scene: Scene, contacts: Contacts, velocity: Floats, seconds: float) -> tuple[TheoryRow, ...]:
     """Return a run's figures with those that theory expects; none if no law applies to the scene, or nothing moves.
 
-    contacts: all that the run had in `seconds`; velocity: (times, n, 2) px/s, at some times of it. The run must be in
-    equilibrium, which takes a few contacts per disc from a start that is not.
+    contacts: all that the run had in `seconds`; velocity: (times, n, 2) px/s, at some times of it.
     """
     bodies, size = scene.bodies, scene.arena.size
     energies = kinetic_energy(velocity, bodies.mass)
     if why_lawless(scene) or not np.all(energies):
         return ()
     n, radius, kinetic = len(bodies), bodies.radius, float(np.mean(energies))
-    mean_square_speed = 2 * kinetic / float(bodies.mass.sum())
-    by_walls, virial = wall_impulse(contacts, size) / seconds, virial_pressure(contacts, radius, kinetic, size, seconds)
-    exact = (
+    virial = virial_pressure(contacts, radius, kinetic, size, seconds)
+    rows = (
         TheoryRow(SPEEDS, speed_distance(velocity), 0.0, "equal shares of the energy's sphere"),
-        TheoryRow(WALL_PRESSURE, by_walls, virial, "virial theorem"),
+        TheoryRow(WALL_PRESSURE, wall_impulse(contacts, size) / seconds, virial, "virial theorem"),
     )
     if why_no_gas(scene):
-        return exact
-    pairs, expected = int(np.count_nonzero(contacts["second"] >= 0)), compressibility(packing_fraction(radius, size))
-    rate = enskog_rate(n, float(radius[0]), size, mean_square_speed)
+        return rows
+    measured, eta = pair_compressibility(contacts, radius, kinetic, seconds), packing_fraction(radius, size)
+    pairs = int(np.count_nonzero(contacts["second"] >= 0))
+    rate = enskog_rate(n, float(radius[0]), size, 2 * kinetic / float(bodies.mass.sum()))
     return (
-        *exact,
-        TheoryRow(
-            COMPRESSIBILITY, pair_compressibility(contacts, radius, kinetic, seconds), expected, "Henderson 1975"
-        ),
+        *rows,
+        TheoryRow(COMPRESSIBILITY, measured, compressibility(eta), "Henderson 1975"),
         TheoryRow(CONTACT_RATE, pairs / seconds, rate, "Enskog"),
     )

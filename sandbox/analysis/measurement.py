@@ -12,53 +12,51 @@ from sandbox.analysis.expectations import Score, overlap_in, score
 from sandbox.analysis.figures import Course, Escape, Run, keeps_energy
 from sandbox.analysis.gas import TheoryRow, measure_gas, why_lawless, why_no_gas
 from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, impacts_in
-from sandbox.analysis.misreports import Reports
-from sandbox.judge.causes import NEGLIGIBLE, entries_of
-from sandbox.judge.judge import Judge
-from sandbox.judge.timeline import Timeline
+from sandbox.analysis.misreports import Misreport, misreports
+from sandbox.judge.causes import NEGLIGIBLE, Cause
+from sandbox.judge.judge import Steps
+from sandbox.judge.summary import Verdict
 from sandbox.quantity import angular_momentum, centre_of_mass, deepest_overlap, energy, length, momentum, outside
 from sandbox.run.lockstep import Runner
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Expect, Scene
-from sandbox.state import NO_DAMPING, PUSH, Contacts, Floats, Integers, State, States
+from sandbox.state import NO_DAMPING, PUSH, Contacts, Floats, State, States
 
 MAX_PATH_BYTES: Final = 20_000_000  # of an engine's positions kept; of a long run, one frame in so many
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law
+OF_PLACE: Final = "place"  # the law of flight that leaves velocities right
 
 
 class Measurement:
-    """Measures one engine, as its states come in.
+    """Measures one engine, block by block.
 
-    states: (rows, n, 2), a block of them; the first is the last of the block before, or the start. pushes: by the mouse
-    and by kicks, in the block so far: the row of the state that the step led to, the ball, and px/s; stride: steps
-    between two frames of the path, which are fewer than wanted once there are more steps than expected (`steps`).
+    states: a block of them; the first is the last of the block before, or the start. pushes: by the mouse and by kicks,
+    in the block: the row of the state that the step led to, the ball, and px/s; stride: steps between two frames of the
+    path.
     """
 
     def __init__(self, scene: Scene, runner: Runner, rows: int, steps: int) -> None:
         n = len(scene.bodies)
-        self.runner, self._traits = runner, runner.traits
+        self.runner, self._traits, self._scene = runner, runner.traits, scene
         self.states = States.empty(rows, n)
         self.pushes: list[tuple[int, int, Vector]] = []
         self.start = state = runner.engine.state()
         self.states.fill(0, state)
         runner.engine.record_contacts()
-        self._scene = scene
         self.stride = path_stride(scene, steps)
         self._substeps = self._traits.damping.substeps
         if self._substeps > 1:
             runner.substates()  # starts recording
-        self._judge = Judge(scene, self._traits.damping)
+        self._judged = Steps(scene, self._traits.damping, is_soft=self._traits.soft)
         self._max_overlap = deepest_overlap(state.position, scene.bodies.radius, scene.bodies.filters)[0]  # px
         self.scale = EnergyScale(scene, state)
         self._contacts: list[Contacts] = []
         self._impacts: list[Impacts] = [np.empty(0, IMPACT)]
-        self._reports = Reports(scene)
-        traits = self._traits
-        self._are_reports_known = traits.reports_contacts and not traits.soft and traits.damping == NO_DAMPING
+        self._misreports: list[Misreport] = []
         self._courses: list[Course] = []
-        self._entered = 0  # steps, all of which are measured
+        self._entered = 0  # steps
         self._centre = np.divide(scene.arena.size, 2)
-        self._apart: tuple[float, int] | None = None  # s, ball
+        self._apart: float | None = None  # s
         self._furthest_outside = np.zeros(n)  # px from the arena, of each ball
         self._first_outside: tuple[float, int] | None = None  # s, ball
         self._obeys_laws = not why_lawless(scene)
@@ -67,27 +65,60 @@ class Measurement:
         self._path: list[NDArray[np.float32]] = []
         self._expected: dict[int, tuple[Expect, list[State]]] = {}  # with the states before and after its time
 
-    def measure(self, rows: slice, reference: Floats | None) -> None:
-        """Measure some of the states.
+    def expect(self, number: int, expect: Expect, rows: tuple[int, ...]) -> None:
+        """Keep the states of the rows around the time of an expectation; without rows, the run ends before it."""
+        states = [self.states.state(row, self._scene.clock.time(self._entered + row)).copy() for row in rows]
+        self._expected[number] = expect, states
 
-        reference: (steps, n, 2) px, where the reference has the balls in them, None if this is the reference.
+    def enter(self, rows: int, reference: Floats | None) -> None:
+        """Measure and judge the first rows of the block, and begin another with the last of them.
+
+        reference: (rows, n, 2) px, where the reference has the balls, None if this is the reference.
         """
-        scene, bodies = self._scene, self._scene.bodies
-        states = self.states.rows(rows)
-        position, velocity = states.position, states.velocity
-        first = self._entered + rows.start
-        gap = np.zeros(position.shape[:2]) if reference is None else length(position - reference)
+        scene, clock, done = self._scene, self._scene.clock, self._entered
+        states, steps = self.states.rows(slice(rows)), done + np.arange(1, rows)
+        self._measure(states.rows(slice(1 if done else 0, rows)), reference, done + bool(done))
+        contacts = self.runner.engine.contacts()
+        contacts = contacts[np.argsort(contacts["time"], kind="stable")]
+        self._contacts.append(contacts)
+        pushes, dt = np.array(self.pushes, PUSH), 1 / clock.rates(steps)
+        self._judge(states, pushes, dt)
+        pushed, step_of = states.after_pushes(pushes), clock.steps_containing(contacts["time"])
+        row_of = np.clip(step_of - done, 1, rows - 1)
+        first = slice(MAX_IMPACTS - sum(map(len, self._impacts)))
+        within = np.clip(contacts["time"] - clock.times(step_of - 1), 0.0, 1 / clock.rates(step_of))
+        motion = pushed, contacts[first], row_of[first], within[first]
+        self._impacts.append(impacts_in(scene, *motion, together=self._traits.together))
+        if self._traits.reports_contacts and not self._traits.soft and self._traits.damping == NO_DAMPING:
+            found = misreports(scene, pushed, states, contacts, row_of, dt)
+            self._misreports += [each._replace(step=done + each.step) for each in found]
+        deepest, _, _ = deepest_overlap(states.position[1:], scene.bodies.radius, scene.bodies.filters)
+        self._max_overlap = max(self._max_overlap, deepest)
+        self.scale.follow(scene, states, contacts, done)
+        self._entered += rows - 1
+        states.fill(0, states.state(-1, 0.0))
+        self.pushes.clear()
+
+    def _measure(self, states: States, reference: Floats | None, first: int) -> None:
+        """Measure states. reference: of these, or one row more before them; first: the step of the first."""
+        scene, bodies, position = self._scene, self._scene.bodies, states.position
+        gap = np.zeros(states.spin.shape)
+        if reference is not None:
+            gap = length(position - reference[-len(position) :])
         self._courses.append(self._course(states, gap))
-        if self._apart is None and (apart := gap > bodies.radius).any():
-            step, ball = np.argwhere(apart)[0].tolist()
-            self._apart = scene.clock.time(first + step), ball
-        if scene.arena.walls and (position.min() < 0 or (position > scene.arena.size).any()):
-            self._note_escapes(outside(position, scene.arena.size), first)
+        if self._apart is None and (apart := (gap > bodies.radius).any(axis=1)).any():
+            self._apart = scene.clock.time(first + int(apart.argmax()))
+        away = outside(position, scene.arena.size)
+        if scene.arena.walls and (away > 0).any():
+            if self._first_outside is None:
+                step, ball = np.argwhere(away > 0)[0].tolist()
+                self._first_outside = scene.clock.time(first + step), ball
+            self._furthest_outside = np.maximum(self._furthest_outside, away.max(axis=0))
         self._path.append(position[-first % self.stride :: self.stride].astype(np.float32))
         if sum(map(len, self._path)) * 8 * len(bodies) > 2 * MAX_PATH_BYTES:  # there are more steps than expected
             self._path, self.stride = [np.concatenate(self._path)[::2]], 2 * self.stride
         if self._obeys_laws:
-            self._velocities.append(velocity[-first % self._velocity_stride :: self._velocity_stride].copy())
+            self._velocities.append(states.velocity[-first % self._velocity_stride :: self._velocity_stride].copy())
 
     def _course(self, states: States, gap: Floats) -> Course:
         """Return the values of some states. gap: (steps, n) px, from the reference."""
@@ -107,61 +138,14 @@ class Measurement:
             gap_max=gap.max(axis=1),
         )
 
-    def _note_escapes(self, away: Floats, first: int) -> None:
-        """Note who left the arena. away: (steps, n) px from it, negative inside; first: the step of the first row."""
-        if self._first_outside is None:
-            step, ball = np.argwhere(away > 0)[0].tolist()
-            self._first_outside = self._scene.clock.time(first + step), ball
-        self._furthest_outside = np.maximum(self._furthest_outside, away.max(axis=0))
-
-    def expect(self, number: int, expect: Expect, rows: tuple[int, ...]) -> None:
-        """Keep the states of the rows around the time of an expectation; without rows, the run ends before it."""
-        states = [self.states.state(row, self._scene.clock.time(self._entered + row)).copy() for row in rows]
-        self._expected[number] = expect, states
-
-    def enter(self, rows: int) -> None:
-        """Enter the first rows of the block in the ledger, and begin another block with the last of them."""
-        contacts = self.runner.engine.contacts()
-        if (np.diff(contacts["time"]) < 0).any():
-            contacts = contacts[np.argsort(contacts["time"], kind="stable")]
-        self._contacts.append(contacts)
-        states = self.states.rows(slice(rows))
-        pushes = np.array(self.pushes, PUSH)
-        steps, clock = self._entered + np.arange(1, rows), self._scene.clock
-        self._judge_steps(states, pushes, 1 / clock.rates(steps))
-        pushed = states.after_pushes(pushes)
-        step_of = clock.steps_containing(contacts["time"])
-        row_of = np.clip(step_of - self._entered, 1, rows - 1)
-        self._add_impacts(pushed, contacts, step_of, row_of)
-        if self._are_reports_known:
-            self._reports.add(states, pushed, contacts, row_of, 1 / clock.rates(steps), self._entered)
-        radius, filters = self._scene.bodies.radius, self._scene.bodies.filters
-        deepest, _, _ = deepest_overlap(states.position[1:], radius, filters)
-        self._max_overlap = max(self._max_overlap, deepest)
-        self.scale.follow(self._scene, states, contacts, self._entered)
-        self._entered += rows - 1
-        states.fill(0, states.state(-1, 0.0))
-        self.pushes.clear()
-
-    def _judge_steps(self, states: States, pushes: NDArray[np.void], dt: Floats) -> None:
+    def _judge(self, states: States, pushes: NDArray[np.void], dt: Floats) -> None:
         """Judge a block's steps, or their substeps."""
         if self._substeps > 1:
             first, substates, pushes = states.rows(slice(1)), self.runner.substates(), pushes.copy()
             states = States(*map(np.concatenate, zip(first, substates, strict=True)))
             pushes["row"] = (pushes["row"] - 1) * self._substeps + 1
             dt = np.repeat(dt / self._substeps, self._substeps)
-        self._judge.add(states, pushes, dt)
-
-    def _add_impacts(self, states: States, contacts: Contacts, step_of: Integers, rows: Integers) -> None:
-        """Keep the motion before and after each contact of a block, of the first MAX_IMPACTS.
-
-        step_of: (k,), the step that each contact is in; rows: (k,), of the states that these lead to.
-        """
-        most, clock = MAX_IMPACTS - sum(map(len, self._impacts)), self._scene.clock
-        contacts, step_of, rows = contacts[:most], step_of[:most], rows[:most]
-        within = np.clip(contacts["time"] - clock.times(step_of - 1), 0.0, 1 / clock.rates(step_of))
-        together = self._traits.together
-        self._impacts.append(impacts_in(self._scene, states, contacts, rows, within, together=together))
+        self._judged.add(states, pushes, dt)
 
     @property
     def contacts(self) -> Contacts:
@@ -171,11 +155,11 @@ class Measurement:
     def run(self, reference: Run | None, trusted_until: float | None, *, disturbed: bool) -> Run:
         """Return the run so far.
 
-        reference: None for the reference's own run; trusted_until: s, when its paths first mean nothing, None if they
-        do to the end; disturbed: whether a ball was pushed.
+        reference: None for its own; trusted_until: s, when its paths mean nothing; disturbed: if balls were pushed.
         """
-        scene, course, timeline = self._scene, Course.joined(self._courses), Timeline(self._judge)
-        contacts, errors = self.contacts, differences(scene, timeline)
+        scene, course, contacts = self._scene, Course.joined(self._courses), self.contacts
+        verdict = self._judged.verdict().of_steps(self._substeps)
+        errors = differences(scene, verdict)
         final = self.states.state(0, scene.clock.time(self._entered)).copy()
         energy_scale = reference.energy_scale if reference else self.scale.value
         trusted = math.inf if trusted_until is None else trusted_until
@@ -184,18 +168,19 @@ class Measurement:
             **vars(course),
             energy_scale=energy_scale,
             energy_gap=self._energy_gap(course, (reference or course).energy, energy_scale, means_energy),
-            apart=self._apart[0] if self._apart and self._apart[0] < trusted else None,
+            apart=self._apart if self._apart is not None and self._apart < trusted else None,
             max_overlap=self._max_overlap,
             contacts=contacts,
             reports_contacts=self._traits.reports_contacts,
             impacts=np.concatenate(self._impacts),
-            misreport=self._reports.found(timeline.errors),
-            gained=timeline.gained(self._entered),
-            ledger=entries_of(timeline.sums),
+            misreport=self._misreport(verdict),
+            gained=verdict.gained,
+            ledger=verdict.ledger,
             errors=errors,
             differences=self._differences(course, errors, reference) if reference else (),
-            missed=passages(timeline),
-            suffered=timeline.suffered,
+            missed=passages(verdict),
+            causes=verdict.causes,
+            is_spinless=verdict.is_spinless,
             escape=self._escape(final),
             scores=self._scores(energy_scale),
             theory=self._theory(contacts, final.time) if trusted_until is not None or not why_no_gas(scene) else (),
@@ -204,12 +189,20 @@ class Measurement:
             final=final,
         )
 
+    def _misreport(self, verdict: Verdict) -> Misreport | None:
+        """Return the first misreport, with their number; None if flights change velocities too."""
+        if not self._misreports or any(law != OF_PLACE for law in verdict.flights):
+            return None
+        return self._misreports[0]._replace(steps=len(self._misreports))
+
     def _differences(self, course: Course, errors: tuple[Difference, ...], reference: Run) -> tuple[Difference, ...]:
         """Return what is wrong with the run; if nothing is, what is wrong with the reference, where the two differ."""
         start = difference_at_start(self._scene, self.start, reference.start)
         if not course.gap_max.any() and not start:
             return ()
-        return (*([start] if start else []), *errors) or tuple(error.of_reference() for error in reference.errors)
+        return (*([start] if start else []), *errors) or tuple(
+            error.of_reference() for error in reference.errors if error.cause != Cause.UNKNOWN
+        )
 
     def _scores(self, energy_scale: float) -> list[Score]:
         """Return the scores of the expectations that fall into the run, in their order in the scene."""
@@ -221,21 +214,17 @@ class Measurement:
         ]
 
     def _energy_gap(self, course: Course, reference: Floats, scale: float, until: float) -> Floats:
-        """Return `Run.energy_gap`.
+        """Return `Run.energy_gap`. reference, scale: kg px²/s²; until: s, when the reference's energy means nothing.
 
-        reference: (steps + 1,) kg px²/s²; scale: kg px²/s²; until: s, when the reference's energy first means nothing.
-
-        A time-stepped engine may be a step late, or early, with a loss of energy that the scene asks for. So the
-        difference is from the range of the reference's energy, from a step before to a step after.
+        An engine may be a step late, or early, with a loss of energy that the scene asks for: the difference is from
+        the range of the reference's energy, from a step before to a step after.
         """
-        around = np.stack(
-            [np.append(reference[:1], reference[:-1]), reference, np.append(reference[1:], reference[-1:])]
-        )
-        above = np.maximum(course.energy - around.max(axis=0), 0.0)
-        below = np.minimum(course.energy - around.min(axis=0), 0.0)
-        gap: Floats = (above + below) / (scale or np.nan)
-        gap[1:][course.touching[1:]] = np.nan
-        gap[1:][np.arange(1, len(gap)) >= self._scene.clock.steps(until) * (1 - NEGLIGIBLE)] = np.nan
+        padded = np.pad(reference, 1, mode="edge")
+        around = np.stack([padded[:-2], reference, padded[2:]])
+        off = np.maximum(course.energy - around.max(axis=0), 0.0) + np.minimum(course.energy - around.min(axis=0), 0.0)
+        gap: Floats = off / (scale or np.nan)
+        unknown = course.touching | (np.arange(len(gap)) >= self._scene.clock.steps(until) * (1 - NEGLIGIBLE))
+        gap[1:][unknown[1:]] = np.nan
         return gap
 
     def _escape(self, final: State) -> Escape | None:

@@ -1,7 +1,7 @@
 """The reference: the engine that others are measured against, and until when its own paths mean anything."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Final, NamedTuple
@@ -65,20 +65,13 @@ class Trust(NamedTuple):
 
 
 class Twins:
-    """Copies of an engine of a lockstep that follow it with the same pushes, until an edit.
+    """Copies of an engine of a lockstep that follow it with the same pushes, until the horizon or an edit.
 
-    Each kind finds one time from which the paths of the original mean nothing:
-
-    - The horizon. Shifted twins begin with every coordinate of every ball some units in the last place elsewhere. The
-      difference grows by a factor at every contact. Once a ball of any of them is a radius from where the original has
-      it, no solver that rounds can be right about paths.
-    - Undecided. The renumbered twin has its balls in reverse order, and agrees to the bit until contacts that share a
-      ball are simultaneous. If the velocities after them then depend on the order, no law says which is right. In an
-      event-driven engine, rounding may order such contacts too; there the shifted twins are searched as well.
-    - Unresolved. Under gravity, the finer twin of `exact` has half the hop of discs that lean on each other. Once a
-      ball of it is a radius away, the treatment of heaps matters.
-
-    A kind runs until it has found its time, and none beyond the horizon. Times count from when the twins were built.
+    Shifted twins begin with every coordinate some units in the last place elsewhere: the horizon is where a ball of one
+    is a radius away. The renumbered twin has its balls in reverse order, and agrees to the bit up to a tie; in an
+    event-driven engine, rounding may order contacts too, so that the shifted twins are searched as well. Under gravity,
+    the finer twin of `exact` has half the hop of discs that lean on each other: where a ball of it is a radius away, it
+    is unresolved. Times count from when the twins were built.
     """
 
     def __init__(self, lockstep: Lockstep, engine: str) -> None:
@@ -96,36 +89,22 @@ class Twins:
         self.runners = [*self._shifted, renumbered, *self._finer]  # those that still run
 
     def follow(self, original: States, time: Floats) -> None:
-        """Do the steps that the original has done since the last call, and compare the states after each.
-
-        It does not matter how many are done in one call. time: (steps,) s.
-        """
+        """Do the steps that the original has done since the last call, at some times (s), and compare the states."""
         if not self.runners or not len(time):
             return
         twins = {runner: States.empty(*original.spin.shape) for runner in self.runners}
         for runner, states in twins.items():
             runner.follow(states, self._hands)
-        self._compare(original, twins, time)
-
-    def _compare(self, original: States, twins: Mapping[Runner, States], time: Floats) -> None:
         row = min(_first(self._is_away(original, twins[runner])) for runner in self._shifted)
         rows = slice(row + 1)  # what comes after the horizon does not count
         for search in self._searches:
-            if search.runner in twins:
-                search.compare(original.rows(rows), twins[search.runner].rows(rows), time[rows])
-        if self._finer:
-            first_away = _first(self._is_away(original.rows(rows), twins[self._finer[0]].rows(rows)))
+            search.compare(original.rows(rows), twins[search.runner].rows(rows), time[rows])
+        for finer in self._finer if self._unresolved is None else ():
+            first_away = _first(self._is_away(original.rows(rows), twins[finer].rows(rows)))
             if first_away < len(time[rows]):
                 self._unresolved = float(time[first_away])
-                self._finer = []
         if row < len(time):
-            self._horizon = float(time[row])
-            self.runners = []
-            return
-        searching = [
-            search.runner for search in self._searches if not search.is_done and search.runner not in self._shifted
-        ]
-        self.runners = [*self._shifted, *searching, *self._finer]
+            self._horizon, self.runners = float(time[row]), []
 
     def trust(self, contacts: Contacts) -> Trust:
         """Return what is found so far. contacts: all of the original."""
@@ -134,17 +113,13 @@ class Twins:
 
     def _is_away(self, original: States, twin: States) -> Bools:
         """Return whether a ball is more than its radius away, (steps,)."""
-        offset = twin.position - original.position
-        if 2 * np.abs(offset).max(initial=0.0) < self._radius.min():  # saves the lengths of almost all offsets
-            return np.zeros(len(offset), bool)
-        return np.asarray((length(offset) > self._radius).any(axis=1))
+        return np.asarray((length(twin.position - original.position) > self._radius).any(axis=1))
 
 
 class _TieSearch:
-    """Searches for a tie where a twin parts from the original.
+    """Searches for a tie in the step after which a twin first differs from the original by more than rounding.
 
-    shortest: s, between two contacts of bodies at rest; parted: the step after which the twin first differs by more
-    than rounding; None while that is to come.
+    shortest: s, between two contacts of bodies at rest.
     """
 
     def __init__(self, runner: Runner, scene: Scene, shortest: float) -> None:
@@ -156,52 +131,40 @@ class _TieSearch:
         self._theirs = no_contacts()  # contacts of the twin in that step
         self._compared = 0  # steps
 
-    @property
-    def is_done(self) -> bool:
-        """Whether all contacts of the twin in that step are there: rounding may put some of them into the next."""
-        return self.parted is not None and self._compared > self.parted
-
     def compare(self, original: States, twin: States, time: Floats) -> None:
         """Compare the states after some steps, each of which is compared once. time: (steps,) s."""
         contacts = self.runner.engine.contacts()
-        if self.is_done:
-            return
         if self.parted is None and (row := _first(self._is_different(original, twin))) < len(time):
             self.parted = self._clock.step(time[row])
-        if self.parted is not None and len(time):
+        if self.parted is not None and self._compared <= self.parted:
             self._theirs = np.concatenate([self._theirs, self._hits(contacts)])
-            self._compared = self._clock.step(time[-1])
+        self._compared = self._clock.step(time[-1])
 
     def tie(self, contacts: Contacts) -> Tie | None:
         """Return the tie at which the twin parts, if that is the reason. contacts: all of the original so far."""
         if self.parted is None:
             return None
         tie = find_tie(self._hits(contacts), self._theirs, together=self.runner.traits.together)
-        return tie if tie and (self.is_done or not self._is_cut(tie.time)) else None
+        is_whole = self._compared > self.parted  # rounding may put contacts at the end of the step into the next
+        return tie if tie and (is_whole or not self._is_at_end(tie.time)) else None
 
-    def _is_cut(self, time: Floats | float) -> Bools:
-        """Return whether rounding may put contacts of a time (s) into this step or into the next."""
-        assert self.parted is not None
-        return np.abs(time - self._clock.time(self.parted)) <= 2 * SIMULTANEOUS
+    def _is_at_end(self, time: Floats | float) -> Bools:
+        """Return whether contacts of a time (s) are at the end of the step in which the twin parts."""
+        return np.abs(time - self._clock.time(self.parted or 0)) <= 2 * SIMULTANEOUS
 
     def _hits(self, contacts: Contacts) -> Contacts:
-        """Return the contacts in the step in which the twin parts, without those of bodies at rest.
-
-        Contacts at the end of the step belong to it, though rounding may put some of them into the next.
-        """
-        step = self._clock.steps_containing(contacts["time"])
-        within = (step == self.parted) | self._is_cut(contacts["time"])
+        """Return the contacts in the step in which the twin parts and at its end, without those of bodies at rest."""
+        within = (self._clock.steps_containing(contacts["time"]) == self.parted) | self._is_at_end(contacts["time"])
         pressed: Contacts = contacts[within & (contacts["impulse"] > self._resting)]
         return pressed
 
     def _is_different(self, original: States, twin: States) -> Bools:
         """Return whether a ball's place, velocity or spin differs by more than rounding, (steps,)."""
-        offset = np.abs(twin.position - original.position) > PARTED * self._radius[:, None]
-        speed = np.abs(original.velocity).max(axis=(1, 2), initial=0.0)
-        speed += (self._radius * np.abs(original.spin)).max(axis=1, initial=0.0)
-        change = np.abs(twin.velocity - original.velocity) > PARTED * speed[:, None, None]
-        turn = self._radius * np.abs(twin.spin - original.spin) > PARTED * speed[:, None]
-        return np.asarray((offset | change).any(axis=(1, 2)) | turn.any(axis=1))
+        offset = length(twin.position - original.position) > PARTED * self._radius
+        rim = self._radius * np.abs(original.spin)
+        speed = (length(original.velocity) + rim).max(axis=1, keepdims=True)
+        change = length(twin.velocity - original.velocity) + self._radius * np.abs(twin.spin - original.spin)
+        return np.asarray((offset | (change > PARTED * speed)).any(axis=1))
 
 
 def _first(holds: Bools) -> int:
@@ -210,10 +173,7 @@ def _first(holds: Bools) -> int:
 
 
 def _shifted(state: State, number: int) -> State:
-    """Return a state with every coordinate of every ball up to MAX_SHIFT units in the last place elsewhere.
-
-    Every other twin has the opposite shifts of the one before: of two simultaneous contacts, it has the other first.
-    """
+    """Return a state with every coordinate some units in the last place elsewhere; every other twin is opposite."""
     rng, position, sign = np.random.default_rng(number // 2), state.position, (-1) ** number
     units = rng.integers(1, MAX_SHIFT + 1, position.shape) * rng.choice((-1, 1), position.shape)
     return replace(state, position=position + sign * units * np.spacing(position))

@@ -4,7 +4,6 @@ No law says which comes first. A row of touching balls of equal mass and elastic
 simultaneous contacts too, but their order does not matter: that is no tie.
 """
 
-from collections.abc import Iterator
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -24,11 +23,7 @@ class Tie(NamedTuple):
     ball: int
 
 
-class _Touch(NamedTuple):
-    """A contact as one of its balls has it. impulse: kg px/s on the ball."""
-
-    other: int
-    impulse: Floats
+Touches = list[tuple[int, Floats]]  # of a ball, in order: the other body, and the impulse on the ball, kg px/s
 
 
 def find_tie(contacts: Contacts, renumbered: Contacts, *, together: bool) -> Tie | None:
@@ -37,49 +32,37 @@ def find_tie(contacts: Contacts, renumbered: Contacts, *, together: bool) -> Tie
     contacts, renumbered: of an engine whose balls have some numbers, and others, in the same step, by time; together:
     whether the engine resolves all contacts of one time together, so that they are in no order.
     """
-    for group, again in _simultaneous(contacts, renumbered):
-        touches, touches_again = _touches(group), _touches(again)
-        for ball in dict.fromkeys([*touches, *touches_again]):
-            mine, theirs = touches.get(ball, []), touches_again.get(ball, [])
-            if _sums_differ(mine, theirs) and (tied := _first_two(mine) if together else _reordered(mine, theirs)):
-                return Tie(float(min(*group["time"], *again["time"])), *tied, ball)
+    time = np.sort(np.concatenate([contacts["time"], renumbered["time"]]))
+    later = time[1:][np.diff(time) > SIMULTANEOUS]  # when each group but the first begins
+    groups = (np.split(each, np.searchsorted(each["time"], later)) for each in (contacts, renumbered))
+    for both in zip(*groups, strict=True):
+        mine, theirs = map(_touches, both)
+        for ball in dict.fromkeys([*mine, *theirs]):
+            if tied := _tied(mine.get(ball, []), theirs.get(ball, []), together=together):
+                return Tie(float(np.concatenate(both)["time"].min()), *tied, ball)
     return None
 
 
-def _simultaneous(contacts: Contacts, renumbered: Contacts) -> Iterator[tuple[Contacts, Contacts]]:
-    """Yield the contacts of each time, of both."""
-    time = np.sort(np.concatenate([contacts["time"], renumbered["time"]]))
-    later = time[1:][np.diff(time) > SIMULTANEOUS]  # when each group but the first begins
-    groups, again = (np.split(listed, np.searchsorted(listed["time"], later)) for listed in (contacts, renumbered))
-    yield from zip(groups, again, strict=True)
-
-
-def _touches(contacts: Contacts) -> dict[int, list[_Touch]]:
-    """Return the contacts of each ball, in order."""
-    touches: dict[int, list[_Touch]] = {}
+def _touches(contacts: Contacts) -> dict[int, Touches]:
+    """Return the contacts of each ball."""
+    touches: dict[int, Touches] = {}
     for contact in contacts:
         first, second = int(contact["first"]), int(contact["second"])
         impulse = contact["impulse"] * contact["normal"]
-        touches.setdefault(first, []).append(_Touch(second, -impulse))
+        touches.setdefault(first, []).append((second, -impulse))
         if second >= 0:
-            touches.setdefault(second, []).append(_Touch(first, impulse))
+            touches.setdefault(second, []).append((first, impulse))
     return touches
 
 
-def _sums_differ(mine: list[_Touch], theirs: list[_Touch]) -> bool:
-    """Return whether a ball gets another impulse in all."""
-    sums = [np.sum([touch.impulse for touch in touches], axis=0) for touches in (mine, theirs) if touches]
-    scale = max(sum(float(np.hypot(*touch.impulse)) for touch in touches) for touches in (mine, theirs))
-    return float(np.hypot(*(sums[0] - sums[-1]))) > ORDER_MATTERS * scale or len(sums) == 1
-
-
-def _reordered(mine: list[_Touch], theirs: list[_Touch]) -> tuple[int, int] | None:
-    """Return the first two bodies that a ball touches in another order, None if the order is the same."""
-    others = ((one.other, other.other) for one, other in zip(mine, theirs, strict=False))
-    return next((pair for pair in others if pair[0] != pair[1]), None)
-
-
-def _first_two(touches: list[_Touch]) -> tuple[int, int] | None:
-    """Return the first two bodies that a ball touches, None if there is only one."""
-    others = list(dict.fromkeys(touch.other for touch in touches))
-    return (others[0], others[1]) if len(others) > 1 else None
+def _tied(mine: Touches, theirs: Touches, *, together: bool) -> tuple[int, int] | None:
+    """Return two bodies that a ball touches in an order that matters: its impulse in all is another; None if none."""
+    sums = [np.sum([impulse for _, impulse in touches], axis=0) for touches in (mine, theirs) if touches]
+    scale = max(sum(float(np.hypot(*impulse)) for _, impulse in touches) for touches in (mine, theirs))
+    if len(sums) == 2 and float(np.hypot(*(sums[0] - sums[1]))) <= ORDER_MATTERS * scale:
+        return None
+    others, again = ([body for body, _ in touches] for touches in (mine, theirs))
+    if together:
+        first, *rest = dict.fromkeys(others or again)
+        return (first, rest[0]) if others and rest else None
+    return next((pair for pair in zip(others, again, strict=False) if pair[0] != pair[1]), None)

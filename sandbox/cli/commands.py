@@ -41,6 +41,7 @@ from sandbox.cli.options import (
     Seed,
     Seeds,
     Settings,
+    Shown,
     SizeOption,
     Workforce,
     complete_scene,
@@ -205,6 +206,7 @@ def compare(
     options: RunOptions,
     files: ComparisonFiles,
     limits: Limits,
+    shown: Shown,
     advise: Annotated[bool, typer.Option("--advise", help="Try other settings of Pymunk.")] = False,
 ) -> None:
     """Compare engines: how far apart they are, since when, and why.
@@ -225,7 +227,7 @@ def compare(
 
             with progress_bar("Trying other settings") as progress:
                 trials = try_settings(chosen, comparison.against, replayed, progress)
-    _write_comparison(comparison, trials, outputs)
+    _write_comparison(comparison, trials, outputs, shown)
     _exit_of(comparison, [message for _, message in comparison.exceeded(**asdict(limits))])
 
 
@@ -238,7 +240,9 @@ def _compare(
         return compare_engines(scene, names, against=against, inputs=inputs, progress=progress)
 
 
-def _write_comparison(comparison: "Comparison", trials: "Sequence[TriedSettings]", outputs: Mapping[str, str]) -> None:
+def _write_comparison(
+    comparison: "Comparison", trials: "Sequence[TriedSettings]", outputs: Mapping[str, str], shown: Shown
+) -> None:
     """Write a comparison into a file for each option, and print it unless one of them is standard output."""
     from sandbox.analysis.advice import as_json as advice_as_json
     from sandbox.analysis.series import write_series
@@ -255,7 +259,7 @@ def _write_comparison(comparison: "Comparison", trials: "Sequence[TriedSettings]
 
         write_text(file, page(comparison, trials))
     if not _has_document(outputs.values()):
-        print_comparison(comparison, console())
+        print_comparison(comparison, console(), **asdict(shown))
         if trials:
             print()
             print_advice(trials, console())

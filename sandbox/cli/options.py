@@ -280,6 +280,17 @@ class Limits:
 
 
 @dataclass(frozen=True)
+class Shown:
+    """What the text of a comparison shows besides its first lines and ten rows."""
+
+    all_rows: Annotated[bool, typer.Option("--all", help="Print all rows of the table.")] = False
+    first: Annotated[bool, typer.Option("--first", help="Print the first difference of each engine.")] = False
+    contacts: Annotated[
+        int | None, typer.Option(min=0, metavar="N", help="Print the motion at the first N contacts of each engine.")
+    ] = None
+
+
+@dataclass(frozen=True)
 class Workforce:
     """Where the runs of a sweep are done."""
 

@@ -14,14 +14,16 @@ from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import MAX_DIFFERENCES, Kind, Velocities, pair_name
 from sandbox.analysis.figures import Run
 from sandbox.analysis.series import contacts_by, energies
-from sandbox.analysis.verdict import key_figures, mark_words, reference_words, verdict
+from sandbox.analysis.verdict import MARK, MARK_WORDS, key_figures, summaries
 from sandbox.engines import TUNED
 from sandbox.judge.causes import Cause
 from sandbox.report.charts import charts
 from sandbox.report.html import equals_its_text, render, scene_file, seconds_text
 from sandbox.report.numbers import number
 from sandbox.report.scales import gap_scale
+from sandbox.report.tables import headline
 from sandbox.scene.fields import rgb
+from sandbox.scene.files import TRUTHS, bundled
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension, Units
 from sandbox.state import Floats
@@ -65,13 +67,13 @@ def page(comparison: Comparison, trials: Sequence[TriedSettings] = (), *, in_not
         in_notebook=in_notebook,
         title=scene.title or scene.name,
         scene=scene,
-        settings=_settings(comparison),
+        settings=headline(comparison).removeprefix(f"{scene.title or scene.name}: "),
         comparison=comparison,
         others=comparison.others,
         ledgers={name: run for name, run in comparison.runs.items() if run.figures.ledger},
-        figures=[["", *comparison.runs], *key_figures(comparison)],
-        mark=mark_words(comparison),
-        verdict=verdict(comparison),
+        figures=[["", *comparison.runs], *(figures := list(key_figures(comparison)))],
+        mark=MARK_WORDS if any(label.endswith(MARK) for label, *_ in figures) else "",
+        summaries=summaries(comparison),
         trials=list(advice_rows(trials)) if trials else [],
         recommendation=recommend(trials) if trials else "",
         theory=list(_theory_rows(comparison)),
@@ -81,6 +83,7 @@ def page(comparison: Comparison, trials: Sequence[TriedSettings] = (), *, in_not
         max_differences=MAX_DIFFERENCES,
         pair_name=lambda difference: pair_name(scene, difference),
         outcome=partial(_outcome, scene.units),
+        is_bundled=_is_bundled(scene),
         command=_command(comparison) if equals_its_text(scene) else None,
         tuned=TUNED in comparison.runs and comparison.against != TUNED,
         python=scene.model_dump_json(by_alias=True, exclude_defaults=True, indent=2),
@@ -153,14 +156,6 @@ def _hex(color: str) -> str:
 # Text of the page
 
 
-def _settings(comparison: Comparison) -> str:
-    scene, balls = comparison.scene, len(comparison.scene.bodies)
-    replayed = " Recorded inputs were replayed into all engines." if comparison.inputs else ""
-    until = f"{comparison.reference_until:.4g} of " if comparison.reference_until is not None else ""
-    run = f"{balls:,} ball{'s' * (balls > 1)}, seed {scene.seed}, {until}{seconds_text(scene.seconds)} s"
-    return f"{run} {scene.clock}, {reference_words(comparison)}.{replayed}"
-
-
 def _about_frames(comparison: Comparison, every: int) -> str:
     steps, stride = len(comparison.time) - 1, comparison.stride * every
     unit, _ = fixed_point(comparison.scene)
@@ -181,7 +176,13 @@ def _command(comparison: Comparison) -> str:
         "--seconds": seconds_text(scene.seconds),
     } | ({"--inputs": "inputs.jsonl"} if comparison.inputs else {})
     words = (word for option in options.items() for word in option)
-    return shlex.join(["sandbox", "compare", scene_file(scene), *words])
+    return shlex.join(["sandbox", "compare", scene.name if _is_bundled(scene) else scene_file(scene), *words])
+
+
+def _is_bundled(scene: Scene) -> bool:
+    """Return whether a scene comes with the sandbox, unchanged, so that its name is enough."""
+    file = {**bundled(), **bundled(TRUTHS)}.get(scene.name)
+    return file is not None and file.read_text(encoding="utf-8") == scene.source
 
 
 def _theory_rows(comparison: Comparison) -> Iterator[list[str]]:

@@ -14,7 +14,7 @@ from sandbox.analysis.advice import TriedSettings, advice_rows, recommend
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import Difference, Kind, pair_name
 from sandbox.analysis.figures import Run
-from sandbox.analysis.verdict import key_figures, ledger_mark, mark_words, reference_words, verdict
+from sandbox.analysis.verdict import MARK, MARK_WORDS, is_heap, key_figures, summaries
 from sandbox.engines import REFERENCE
 from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.report.first_contacts import columns, first_contacts
@@ -25,23 +25,75 @@ from sandbox.sweeps.convergence import Convergence
 from sandbox.text import counted
 
 COLUMN_GAP: Final = 2  # columns
-MIN_ENERGY_SHOWN: Final = 5e-7  # fraction of the energy; the table shows millionths
+MAX_NAME: Final = 24  # columns, beside which an engine's lines begin
+MAX_ROWS: Final = 10  # of the table, unless all are asked for
+MIN_ENERGY_SHOWN: Final = 5e-7  # fraction of the energy
 NOTHING: Final = "-"  # in a cell
-FIRST_CONTACTS: Final = 5  # of the only engine, whose motion is shown
+FEW_BALLS: Final = 5  # with no more, the motion at the first contacts is shown
+FIRST_CONTACTS: Final = 2
 SCORE_WIDTH: Final = len("1.2e+02 MISSED")  # columns
 _KINDS: Final = {Kind.MISSING: "Missing contact. ", Kind.EXTRA: "Extra contact. "}
 
 
-def print_comparison(comparison: Comparison, terminal: Console) -> None:
-    """Print a comparison: its verdict, its figures, and each engine's first difference."""
+def print_comparison(
+    comparison: Comparison,
+    terminal: Console,
+    *,
+    all_rows: bool = False,
+    first: bool = False,
+    contacts: int | None = None,
+) -> None:
+    """Print a comparison: what is said of each engine, and its figures.
+
+    all_rows: whether the table has more than MAX_ROWS; first: whether the first difference of each engine follows;
+    contacts: of how many contacts of each engine the motion follows, by default of the reference's if balls are few.
+    """
     scene = comparison.scene
     terminal.print(f"{headline(comparison)}\n")
-    terminal.print(f"{verdict(comparison)}\n")
+    width = max(map(cell_len, [*comparison.runs, *comparison.failed]))
+    for engine, lines in summaries(comparison):
+        _print_beside(engine, lines, width, terminal)
+    rows = list(comparison_rows(comparison))
+    shown = rows if all_rows else rows[:MAX_ROWS]
+    if shown or comparison.failed:
+        terminal.print()
+        terminal.print(_figures(comparison, shown, terminal.width))
+    if any(label.endswith(MARK) for label, *_ in shown):
+        terminal.print(f"\n{MARK_WORDS}")
+    if more := len(rows) - len(shown):
+        terminal.print(f"\n{counted(more, 'more row')} with --all.")
+    if contacts is None and len(scene.bodies) <= FEW_BALLS:
+        _print_first_contacts(scene, comparison.against, comparison.runs[comparison.against], FIRST_CONTACTS, terminal)
+    elif contacts:
+        for name, run in comparison.runs.items():
+            _print_first_contacts(scene, name, run, contacts, terminal)
+    for name, run in comparison.runs.items() if first else ():
+        if difference := run.figures.first_difference:
+            terminal.print(f"\n{name}, {sentence(scene, difference)}")
+            for line in velocities_and_spins(scene, difference):
+                terminal.print(line)
+
+
+def _print_beside(engine: str, lines: Sequence[str], width: int, terminal: Console) -> None:
+    """Print an engine's lines to the right of its name, or below a name that is long."""
+    if width > MAX_NAME:
+        terminal.print(engine, soft_wrap=True)
+        width, engine = 0, ""
+    table = Table(box=None, pad_edge=False, show_header=False, padding=(0, 3, 0, 0))
+    table.add_column(width=width)
+    table.add_column(overflow="fold")
+    for number, line in enumerate(lines):
+        table.add_row("" if number else engine, line)
+    terminal.print(table)
+
+
+def _figures(comparison: Comparison, rows: Sequence[Sequence[str]], width: int) -> Table:
+    """Return the table of figures for a terminal of some width."""
     table = Table(box=None, pad_edge=False)
     table.add_column("", overflow="fold")
-    names, rows = [*comparison.runs, *comparison.failed], list(comparison_rows(comparison))
+    names = [*comparison.runs, *comparison.failed]
     columns = zip_longest(("", *names), *rows, fillvalue="")
-    if sum(COLUMN_GAP + max(map(cell_len, column)) for column in columns) - COLUMN_GAP > terminal.width:
+    if sum(COLUMN_GAP + max(map(cell_len, column)) for column in columns) - COLUMN_GAP > width:
         names = [name.replace("(", "\n(") for name in names]  # rather than anywhere
     for name in names:
         table.add_column(name, justify="right", overflow="fold")
@@ -50,33 +102,19 @@ def print_comparison(comparison: Comparison, terminal: Console) -> None:
         table.add_row("", *([""] * len(comparison.runs)), *failures)
     for label, *values in rows:
         table.add_row(label, *values)
-    terminal.print(table)
-    if words := mark_words(comparison):
-        terminal.print(f"\n{words}")
-    if len(comparison.runs) == 1:
-        for name, run in comparison.runs.items():
-            _print_first_contacts(comparison.scene, name, run, terminal)
-    for name, run in comparison.runs.items():
-        if first := run.figures.first_difference:
-            terminal.print(f"\n{name}, {sentence(scene, first)}")
-            for line in velocities_and_spins(scene, first):
-                terminal.print(line)
+    return table
 
 
-def _print_first_contacts(scene: Scene, engine: str, run: Run, terminal: Console) -> None:
+def _print_first_contacts(scene: Scene, engine: str, run: Run, most: int, terminal: Console) -> None:
     """Print the motion of both bodies before and after the first contacts of an engine."""
-    contacts = list(first_contacts(scene, run, FIRST_CONTACTS))
+    contacts = list(first_contacts(scene, run, most))
     if contacts:
-        first_of = f"The first {len(contacts)} of " if len(contacts) < len(run.contacts) else ""
+        first = f"The first {len(contacts)} of " if len(contacts) > 1 else "The first of "
+        first_of = first if len(contacts) < len(run.contacts) else ""
         terminal.print(f"\n{first_of}{counted(len(run.contacts), 'contact')} in {engine}:")
     for contact in contacts:
-        table = Table("", box=None, pad_edge=False)
-        for label in columns(scene.units):
-            table.add_column(label, justify="right")
-        for row in contact.rows:
-            table.add_row(*row[:-1])
         terminal.print(f"\n{contact.time}, {contact.names}")
-        terminal.print(table)
+        terminal.print(_table(("", *columns(scene.units)), *(row[:-1] for row in contact.rows)))
 
 
 def sentence(scene: Scene, difference: Difference) -> str:
@@ -86,13 +124,13 @@ def sentence(scene: Scene, difference: Difference) -> str:
 
 
 def headline(comparison: Comparison) -> str:
-    """Return a line on what ran: the scene, its balls, seed, duration and rate, and what the reference is worth."""
+    """Return a line on what ran: the scene, its balls, its duration and rate, seed and reference."""
     scene = comparison.scene
     edited = f" after the last edit at {comparison.since:g} s" if comparison.since else ""
+    against = f"; reference: {comparison.against}" if comparison.others else ""
     return (
-        f"{scene.title or scene.name}: {counted(len(scene.bodies), 'ball')}, seed {scene.seed}, "
-        f"{comparison.time[-1]:g} s{edited} {scene.clock}, "
-        f"{reference_words(comparison)}"
+        f"{scene.title or scene.name}: {counted(len(scene.bodies), 'ball')}, {comparison.time[-1]:.10g} s{edited} "
+        f"{scene.clock}, seed {scene.seed}{against}"
     )
 
 
@@ -114,7 +152,8 @@ def _velocities(units: Units, difference: Difference) -> str:
         return (
             f"Velocities, {unit}: {before} before the step, and {after} after it, as they should be. Places are wrong."
         )
-    return f"Velocities, {unit}: {before} before the step, {after} after it; exactly, {should} after it."
+    exactly = f"; exactly, {should} after it" if should else ""
+    return f"Velocities, {unit}: {before} before the step, {after} after it{exactly}."
 
 
 def _spins(scene: Scene, difference: Difference) -> str:
@@ -125,22 +164,21 @@ def _spins(scene: Scene, difference: Difference) -> str:
     if max(abs(spin) for each in spins for spin in each) * scene.bodies.radius.max() <= NEGLIGIBLE * fastest:
         return ""
     before, after, should = (" and ".join(f"{spin + 0.0:.4g}" for spin in each) for each in spins)
-    return f"Spins, rad/s: {before} before the step, {after} after it; exactly, {should}."
+    return f"Spins, rad/s: {before} before the step, {after} after it{f'; exactly, {should}' if should else ''}."
 
 
 def comparison_rows(comparison: Comparison) -> Iterator[list[str]]:
-    """Yield the rows of a comparison's table: a label, and a value for each engine."""
+    """Yield the rows of a comparison's table: a label, and a value for each engine.
+
+    Of a heap, the energy of each cause is left out: it covers more than the reference can account for.
+    """
     runs = comparison.runs.values()
     yield from key_figures(comparison)
-    firsts = [run.figures.first_difference for run in runs]
-    yield ["  cause", *(first.cause_label if first else "-" for first in firsts)]
-    if any(run.missed for run in runs):
-        yield ["missed contacts", *(str(len(run.missed)) for run in runs)]
-    for cause in Cause:
+    for cause in () if is_heap(comparison) else Cause:
         shares = [run.energy_by_cause.get(cause, 0.0) / (run.energy_scale or math.inf) for run in runs]
         values = [share_text(share) for share in shares]
         if any(value != NOTHING for value in values):
-            yield [f"energy: {cause.label}{ledger_mark(comparison)}", *values]
+            yield [f"energy: {cause.label}", *values]
     for number, row in enumerate(next((run.theory for run in runs if run.theory), ())):
         of_runs = [run.theory[number] if run.theory else None for run in runs]
         yield [row.figure, *(f"{figure.measured:.4g}" if figure else "-" for figure in of_runs)]
@@ -148,8 +186,8 @@ def comparison_rows(comparison: Comparison) -> Iterator[list[str]]:
 
 
 def share_text(share: float) -> str:
-    """Return a fraction of the scale of energy in %, or NOTHING if it would be 0.0000 %."""
-    return f"{share:+.4%}" if abs(share) > MIN_ENERGY_SHOWN else NOTHING
+    """Return a fraction of the scale of energy in %, or NOTHING if it is small."""
+    return f"{100 * share:+.3g} %" if abs(share) > MIN_ENERGY_SHOWN else NOTHING
 
 
 def print_convergence(convergence: Convergence, terminal: Console) -> None:

@@ -68,12 +68,12 @@ class Clock:
         return float(1 / self._rates.max()), float(1 / self._rates.min())
 
     def __str__(self) -> str:
-        """Return how long the steps are: "at 60 steps per second", or "in steps of 10 to 21 ms"."""
+        """Return how long the steps are: "at 60 steps a second", or "in steps of 10 to 21 ms"."""
         if self.varies:
             shortest, longest = self.lengths
             return f"in steps of {1e3 * shortest:.4g} to {1e3 * longest:.4g} ms"
         rate = float(self._rates[0])
-        return f"at {rate:,.10g} step{'s' * (rate != 1)} per second"
+        return f"at {rate:,.10g} step{'s' * (rate != 1)} a second"
 
     def time(self, step: int) -> float:
         """Return the time of a step, s."""

@@ -6,11 +6,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from enum import Enum
 from itertools import chain, count
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 from xml.etree import ElementTree
 
+import numpy as np
+
 from sandbox.analysis.energy_scale import EnergyScale
-from sandbox.analysis.expectations import Miss, Score, finite, relative_error, score, steps_around, worst
+from sandbox.analysis.expectations import Numbers, Score, relative_error, score, steps_around, worst
 from sandbox.engines import REFERENCE, check_name
 from sandbox.errors import EngineError, LimitReached, Refused, SandboxError
 from sandbox.run.lockstep import Lockstep
@@ -19,7 +21,11 @@ from sandbox.scene.spawn import spawn
 from sandbox.state import State, States
 from sandbox.text import printable, xml_text
 
+MAX_PRECISE: Final = 2  # numbers of a vector that are written with ten digits; shares are rounded to 0.1 %
 MAX_ROWS: Final = 256  # states of an engine that are computed in one call, and not kept
+
+
+T = TypeVar("T", bound=float | Numbers)
 
 
 class Outcome(Enum):
@@ -65,7 +71,7 @@ class Result:
         If nothing was missed or skipped, the message alone.
         """
         by_error = sorted(self.scores, key=relative_error, reverse=True)
-        return [line for score in by_error for line in score.lines()] or [self.message]
+        return [line for score in by_error for line in _lines(score)] or [self.message]
 
     def document(self) -> "Judged | Unjudged | Refusal | Breakage | NotRun":
         """Return what `--json` writes."""
@@ -80,12 +86,69 @@ class Result:
         if self.outcome is Outcome.SKIPPED:
             return Unjudged(skipped=skipped)
         return Judged(
-            error=finite(self.worst.error),
+            error=_finite(self.worst.error),
             tolerance=self.worst.expect.tolerance,
             passed=self.outcome is Outcome.MET,
-            missed=[miss for score in self.scores for miss in score.misses()],
+            missed=[miss for score in self.scores for miss in _misses(score)],
             skipped=skipped,
         )
+
+
+def _lines(score: Score) -> Iterator[str]:
+    """Yield a line for each quantity that is missed, or one that says why none was judged."""
+    expect, at = score.expect, f"at {score.expect.at:g} s"
+    of_ball = f"ball {expect.ball} {at}"
+    if score.skipped:
+        yield f"{at if expect.ball is None else of_ball}: skipped, since {score.skipped}"
+    for each in score.missed:
+        quantity, off = each.quantity, f"{each.error:.2g} {each.quantity.dimension.value}".strip()
+        yield (
+            f"{of_ball if quantity.of_ball else at}: {quantity.label} {_words(each.measured)} instead of "
+            f"{_words(each.expected)}, off by {off} (tolerance {expect.tolerance:g}): "
+            f"{' '.join(expect.because.split())}"
+        )
+
+
+def _words(value: float | Numbers) -> str:
+    is_long = len(np.atleast_1d(value)) > MAX_PRECISE
+    numbers = ", ".join(f"{number:.3f}" if is_long else f"{number:.10g}" for number in np.atleast_1d(value))
+    return f"({numbers})" if isinstance(value, tuple) else numbers
+
+
+def _misses(score: Score) -> Iterator["Miss"]:
+    """Yield what `--json` writes for each quantity that is missed; an infinite number is None."""
+    for each in score.missed:
+        yield Miss(
+            at=score.expect.at,
+            ball=score.expect.ball if each.quantity.of_ball else None,
+            quantity=each.quantity.key,
+            unit=each.quantity.dimension.value,
+            expected=each.expected,
+            found=_finite(each.measured),
+            error=_finite(each.error),
+            tolerance=score.expect.tolerance,
+            because=score.expect.because,
+        )
+
+
+def _finite(value: T) -> T | None:
+    """Return a number or a vector for JSON, None if it is not finite."""
+    return value if np.isfinite(np.atleast_1d(value)).all() else None
+
+
+@dataclass(frozen=True)
+class Miss:
+    """A quantity that an engine misses, as JSON has it: in its unit, at a time in s; ball is None for all together."""
+
+    at: float
+    ball: int | None
+    quantity: str
+    unit: str
+    expected: float | Numbers
+    found: float | Numbers | None
+    error: float | None
+    tolerance: float
+    because: str
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from sandbox.text import DEFAULT_WIDTH, json_text, text_of
 if TYPE_CHECKING:
     import pandas
 
-IN_REPR: Final = ("energy left", "RMS gap", "first difference")  # rows of the table
+IN_REPR: Final = ("energy change", "RMS gap", "first difference")  # rows of the table
 
 
 class Comparison(comparison.Comparison, Mapping[str, Figures]):
@@ -29,9 +29,11 @@ class Comparison(comparison.Comparison, Mapping[str, Figures]):
     >>> import sandbox
     >>> comparison = sandbox.compare("oblique", ["pymunk", "exact"])
     >>> comparison
-    <Oblique: 2 balls, seed 0, 3 s at 60 steps per second, measured against exact; no chaos within the run
-      pymunk: energy left 100.0000%, RMS gap 6.991 px, first difference 0.867 s
-      exact: energy left 100.0000%, RMS gap 0 px, first difference none>
+    <Oblique: 2 balls, 3 s at 60 steps a second, seed 0; reference: exact
+      pymunk: RMS gap 6.991 px, first difference 0.867 s
+      exact: RMS gap 0 px, first difference ->
+    >>> comparison["pymunk"].causes[0].cause.key
+    'late'
     >>> comparison["pymunk"].pair_contacts
     1
     >>> [name for name, figures in comparison.items() if figures.gap_rms > 5]
@@ -56,9 +58,8 @@ class Comparison(comparison.Comparison, Mapping[str, Figures]):
 
     def __repr__(self) -> str:
         rows = {label.removesuffix(verdict.MARK): values for label, *values in key_figures(self)}
-        rows["first difference"] = ["none" if time == "-" else time for time in rows["first difference"]]
         lines = (
-            f"  {name}: " + ", ".join(f"{label} {rows[label][number]}" for label in IN_REPR)
+            f"  {name}: " + ", ".join(f"{label} {rows[label][number]}" for label in IN_REPR if label in rows)
             for number, name in enumerate(self.runs)
         )
         return f"<{headline(self)}\n" + "\n".join(lines) + ">"
@@ -71,12 +72,14 @@ class Comparison(comparison.Comparison, Mapping[str, Figures]):
 
     @property
     def verdict(self) -> str:
-        """A paragraph: until when paths agree, what the reference is worth, errors, what to change."""
+        """A paragraph for each engine, the worst first: its energy, its causes, until when its paths agree."""
         return verdict.verdict(self)
 
-    def table(self, width: int = DEFAULT_WIDTH) -> str:
-        """Return the text that the command line prints, in so many columns."""
-        return text_of(partial(print_comparison, self), width)
+    def table(
+        self, width: int = DEFAULT_WIDTH, *, all_rows: bool = False, first: bool = False, contacts: int | None = None
+    ) -> str:
+        """Return the text that the command line prints, in so many columns, with `--all`, `--first`, `--contacts`."""
+        return text_of(partial(print_comparison, self, all_rows=all_rows, first=first, contacts=contacts), width)
 
     def to_json(self) -> str:
         """Return the text that `--json` writes; `as_json` returns it as a dictionary."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import Difference
 from sandbox.analysis.figures import Run
-from sandbox.analysis.verdict import ledger_mark, until_words, verdict_parts
+from sandbox.analysis.verdict import is_heap, summaries
 from sandbox.report.tables import NOTHING, sentence, share_text, velocities_and_spins
 from sandbox.view.run_so_far import Marks, RunSoFar
 
@@ -39,12 +39,12 @@ class LedgerLine:
 class EngineCase:
     """The part of the summary that is about one engine.
 
-    contacts: those that differ from the reference's, in order; agrees: the sentence that replaces an empty list of
-    contacts; ledger: its lines, except those that round to 0.0000 %.
+    lines: what `compare` says of it first; contacts: those that differ from the reference's, in order; ledger: its
+    lines, except small ones.
     """
 
+    lines: tuple[str, ...]
     contacts: tuple[OtherContact, ...]
-    agrees: str
     ledger: tuple[LedgerLine, ...]
 
 
@@ -52,29 +52,28 @@ class EngineCase:
 class Case:
     """Summary of a run so far.
 
-    marks: what has stood out in it; since: s, the time of the last edit, from which all times in words count; verdict:
-    its parts, each a sentence or more; engines: all but the reference, and without those that failed, of which the
-    verdict speaks.
+    marks: what has stood out in it; since: s, the time of the last edit, from which all times in words count; besides:
+    lines on the reference and on engines that failed; engines: all others.
     """
 
     marks: Marks
     since: float
-    verdict: tuple[str, ...]
+    besides: tuple[str, ...]
     engines: dict[str, EngineCase]
 
 
 def case_of(run: RunSoFar, comparison: Comparison, marks: Marks) -> Case:
     """Return the summary of a run so far, with its comparison and what has stood out in it."""
-    first = run.clock.step(comparison.since)
+    first, lines = run.clock.step(comparison.since), dict(summaries(comparison))
     return Case(
         marks,
         comparison.since,
-        tuple(verdict_parts(comparison)),
+        tuple(f"{name}: {line}" for name in lines if name not in comparison.others for line in lines[name]),
         {
             name: EngineCase(
+                lines.get(name, ()),
                 tuple(_contact(comparison, difference, first) for difference in of_engine.differences),
-                "" if of_engine.differences else _agrees(comparison, name),
-                tuple(_ledger(comparison, of_engine)),
+                () if is_heap(comparison) else tuple(_ledger(of_engine)),
             )
             for name, of_engine in comparison.others.items()
         },
@@ -89,17 +88,10 @@ def _contact(comparison: Comparison, difference: Difference, first: int) -> Othe
     return OtherContact(step, comparison.since + time, sentence(scene, difference), speeds, difference)
 
 
-def _agrees(comparison: Comparison, name: str) -> str:
-    """Say that no step of an engine is wrong, and how long its paths are known to agree."""
-    run = comparison.runs[name]
-    until = f"until {run.apart:.2f} s" if run.apart is not None else until_words(comparison)
-    return f"No step of {name} is wrong; every ball is within its radius of {comparison.against}'s {until}."
-
-
-def _ledger(comparison: Comparison, run: Run) -> Iterator[LedgerLine]:
+def _ledger(run: Run) -> Iterator[LedgerLine]:
     """Yield the lines of an engine's ledger; none if nothing moves."""
     scale = run.energy_scale
     for entry in run.figures.ledger if scale else ():
         share = entry.energy / scale
         if (text := share_text(share)) != NOTHING:
-            yield LedgerLine(f"{entry.cause.label}{ledger_mark(comparison)}", share, text)
+            yield LedgerLine(entry.cause.label, share, text)

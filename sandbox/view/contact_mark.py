@@ -70,11 +70,11 @@ class ContactMark:
             pygame.draw.circle(self._surface, ink, centre, radius + 3 * self._width, self._width)
         if found.should_normal:
             self._normal(found.should_normal, ink)
-        if found.normal and found.normal_at_touch:
-            self._normal(found.normal_at_touch, colour, dashed=True)
+        if found.normal and found.should_normal:
+            self._normal(found.should_normal, colour, dashed=True)
         if found.normal:
             self._normal(found.normal, colour)
-        should = self._arrows(found.should_before, found.should_after, ink)
+        should = self._arrows(found.before, found.should_after, ink)
         self._draw_arrows([*should, *self._arrows(found.before, found.after, colour)])
         if overlap and self._has_depth:
             rim, normal = self._contact_point, np.array(found.normal)
@@ -128,7 +128,7 @@ class ContactMark:
     def _px_per_speed(self) -> float:
         """The length of an arrow for a speed of 1 px/s, px of the surface."""
         found = self._difference
-        each = (found.before, found.after, found.should_before, found.should_after)
+        each = (found.before, found.after, found.should_after)
         fastest = max((math.hypot(*one) for velocities in each for one in velocities or ()), default=0.0)
         return ARROW * self._unit / fastest if fastest else 0.0
 

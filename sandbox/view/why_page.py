@@ -1,4 +1,4 @@
-"""The page of the side panel that says why engines differ: the verdict, contacts and the ledger."""
+"""The page of the side panel that says why engines differ: the ledger, the words of `compare`, and contacts."""
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache, partial
@@ -7,7 +7,6 @@ from typing import Final
 from pygame import Color, Surface
 
 from sandbox.analysis.difference import MAX_DIFFERENCES, Difference
-from sandbox.analysis.verdict import MARK
 from sandbox.judge.causes import Cause
 from sandbox.scene.fields import rgb
 from sandbox.view.case import Case, EngineCase, LedgerLine, OtherContact
@@ -56,7 +55,7 @@ class WhyPage:
         self._saver = saver
         self._chosen = ""  # engine
         self._gone_to: OtherContact | None = None
-        self._is_whole = False  # whether all of the verdict is shown
+        self._lists = False  # whether contacts are listed
         self._rows: list[Row] = []
         self._made_of: object = None  # what the rows were made of
         self._words: dict[str, Words] = {}  # in the rows, by their text: those that stay keep the keyboard
@@ -151,7 +150,7 @@ class WhyPage:
     def rows(self) -> Sequence[Row]:
         """Return the rows of its widgets, which are made again only if there is something else to say."""
         case = self._case, self.case.is_making_page, self._status
-        made_of = *case, self.engine, self._gone_to, self.contact, self._is_whole, theme.is_dark
+        made_of = *case, self.engine, self._gone_to, self.contact, self._lists, theme.is_dark
         if made_of != self._made_of:
             self._made_of, self._rows = made_of, self._make_rows()
         self._headline.text = self._headline_text
@@ -174,16 +173,15 @@ class WhyPage:
         rows += [words(self._status, theme.dim), self._row_of_buttons]
         if of_engine and of_engine.ledger:
             rows += self._ledger_rows(of_engine.ledger, words)
-        if case:
-            rows.append(words(self._verdict(case.verdict), do=self._toggle_verdict))
-        if of_engine and of_engine.agrees:
-            rows.append(words(of_engine.agrees))
+        for line in (*of_engine.lines, *case.besides) if case and of_engine else ():
+            rows.append(words(line))
         if count := len(self._contacts):
             others = f"{count} contacts differ" if count > 1 else "1 contact differs"
             most = ", and more" if count == MAX_DIFFERENCES else ""
-            title = f"{others} from {self._playback.session.reference}{most}; the newest first:"
-            rows.append(words(title, theme.dim))
-        for contact in self._listed:
+            newest = "; the newest first:" if self._are_listed else f" {RIGHT}"
+            title = f"{others} from {self._playback.session.reference}{most}{newest}"
+            rows.append(words(title, theme.dim, self._toggle_list))
+        for contact in self._listed if self._are_listed else ():
             is_shown = contact == self.contact
             one = words(contact.sentence, do=None if is_shown else partial(self.show, contact))
             colours = self._playback.scene.colors
@@ -193,7 +191,7 @@ class WhyPage:
             if is_shown:
                 rows.append([self._picture(contact.difference)])
                 rows += [words(line, theme.dim) for line in self._details(contact)]
-        if left := count - len(self._listed):
+        if self._are_listed and (left := count - len(self._listed)):
             rows.append(words(f"and {left} more, which < and > go to", theme.dim))
         return rows
 
@@ -217,26 +215,20 @@ class WhyPage:
         largest = max(abs(line.share) for line in lines)
         titles = {False: f"What {self.engine} lost or made, in % of the energy:", True: OF_SCENE}
         for is_of_scene, title in titles.items():
-            some = [line for line in lines if (line.cause.removesuffix(MARK) in SCENES_OWN) == is_of_scene]
+            some = [line for line in lines if (line.cause in SCENES_OWN) == is_of_scene]
             if some:
                 yield words(title, theme.dim)
             for line in some:
                 text = f"{100 * line.share:+.2f} %" if abs(line.share) >= MIN_SHARE else line.text
                 yield [Bar(line.cause, text, line.share / (largest or 1.0), self._colours[self.engine])]
 
-    def _verdict(self, parts: Sequence[str]) -> str:
-        """Return the verdict: what is said of the engine that the page speaks of first, that of others last."""
+    def _toggle_list(self) -> None:
+        self._lists = not self._are_listed
 
-        def place(part: str) -> int:
-            engines = self._case.engines if self._case else ()
-            named = [name for name in engines if part.startswith(f"{name}, ") or f" of {name}'s error fits" in part]
-            return 0 if self.engine in named else len(named) + 1
-
-        parts = sorted(parts, key=place)
-        return " ".join(parts) if self._is_whole or len(parts) < 2 else f"{parts[0]} …"
-
-    def _toggle_verdict(self) -> None:
-        self._is_whole = not self._is_whole
+    @property
+    def _are_listed(self) -> bool:
+        """Whether contacts are listed, as they are while one of them is shown."""
+        return self._lists or self.contact is not None
 
     @property
     def _status(self) -> str:

@@ -44,7 +44,7 @@ def test_an_engine_that_only_misreports_is_not_wrong(engine: type[EventDriven]) 
     run = comparison.runs["mine"]
     assert run.misreport
     assert run.differences == ()
-    assert "mine misreports contacts in " in verdict(comparison)
+    assert "Misreports contacts in " in verdict(comparison)
 
 
 def test_an_impulse_that_is_reported_as_what_was_due_shows() -> None:

@@ -129,7 +129,11 @@ def test_one_ball_that_hits_two_at_once_is_undecided_from_then_on() -> None:
     assert abs(exact[1, 0] - exact[2, 0]) > 1  # not symmetric
     assert pymunk[1, 0] == pytest.approx(pymunk[2, 0])
     assert comparison.runs["pymunk"].apart is None
-    assert {one.cause for one in comparison.runs["pymunk"].differences} <= {Cause.LATE, Cause.POSITION_CORRECTION}
+    assert {one.cause for one in comparison.runs["pymunk"].differences} <= {
+        Cause.LATE,
+        Cause.POSITION_CORRECTION,
+        Cause.UNKNOWN,
+    }
 
 
 def test_before_a_tie_an_engine_is_still_judged() -> None:
@@ -317,7 +321,11 @@ def test_a_tie_at_the_end_of_a_step_is_found_however_rounding_orders_it(rate: in
     )
     comparison = compare(scene, ["pymunk", "exact"])
     assert comparison.undecided == pytest.approx(0.5, abs=1e-9)
-    assert {one.cause for one in comparison.runs["pymunk"].differences} <= {Cause.LATE, Cause.POSITION_CORRECTION}
+    assert {one.cause for one in comparison.runs["pymunk"].differences} <= {
+        Cause.LATE,
+        Cause.POSITION_CORRECTION,
+        Cause.UNKNOWN,
+    }
 
 
 def test_a_wall_and_a_ball_at_the_end_of_a_step_are_no_tie() -> None:

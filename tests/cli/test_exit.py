@@ -89,7 +89,7 @@ def test_a_terminal_of_unknown_width_gets_80_columns(monkeypatch: pytest.MonkeyP
         with Path("out").open("wb") as out:
             assert outcome_of("compare", "article", "--seconds", "1", out=out.fileno()) == (0, "")
         printed.append(Path("out").read_text())
-    assert "energy left" in printed[0]
+    assert "energy change" in printed[0]
     assert printed[0] == printed[1]
     assert len({*printed}) == 3  # a column more or less breaks the lines elsewhere
 

@@ -8,23 +8,58 @@ from rich.console import Console
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.difference import Difference, Kind
 from sandbox.judge.causes import Cause
-from sandbox.report.tables import _spins, print_comparison
+from sandbox.report.tables import comparison_rows, print_comparison, velocities_and_spins
+from sandbox.scene.files import load
 from sandbox.scene.model import Scene
+from sandbox.text import text_of
 
 
-def test_spins_that_are_rounding_are_not_printed() -> None:
+def test_spins_that_are_rounding_are_not_printed_nor_what_is_not_known() -> None:
     scene = scene_of("radius = 20\npositions = [[100, 100], [200, 100]]")
     still, moving = ((0.0, 0.0), (0.0, 0.0)), ((100.0, 0.0), (0.0, 0.0))
-    line = "Spins, rad/s: 0 and 0 before the step, -0.5 and 0 after it; exactly, 0 and 0."
-    for spin, expected in ((-8.882e-16, ""), (-0.5, line)):
+    line = "Spins, rad/s: 0 and 0 before the step, -0.5 and 0 after it"
+    for spin, should, expected in (
+        (-8.882e-16, (0.0, 0.0), ""),
+        (-0.5, (0.0, 0.0), f"{line}; exactly, 0 and 0."),
+        (-0.5, (), f"{line}."),
+    ):
         first = Difference(
-            *(Kind.OUTCOME, 0.5, 0, 1, Cause.LATE, "", False, moving, still, moving, still),
+            *(Kind.OUTCOME, 0.5, 0, 1, Cause.LATE, "", False),
+            before=moving,
+            after=still,
+            should_after=moving if should else (),
             spin_before=(0.0, 0.0),
             spin_after=(spin, 0.0),
-            should_spin_before=(0.0, 0.0),
-            should_spin_after=(0.0, 0.0),
+            should_spin_after=should,
         )
-        assert _spins(scene, first) == expected
+        velocities, *spins = velocities_and_spins(scene, first)
+        assert " ".join(spins) == expected
+        assert ("exactly" in velocities) == bool(should)
+
+
+def test_ten_rows_are_printed_and_all_if_asked_for() -> None:
+    comparison = compare(load("article").changed(seconds=5.0), ["pymunk", "article", "exact"])
+    rows = list(comparison_rows(comparison))
+    assert len(rows) > 10
+    default = text_of(lambda terminal: print_comparison(comparison, terminal), 80)
+    whole = text_of(lambda terminal: print_comparison(comparison, terminal, all_rows=True), 80)
+    shown = {text: [label in text for label, *_ in rows] for text in (default, whole)}
+    assert sum(shown[default]) == 10
+    assert all(shown[whole])
+    assert f"{len(rows) - 10} more rows with --all." in default
+    assert "--all" not in whole
+
+
+def test_the_first_difference_and_contacts_are_printed_if_asked_for() -> None:
+    comparison = compare(load("article").changed(seconds=5.0), ["pymunk", "exact"])
+    default = text_of(lambda terminal: print_comparison(comparison, terminal), 80)
+    asked = text_of(lambda terminal: print_comparison(comparison, terminal, first=True, contacts=1), 80)
+    assert "pymunk, 0.767 s, ball 2 and the right wall" not in default
+    assert "pymunk, 0.767 s, ball 2 and the right wall" in asked
+    assert [line for line in default.splitlines() if line.startswith("The first")] == [
+        "The first 2 of 10 contacts in exact:"
+    ]
+    assert len([line for line in asked.splitlines() if line.startswith("The first of")]) == 2
 
 
 def printed(scene: Scene, engines: list[str], width: int = 80) -> str:
@@ -59,4 +94,3 @@ together, before                               (120, 0)              2,400
   after                                        (120, 0)              1,838
 """
     )
-    assert "1 contact" not in printed(scene, ["pymunk", "exact"])

@@ -48,8 +48,8 @@ def test_a_change_of_rate_begins_at_its_step() -> None:
 
 def test_a_clock_says_how_long_its_steps_are() -> None:
     assert [str(Clock(rate)) for rate in (1, 60, 62.5)] == [
-        "at 1 step per second",
-        "at 60 steps per second",
-        "at 62.5 steps per second",
+        "at 1 step a second",
+        "at 60 steps a second",
+        "at 62.5 steps a second",
     ]
     assert str(irregular()) == "in steps of 10 to 22 ms"

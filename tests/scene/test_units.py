@@ -4,13 +4,15 @@ import math
 import re
 from functools import partial
 
+import numpy as np
 import pytest
 
 from sandbox.analysis.comparison import Comparison, compare
 from sandbox.errors import SandboxError
 from sandbox.judge.causes import Cause
-from sandbox.judge.models import FAULTS
-from sandbox.judge.words import found_range
+from sandbox.judge.laws import LAWS
+from sandbox.judge.ledger import ERROR
+from sandbox.judge.words import OF_STEPS, of_errors
 from sandbox.report.comparison_page import page
 from sandbox.report.first_contacts import columns, first_contacts
 from sandbox.report.scales import gap_scale
@@ -74,13 +76,21 @@ def test_energies_are_in_joules_whatever_the_unit_of_length(length: str, shown: 
     assert units.factor(Dimension.ANGULAR_MOMENTUM) * 50**2 == pytest.approx(of_metre**2)
 
 
+def said(cause: Cause, law: str, values: list[float]) -> str:
+    """Return the sentence of errors with values, which are depths, too, in px."""
+    errors = np.zeros(len(values), ERROR)
+    errors["cause"], errors["law"], errors["value"], errors["depth"] = cause, law, values, values
+    return of_errors(drop(), errors, {})
+
+
 def test_nothing_of_a_scene_with_units_is_shown_in_pixels(compared: Comparison) -> None:
     shown = [
         text_of(partial(print_comparison, compared), DEFAULT_WIDTH),
         text_of(partial(print_comparison, compare(drop(), ["exact"])), DEFAULT_WIDTH),
         page(compared),
-        *(fault.sentence(value, METRES) for fault in FAULTS for value in (-0.5, 0.5)),
-        *(found_range(drop(), Cause.LATE, depths) for depths in ([0.5], [0.5, 2.0])),
+        *(said(law.cause, law.name, value) for law in LAWS for value in ([-0.5], [0.5, 2.0])),
+        *(said(Cause.UNREPORTED, law, [0.5]) for law in OF_STEPS),
+        *(said(cause, "", [0.5, 2.0]) for cause in (Cause.LATE, Cause.EARLY, Cause.OVERSHOOT)),
     ]
     for text in shown:
         text = re.sub("<(script|style|pre).*?</(script|style|pre)>|<[^>]*>", "", text, flags=re.DOTALL)  # noqa: PLW2901
