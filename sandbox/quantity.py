@@ -5,13 +5,13 @@ steps of a trajectory; mass, moment (of inertia) and radius are (n,) in kg, kg p
 is the arena's width and height, px.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from sandbox.compiled import kernel, portable_entry
-from sandbox.state import MEETS_ALL, Bodies, Bools, Contacts, Floats, Integers, State, States
+from sandbox.compiled import kernel
+from sandbox.state import Bodies, Bools, Contacts, Floats, Integers, State, States
 
 
 def kinetic_energy(velocity: Floats, mass: Floats) -> Floats:
@@ -96,46 +96,14 @@ def deepest_overlap(position: Floats, radius: Floats, filters: Integers | None =
     """Return the deepest overlap of two balls (px) and the two balls, or (0.0, -1, -1) if none overlap.
 
     position: (..., n, 2) px, of one state or of several; filters: (n, 3), as in `Bodies`; balls that pass through each
-    other do not count. Sweep and prune along the axis of the larger spread (Cohen et al. 1995).
+    other do not count.
     """
-    states = position.reshape(-1, *position.shape[-2:])
-    axis = np.ptp(states, axis=1).argmax(axis=1)
-    order = np.argsort(states[np.arange(len(states)), :, axis], axis=1)
-    ordered = np.take_along_axis(states, order[..., None], axis=1)
-    deepest, state, first, second = _sweep(
-        ordered, radius[order], _filters_in(order, filters), float(radius.min()), axis
-    )
-    if deepest == 0:
-        return 0.0, -1, -1
-    first, second = sorted((int(order[state, first]), int(order[state, second])))
+    deepest, first, second = 0.0, -1, -1
+    for overlap, a, b in _overlaps(position.reshape(-1, *position.shape[-2:]), radius, filters):
+        k = int(overlap.argmax())
+        if overlap[k] > deepest:
+            deepest, first, second = float(overlap[k]), *sorted((int(a[k]), int(b[k])))
     return deepest, first, second
-
-
-@portable_entry
-def _sweep(
-    position: Floats, radius: Floats, filters: Integers, smallest: float, axes: Integers
-) -> tuple[float, int, int, int]:
-    """Compare each ball with the balls no larger than it, while these are near enough for a new deepest overlap.
-
-    So not every pair is tested, even if one ball is larger than all others or thousands lie in a heap.
-    """
-    deepest, state, first, second = 0.0, -1, -1, -1
-    for s in range(len(position)):
-        x, r, axis = position[s], radius[s], axes[s]
-        for i in range(len(x)):
-            for direction in (1, -1):
-                if direction < 0 and r[i] == smallest:
-                    break
-                j = i + direction
-                while 0 <= j < len(x):
-                    if abs(x[j, axis] - x[i, axis]) >= 2 * r[i] - deepest:
-                        break
-                    if r[j] < r[i] or (r[j] == r[i] and direction > 0):
-                        overlap = r[i] + r[j] - np.hypot(x[j, 0] - x[i, 0], x[j, 1] - x[i, 1])
-                        if overlap > deepest and not pass_through(filters[s, i], filters[s, j]):
-                            deepest, state, first, second = overlap, s, i, j
-                    j += direction
-    return deepest, state, first, second
 
 
 def count_overlaps(position: Floats, radius: Floats, most: int, filters: Integers | None = None) -> int:
@@ -143,35 +111,45 @@ def count_overlaps(position: Floats, radius: Floats, most: int, filters: Integer
 
     filters: (n, 3), as in `Bodies`; balls that pass through each other do not count.
     """
-    axis = int(np.ptp(position, axis=0).argmax())
-    order = np.argsort(position[:, axis])
-    filters = _filters_in(order, filters)
-    return _count_overlaps(position[order], radius[order], filters, float(radius.min()), axis, most)
-
-
-def _filters_in(order: Integers, filters: Integers | None) -> Integers:
-    return (
-        np.broadcast_to(np.array(MEETS_ALL, np.int64), (*order.shape, 3)).copy() if filters is None else filters[order]
-    )
-
-
-@portable_entry
-def _count_overlaps(position: Floats, radius: Floats, filters: Integers, smallest: float, axis: int, most: int) -> int:
-    """Compare each ball with the balls no larger than it, as `_sweep` does."""
     count = 0
-    for i in range(len(position)):
-        for direction in (1, -1):
-            if direction < 0 and radius[i] == smallest:
-                break
-            j = i + direction
-            while 0 <= j < len(position) and count < most:
-                if abs(position[j, axis] - position[i, axis]) >= 2 * radius[i]:
-                    break
-                if radius[j] < radius[i] or (radius[j] == radius[i] and direction > 0):
-                    distance = np.hypot(position[j, 0] - position[i, 0], position[j, 1] - position[i, 1])
-                    count += distance < radius[i] + radius[j] and not pass_through(filters[i], filters[j])
-                j += direction
+    for overlap, _, _ in _overlaps(position[None], radius, filters):
+        count += len(overlap)
+        if count >= most:
+            return most
     return count
+
+
+def _overlaps(
+    position: Floats, radius: Floats, filters: Integers | None
+) -> Iterator[tuple[Floats, Integers, Integers]]:
+    """Yield overlaps (px) and the balls of each, (k,), some pairs at a time. position: (states, n, 2) px.
+
+    Sweep and prune along the axis of the larger spread (Cohen et al. 1995): each ball is compared with the next one
+    along it, then with the one after that, and so on, until it is too far from all others.
+    """
+    states, n = position.shape[:2]
+    along = np.take_along_axis(position, np.ptp(position, axis=1).argmax(axis=1)[:, None, None], axis=2)[..., 0]
+    ball = np.argsort(along, axis=1, kind="stable")
+    place = np.take_along_axis(position, ball[..., None], axis=1).reshape(-1, 2)
+    along, radii = np.take_along_axis(along, ball, axis=1).ravel(), radius[ball]
+    largest = np.maximum.accumulate(radii[:, ::-1], axis=1)[:, ::-1].ravel()  # of the balls from here on
+    ball, radii, end = ball.ravel(), radii.ravel(), np.repeat(np.arange(1, states + 1) * n, n)
+    first, shift = np.arange(states * n), 0
+    while len(first):
+        shift += 1
+        first = first[first + shift < end[first]]
+        second = first + shift
+        is_near = along[second] - along[first] < radii[first] + largest[second]
+        first, second = first[is_near], second[is_near]
+        apart = np.hypot(place[second, 0] - place[first, 0], place[second, 1] - place[first, 1])
+        overlap = radii[first] + radii[second] - apart
+        meets = overlap > 0
+        a, b = ball[first[meets]], ball[second[meets]]
+        if filters is not None:
+            meets[meets] = is_met = ~passing(filters, a, b)
+            a, b = a[is_met], b[is_met]
+        if len(a):
+            yield overlap[meets], a, b
 
 
 def dot(a: Floats, b: Floats) -> Floats:

@@ -14,14 +14,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-import kernel_cache
-
-os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache.folder())  # before numba is imported; processes of tests inherit it
+os.environ["NUMBA_CACHE_DIR"] = str(Path(__file__).parents[1] / ".pytest_cache" / "kernels")  # processes inherit it
 
 import hypothesis
 import pytest
 
 from sandbox.cli import main
+from sandbox.engines.machine_code import KERNEL_ENGINES, compile_engines
 from sandbox.errors import SandboxError
 from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
@@ -52,7 +51,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Compile the kernels of new sources once, before several processes need them."""
     starts_workers = getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput")
     if starts_workers:
-        kernel_cache.fill()
+        compile_engines(KERNEL_ENGINES)
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -233,14 +232,13 @@ Command = Callable[..., tuple[int, str, str]]
 def command(no_display: None, monkeypatch: pytest.MonkeyPatch, capfdbinary: pytest.CaptureFixture[bytes]) -> Command:
     """Return a function that runs the command line without a display: exit code, and both outputs as UTF-8."""
     monkeypatch.setenv("PYTHONSAFEPATH", "")  # the command line sets it; restored after the test
-    monkeypatch.setattr("sandbox.compiled._compiler", None)  # likewise
 
     def run(*arguments: object) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", ["sandbox", *map(str, arguments)])
         with pytest.raises(SystemExit) as ended:
             main()
         out, err = capfdbinary.readouterr()
-        return int(ended.value.code or 0), out.decode(), without_notice(err.decode())
+        return int(ended.value.code or 0), out.decode(), err.decode()
 
     return run
 
@@ -248,8 +246,3 @@ def command(no_display: None, monkeypatch: pytest.MonkeyPatch, capfdbinary: pyte
 def numbers_in(sentence: str) -> list[float]:
     """Return the numbers of a sentence, without those of bodies such as `ball 2`."""
     return [float(number) for number in re.findall(r"(?<![\w.])(?<!ball )(?<!balls )-?\d+(?:\.\d+)?", sentence)]
-
-
-def without_notice(stderr: str) -> str:
-    """Return what a command wrote to standard error, without the notice of the first compilation on a machine."""
-    return stderr.replace("Compiling what this command needs; that happens once.\n", "")

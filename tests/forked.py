@@ -7,8 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 from warnings import catch_warnings, simplefilter
 
-from conftest import without_notice
-
 from sandbox.cli import main
 from sandbox.files import whole_file
 
@@ -62,7 +60,7 @@ def outcome_of(*arguments: str, out: int | None = None) -> tuple[int, str]:
     with Path("stderr").open("w+b") as error, Path(os.devnull).open("wb") as nowhere:
         code = exit_code_of(forked(main_with(*arguments), nowhere.fileno() if out is None else out, error.fileno()))
         error.seek(0)
-        message = without_notice(error.read().decode())
+        message = error.read().decode()
     Path("stderr").unlink()
     return code, message
 

@@ -29,8 +29,7 @@ LIBRARIES: Final = {  # library -> the modules and folders that may import it; n
     "tomlkit": ("scene.files",),
     "pandas": ("run.trajectory", "scripting.comparison_result", "scripting.calls"),
     "PIL": ("scene", "view"),
-    "llvmlite": ("jit",),
-    "numba": ("jit", "space.memory"),
+    "numba": ("compiled", "space.memory"),
     "pymunk": (
         "engines.pymunk",
         "engines.space_reader",

@@ -5,6 +5,7 @@ from typing import Final, NamedTuple
 
 from sandbox.bench import comparisons, engines, window
 from sandbox.bench.figure import Figure
+from sandbox.engines.machine_code import KERNEL_ENGINES, compile_engines
 from sandbox.errors import SandboxError, suggestion
 
 ROUNDS: Final = 3  # one disturbed round does not change the median
@@ -35,5 +36,6 @@ def bench(only: Sequence[str] | None = None) -> Iterator[tuple[str, Iterator[Fig
     for name in only or ():
         if name not in PARTS:
             raise SandboxError(f"no benchmark {name!r}; {suggestion(name, PARTS)}")
+    compile_engines(KERNEL_ENGINES)
     for name in only or PARTS:
         yield f"{name}: {PARTS[name].guards}", PARTS[name].measure(ROUNDS)

@@ -52,7 +52,7 @@ from sandbox.cli.options import (
     settings_by_key,
     warn_of_pygame,
 )
-from sandbox.cli.progress import progress_bar, show_compiling, sweep_with_bar, terminal_bar
+from sandbox.cli.progress import progress_bar, sweep_with_bar, terminal_bar
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, check_outputs, write_text
 from sandbox.text import console, counted, json_text, printable
@@ -140,25 +140,22 @@ def run(
     """
     warn_of_pygame()
     from sandbox.run.inputs import write_run
-    from sandbox.view.compiling import compiling_beside_window
     from sandbox.view.display import has_display
     from sandbox.view.window import Window
 
     check_outputs({"--save-inputs": save_inputs}, [scene])
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed)
     if has_display():
-        with compiling_beside_window(chosen, engines) as compilation:
-            print_warnings(chosen)
-            window = Window(chosen, engines, replayed, compilation, beside=True)
-            try:
-                window.run()
-            finally:  # mouse input cannot be reproduced
-                if save_inputs:
-                    session = window.view.session
-                    write_run(window.scene, session.given(), session.step, save_inputs)
+        print_warnings(chosen)
+        window = Window(chosen, engines, replayed, beside=True)
+        try:
+            window.run()
+        finally:  # mouse input cannot be reproduced
+            if save_inputs:
+                session = window.view.session
+                write_run(window.scene, session.given(), session.step, save_inputs)
     else:
         print("No display: comparing instead of opening the window.")
-        show_compiling()
         print_warnings(chosen)
         _compare_and_draw(chosen, engines, replayed)
         if save_inputs:
@@ -187,7 +184,6 @@ def record(
     pixels = size.width, size.height
     check_outputs({"--out": out}, [scene, options.inputs])
     check_recording(out, pixels)
-    show_compiling()
     chosen, replayed = options.load(scene)
     print_warnings(chosen)
     bar = terminal_bar()
@@ -216,7 +212,6 @@ def compare(
     _check_ending(files.report)
     outputs = files.by_option
     check_outputs(outputs, [scene, options.inputs])
-    show_compiling()
     chosen, replayed = options.load(scene)
     print_warnings(chosen)
     with _printed_beside(outputs.values()):
@@ -317,7 +312,6 @@ def watch(
     from sandbox.space.trial import Trials
 
     check_outputs({"--json": json_file}, [None if module else program])
-    show_compiling()
     given = Program(program, arguments or (), module)
     warn_of_misplaced_options(given)
     trials = Trials(HEADLESS_SECONDS if headless and seconds is None else seconds)
@@ -343,7 +337,6 @@ def trace(
         raise SandboxError("--steps and --seconds exclude each other")
     check_outputs({"--out": out}, [scene, options.inputs])
     trace_writer(out)  # rejects an unknown ending before anything runs
-    show_compiling()
     chosen, replayed = options.load(scene)
     print_warnings(chosen)
     with _printed_beside([out]):
@@ -375,7 +368,6 @@ def verify(
     from sandbox.scripting.calls import scenes_to_score
 
     check_outputs({"--json": json_file, "--junit": junit}, scenes or ())
-    show_compiling()
     scored = scenes_to_score(scenes or None)
     names = engines or list(registry())
     with _printed_beside([json_file, junit]):
@@ -436,7 +428,6 @@ def sweep(
     check_outputs({"--out": out, "--report": report}, [scene])
     if scheduler is not None:
         check_scheduler(scheduler)
-    show_compiling()
     chosen = load(scene).changed(**({} if seconds is None else {"seconds": seconds}))
     with _printed_beside([out, report]):
         planned = plan(
@@ -480,7 +471,6 @@ def converge(
 
     _check_ending(report)
     check_outputs({"--json": json_file, "--report": report}, [scene])
-    show_compiling()
     chosen, _ = scene_and_inputs(scene, None, seed=seed, seconds=seconds)
     print_warnings(chosen)
     names = engines or default_engines(chosen)
@@ -510,7 +500,6 @@ def check(
     from sandbox.scene.files import load
     from sandbox.scene.spawn import spawn, warnings
 
-    show_compiling()
     errors = []
     for name in scenes:
         try:
@@ -549,7 +538,6 @@ def engines(json_file: JsonFile = None) -> None:
     from sandbox.engines.support import engines as supported_engines
 
     check_outputs({"--json": json_file})
-    show_compiling()
     supported = supported_engines()
     if json_file:
         write_text(json_file, json_text(as_json(supported)))

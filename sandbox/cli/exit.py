@@ -37,10 +37,6 @@ def exit_codes() -> Iterator[None]:
         _leave(2, error)
     except OSError as error:  # such as a full disk; what fails at a file that the user named is a SandboxError
         _leave(2, SandboxError(f"{error.filename or 'output'}: {error.strerror or error}"))
-    except RuntimeError as error:
-        if "no locator available" not in str(error):
-            raise
-        _leave(2, SandboxError("numba cannot write compiled engines anywhere; set NUMBA_CACHE_DIR to a folder"))
 
 
 def _leave(code: int, error: SandboxError | None = None) -> NoReturn:

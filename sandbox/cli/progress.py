@@ -1,4 +1,4 @@
-"""Progress bars of a command on a terminal, also while kernels are compiled."""
+"""Progress bars of a command on a terminal."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from rich.progress import Progress, ProgressColumn
 
     from sandbox.sweeps import Journal, Sweep
-    from sandbox.view.compilation import Compilation
 
 BAR_DELAY: Final = 1.0  # s; shorter runs show no bar
 
@@ -77,40 +76,3 @@ def sweep_with_bar(sweep: "Sweep", kept: "Journal", workers: int, scheduler: str
     if failures:
         print(f"{failures} of {len(sweep.jobs)} rows are missing; the same command tries again", file=sys.stderr)
     return failures
-
-
-class _TerminalCompiler:
-    """Compiles what is missing in other processes, and shows on a terminal how far that is while it is waited for."""
-
-    shows_frames = False
-
-    def __init__(self) -> None:
-        self._compilation: Compilation | None = None
-
-    def note_missing(self, module: str) -> None:
-        """Do nothing: a command that gets by without compiling ends sooner without it."""
-
-    def wait(self, module: str) -> None:
-        """Show the progress until the kernels of a module are compiled."""
-        from rich.progress import BarColumn, TextColumn
-
-        from sandbox.processes import core_count
-        from sandbox.view.compilation import COMPUTATION, Compilation
-
-        if not self._compilation:
-            self._compilation = Compilation(COMPUTATION, core_count())
-            if not console(stderr=True).is_terminal:
-                print("Compiling what this command needs; that happens once.", file=sys.stderr)
-        compilation = self._compilation
-        bar = terminal_bar(TextColumn("{task.description}"), BarColumn())
-        with bar:
-            task = bar.add_task("", total=compilation.total)
-            for progress in compilation.until_compiled(module):
-                bar.update(task, description=str(progress), completed=progress.done)
-
-
-def show_compiling() -> None:
-    """From now on, have kernels that are not in the cache compiled in other processes, and show that on a terminal."""
-    from sandbox.compiled import compile_by
-
-    compile_by(_TerminalCompiler())

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from rich.table import Table
 
 from sandbox.bench.figure import Figure
+from sandbox.compiled import has_numba
 from sandbox.engines import check_name, known
 from sandbox.engines.support import Support, rows
 from sandbox.errors import SandboxError
@@ -20,6 +21,8 @@ def print_engines(supported: Mapping[str, Support]) -> None:
         table.add_row(label, *("yes" if value else "no" for value in values))
     terminal = console()
     terminal.print(table)
+    if not has_numba():
+        terminal.print("\nnumba is not installed, or may not compile: engines run as Python, slowly with many balls")
     for name in known():
         if name not in supported:
             try:

@@ -11,7 +11,6 @@ from typing import Any, Final, cast
 
 import numpy as np
 
-from sandbox.compiled import NotCompiledYet
 from sandbox.engines.engine import BlockEngine, Engine, Traits, traits_of
 from sandbox.errors import EngineError, Refused, SandboxError, shown, traceback_beyond
 from sandbox.quantity import length
@@ -98,7 +97,7 @@ def _errors_of(name: str, time: float, hint: str = "") -> Iterator[None]:
     """Raise what an engine raises as an EngineError with its traceback. time: s; hint: end of the message."""
     try:
         yield
-    except (Refused, NotCompiledYet):
+    except Refused:
         raise
     except SandboxError as error:
         raise EngineError(name, str(error), time) from error

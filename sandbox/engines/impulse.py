@@ -6,72 +6,75 @@ reflects the overshoot, as if the ball had bounced in time. Contacts are still f
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from sandbox.compiled import kernel, portable_entry
+from sandbox.compiled import Record, Records, kernel
 from sandbox.engines.contact_log import Log, log_contact
 from sandbox.engines.laws import coulomb, mixed
+from sandbox.engines.machine_code import MachineCode
 from sandbox.engines.neighbours import NeighbourGrid, begin_turn, fill, new_grid, next_neighbour, note_push
-from sandbox.engines.stepped import Snapshot, SteppedEngine, begin_step
+from sandbox.engines.stepped import SteppedEngine, balls_of
 from sandbox.quantity import pass_through
 from sandbox.scene.model import Scene
-from sandbox.scene.walls import ARENA_COUNT, OUTWARD, RIGHT, Walls, arena_faces, offset_to_segment, walls_of
-from sandbox.state import Floats, Integers, State, States
+from sandbox.scene.walls import ARENA_COUNT, OUTWARD, RIGHT, arena_faces, offset_to_segment, walls_of
+from sandbox.state import State
+
+WALLS_AS_LONG: Final = 8  # walls to test take as long as the rest of a ball's step
+CODE: Final = MachineCode("impulse", compiling=250_000, loading=150_000, many=400)  # balls in steps; balls
+WALL: Final = np.dtype(
+    [
+        *((name, "f8") for name in ("x", "y", "end_x", "end_y", "half_thickness")),  # px, of the centre line
+        ("elasticity", "f8"),  # the wall's factor
+        ("friction", "f8"),  # the wall's factor
+        *((name, "f8") for name in ("nx", "ny", "face")),  # outward normal of the arena's, and its distance, px
+        ("across", "f8"),  # px, from the opposite wall of the arena; infinite of others
+    ]
+)
 
 
-class Constants(NamedTuple):
-    """The constants of a run.
+class World(NamedTuple):
+    """The balls and the walls. filters: (n, 3), as in `Bodies`; gravity: px/s²; dt: s."""
 
-    radius, mass, elasticity, friction: (n,) px, kg, 1, 1; filters: (n, 3), as in `Bodies`; gravity: (2,) px/s²; walls:
-    by number; outward, face: (4, 2) and (4,) px, of the arena, see `arena_faces`; dt: s; rate: 1/s.
-    """
-
-    radius: Floats
-    mass: Floats
-    elasticity: Floats
-    friction: Floats
-    filters: Integers
-    gravity: Floats
-    walls: Walls
-    outward: Floats
-    face: Floats
+    ball: Records
+    wall: Records
+    filters: Any
+    gravity: tuple[float, float]
     dt: float
-    rate: int
+    grid: NeighbourGrid | None
+
+
+def _wall_records(scene: Scene) -> Any:
+    walls, count = walls_of(scene), ARENA_COUNT
+    record = np.zeros(len(walls.start), WALL).view(np.recarray)
+    record["x"], record["y"] = walls.start.T
+    record["end_x"], record["end_y"] = walls.end.T
+    for name in ("half_thickness", "elasticity", "friction"):
+        record[name] = getattr(walls, name)
+    record["nx"][:count], record["ny"][:count] = OUTWARD.T
+    face = record["face"][:count] = arena_faces(scene)
+    record["across"] = np.inf
+    record["across"][:count] = face[np.arange(count) | RIGHT]  # right or bottom, at the arena's width or height
+    return record
 
 
 @kernel
-def _normal_to_wall(constants: Constants, x: float, y: float, w: int) -> tuple[float, float, float]:
+def _normal_to_wall(wall: Record, w: int, x: float, y: float) -> tuple[float, float, float]:
     """Return the unit vector from a point to wall w, and how deep the point is in the wall (px, negative outside)."""
     if w < ARENA_COUNT:
-        nx, ny = constants.outward[w, 0], constants.outward[w, 1]
-        return nx, ny, x * nx + y * ny - constants.face[w]
-    walls = constants.walls
-    dx, dy = offset_to_segment(x, y, walls.start[w], walls.end[w])
+        return wall.nx, wall.ny, x * wall.nx + y * wall.ny - wall.face
+    dx, dy = offset_to_segment(x, y, (wall.x, wall.y), (wall.end_x, wall.end_y))
     distance = math.sqrt(dx * dx + dy * dy)
     nx, ny = (dx / distance, dy / distance) if distance > 0 else (1.0, 0.0)
-    return nx, ny, walls.half_thickness[w] - distance
+    return nx, ny, wall.half_thickness - distance
 
 
-@portable_entry
-def steps(
-    start: Snapshot,
-    steps_before: int,
-    states: States,
-    constants: Constants,
-    grid: NeighbourGrid | None,
-    log: Log,
-) -> tuple[int, int]:
-    """Do steps, see `SteppedEngine.run`. Returns the number of steps done, and of contacts logged in them."""
-    for k in range(len(states.position)):
-        here, logged = begin_step(k, start, states), log.filled[0]
-        now = (steps_before + k + 1) / constants.rate
-        _move(here, constants, log, now)
-        _collide(here, constants, grid, log, now)
-        if log.filled[0] > len(log.row):
-            return k, logged
-    return len(states.position), log.filled[0]
+@kernel
+def step(world: World, now: float, log: Log) -> None:
+    """Do a step, which ends now (s)."""
+    _move(world, now, log)
+    _collide(world, now, log)
 
 
 @kernel
@@ -85,97 +88,98 @@ def _friction_impulse(slip: float, normal_impulse: float, friction: float, mass:
 
 
 @kernel
-def _apply_friction(states: Snapshot, i: int, impulse: float, tx: float, ty: float, mass: float, radius: float) -> None:
-    """Change velocity and spin of ball i by an impulse (kg px/s) against the tangent, at its rim."""
-    _, velocity, _, spin = states
-    velocity[i, 0] -= impulse / mass * tx
-    velocity[i, 1] -= impulse / mass * ty
-    spin[i] -= 2 * impulse / (mass * radius)
+def _apply_friction(ball: Record, impulse: float, tx: float, ty: float) -> None:
+    """Change velocity and spin of a ball by an impulse (kg px/s) against the tangent, at its rim."""
+    ball.vx -= impulse / ball.mass * tx
+    ball.vy -= impulse / ball.mass * ty
+    ball.spin -= 2 * impulse / (ball.mass * ball.radius)
 
 
 @kernel
-def _move(states: Snapshot, constants: Constants, log: Log, now: float) -> None:
+def _move(world: World, now: float, log: Log) -> None:
     """Move the balls on the parabola of gravity, and bounce off the walls."""
-    position, velocity, angle, spin = states
-    radius, mass, gravity, dt = constants.radius, constants.mass, constants.gravity, constants.dt
-    walls, face = constants.walls, constants.face
-    for i in range(len(position)):
-        for k in range(2):
-            position[i, k] += velocity[i, k] * dt + gravity[k] * dt * dt / 2
-            velocity[i, k] += gravity[k] * dt
-        angle[i] += spin[i] * dt
-        for w in range(len(walls.start)):
-            nx, ny, depth = _normal_to_wall(constants, position[i, 0], position[i, 1], w)
-            depth += radius[i]
-            v_n = velocity[i, 0] * nx + velocity[i, 1] * ny
+    (gx, gy), dt = world.gravity, world.dt
+    for i in range(len(world.ball)):
+        ball = world.ball[i]
+        ball.x += ball.vx * dt + gx * dt * dt / 2
+        ball.y += ball.vy * dt + gy * dt * dt / 2
+        ball.vx += gx * dt
+        ball.vy += gy * dt
+        ball.angle += ball.spin * dt
+        for w in range(len(world.wall)):
+            wall = world.wall[w]
+            nx, ny, depth = _normal_to_wall(wall, w, ball.x, ball.y)
+            depth += ball.radius
+            v_n = ball.vx * nx + ball.vy * ny
             if depth > 0 and v_n > 0:
-                slip = velocity[i, 1] * nx - velocity[i, 0] * ny + radius[i] * spin[i]
-                e = mixed(constants.elasticity[i], walls.elasticity[w])
-                g_n = gravity[0] * nx + gravity[1] * ny
+                slip = ball.vy * nx - ball.vx * ny + ball.radius * ball.spin
+                e = mixed(ball.elasticity, wall.elasticity)
+                g_n = gx * nx + gy * ny
                 away = max(0.0, e * v_n - (1 + e) * g_n * depth / v_n)  # found late, gravity pulled too long
-                # At most to the opposite wall: w | RIGHT is right or bottom, at the arena's width or height.
-                across = face[w | RIGHT] if w < ARENA_COUNT else math.inf
-                back = min((1 + e) * depth, depth + across - 2 * radius[i])
-                for k, n_k in enumerate((nx, ny)):
-                    velocity[i, k] -= (v_n + away) * n_k
-                    position[i, k] -= back * n_k
-                impulse = (v_n + away) * mass[i]
-                tangential = _friction_impulse(slip, impulse, mixed(constants.friction[i], walls.friction[w]), mass[i])
+                back = min((1 + e) * depth, depth + wall.across - 2 * ball.radius)  # at most to the opposite wall
+                ball.vx -= (v_n + away) * nx
+                ball.vy -= (v_n + away) * ny
+                ball.x -= back * nx
+                ball.y -= back * ny
+                impulse = (v_n + away) * ball.mass
+                tangential = _friction_impulse(slip, impulse, mixed(ball.friction, wall.friction), ball.mass)
                 if tangential != 0:
-                    _apply_friction(states, i, tangential, -ny, nx, mass[i], radius[i])
+                    _apply_friction(ball, tangential, -ny, nx)
                     late = min(depth / v_n, dt)
-                    position[i, 0] += late * tangential / mass[i] * ny
-                    position[i, 1] -= late * tangential / mass[i] * nx
-                    angle[i] -= late * 2 * tangential / (mass[i] * radius[i])
+                    ball.x += late * tangential / ball.mass * ny
+                    ball.y -= late * tangential / ball.mass * nx
+                    ball.angle -= late * 2 * tangential / (ball.mass * ball.radius)
                 log_contact(log, now, i, ~w, nx, ny, impulse, depth, tangential, slip)
-            elif depth > radius[i]:  # others have pushed its centre into the wall, which it could leave on the far side
-                for k, n_k in enumerate((nx, ny)):
-                    position[i, k] -= depth * n_k
+            elif depth > ball.radius:  # others have pushed its centre into the wall, which it could leave behind
+                ball.x -= depth * nx
+                ball.y -= depth * ny
 
 
 @kernel
-def _collide(states: Snapshot, constants: Constants, grid: NeighbourGrid | None, log: Log, now: float) -> None:
+def _collide(world: World, now: float, log: Log) -> None:
     """Collide every pair i < j that is near enough to touch, at the positions that earlier pairs have left."""
-    position, velocity, _, spin = states
-    radius, mass, elasticity, friction = constants.radius, constants.mass, constants.elasticity, constants.friction
-    n = len(position)
-    fill(grid, position)
+    ball, grid, n = world.ball, world.grid, len(world.ball)
+    fill(grid, ball)
     for i in range(n):
-        begin_turn(grid, position, i)
+        begin_turn(grid, ball, i)
         j = i
         while True:
             j = next_neighbour(grid, j, n)
             if j == n:
                 break
-            dx = position[i, 0] - position[j, 0]
-            dy = position[i, 1] - position[j, 1]
-            reach = radius[i] + radius[j]
+            a, b = ball[i], ball[j]
+            dx = a.x - b.x
+            dy = a.y - b.y
+            reach = a.radius + b.radius
             if max(abs(dx), abs(dy)) >= reach:  # saves the square root for most pairs
                 continue
             distance = math.sqrt(dx * dx + dy * dy)
-            if distance < reach and not pass_through(constants.filters[i], constants.filters[j]):
+            if distance < reach and not pass_through(world.filters[i], world.filters[j]):
                 nx, ny = (dx / distance, dy / distance) if distance > 0 else (1.0, 0.0)
 
                 # Skip balls that do not approach.
-                vx, vy = velocity[i, 0] - velocity[j, 0], velocity[i, 1] - velocity[j, 1]
+                vx, vy = a.vx - b.vx, a.vy - b.vy
                 v_n = vx * nx + vy * ny
                 if v_n >= 0:
                     continue
 
-                per_i, per_j = 1 / mass[i], 1 / mass[j]
-                impulse = (1 + mixed(elasticity[i], elasticity[j])) * v_n / (per_i + per_j)
-                push = (reach - distance) / (per_i + per_j)
-                for k, n_k in enumerate((nx, ny)):
-                    velocity[i, k] -= impulse * per_i * n_k
-                    velocity[j, k] += impulse * per_j * n_k
-                    position[i, k] += push * per_i * n_k
-                    position[j, k] -= push * per_j * n_k
-                slip = vx * ny - vy * nx + radius[i] * spin[i] + radius[j] * spin[j]
-                tangential = _friction_impulse(slip, -impulse, mixed(friction[i], friction[j]), 1 / (per_i + per_j))
+                per_a, per_b = 1 / a.mass, 1 / b.mass
+                impulse = (1 + mixed(a.elasticity, b.elasticity)) * v_n / (per_a + per_b)
+                push = (reach - distance) / (per_a + per_b)
+                a.vx -= impulse * per_a * nx
+                a.vy -= impulse * per_a * ny
+                b.vx += impulse * per_b * nx
+                b.vy += impulse * per_b * ny
+                a.x += push * per_a * nx
+                a.y += push * per_a * ny
+                b.x -= push * per_b * nx
+                b.y -= push * per_b * ny
+                slip = vx * ny - vy * nx + a.radius * a.spin + b.radius * b.spin
+                tangential = _friction_impulse(slip, -impulse, mixed(a.friction, b.friction), 1 / (per_a + per_b))
                 if tangential != 0:
-                    _apply_friction(states, i, tangential, ny, -nx, mass[i], radius[i])
-                    _apply_friction(states, j, tangential, -ny, nx, mass[j], radius[j])
-                note_push(grid, position, i, j)
+                    _apply_friction(a, tangential, ny, -nx)
+                    _apply_friction(b, tangential, -ny, nx)
+                note_push(grid, ball, i, j)
                 log_contact(log, now, i, j, -nx, -ny, -impulse, reach - distance, tangential, slip)
 
 
@@ -183,23 +187,8 @@ class ImpulseEngine(SteppedEngine):
     """The textbook's rule. Balls whose centres coincide part along x, as in `article` and `exact`."""
 
     def __init__(self, scene: Scene, initial: State) -> None:
-        super().__init__(scene, initial)
-        bodies = scene.bodies
-        self._grid = new_grid(len(bodies), 2 * float(bodies.radius.max()), scene.arena.size)
-        self._constants = Constants(
-            bodies.radius,
-            bodies.mass,
-            bodies.elasticity,
-            bodies.friction,
-            bodies.filters,
-            np.array(scene.gravity, float),
-            walls_of(scene),
-            OUTWARD,
-            arena_faces(scene),
-            1 / scene.rate,
-            scene.rate,
-        )
-
-    def run(self, start: Snapshot, steps_before: int, states: States, log: Log) -> tuple[int, int]:
-        """Do steps."""
-        return steps(start, steps_before, states, self._constants, self._grid, log)
+        bodies, gravity = scene.bodies, (float(scene.gravity[0]), float(scene.gravity[1]))
+        grid = new_grid(len(bodies), 2 * float(bodies.radius.max()), scene.arena.size)
+        world = World(balls_of(bodies), _wall_records(scene), bodies.filters, gravity, 1 / scene.rate, grid)
+        super().__init__(scene, initial, world, step, CODE)
+        self._work = len(bodies) * (1 + len(world.wall) // WALLS_AS_LONG)

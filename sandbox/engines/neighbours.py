@@ -20,7 +20,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.compiled import kernel
+from sandbox.compiled import Records, kernel
 from sandbox.state import Floats
 
 MIN_BALLS: Final = 20  # for a grid; with fewer, testing every pair takes less time
@@ -34,7 +34,7 @@ class NeighbourGrid(NamedTuple):
 
     last_column, last_row: of the arena's cells; per_x, per_y: cells per px; sight: reach + slack, px; slack: px.
     first: a ball of each cell; next: (n,) another of the same cell, or n; cell: (n,) the cell of each ball.
-    near: (n,) the balls in sight, in order, seen from home: (1, 2) px. cursor: (2,) the place in near of the next ball
+    near: (n,) the balls in sight, in order, seen from home: (2,) px. cursor: (2,) the place in near of the next ball
     to return, and of the last + 1.
     """
 
@@ -68,19 +68,19 @@ def new_grid(n: int, reach: float, size: Sequence[float]) -> NeighbourGrid | Non
     shape = (columns + 2, columns - 1.0, rows - 1.0, columns / width, rows / height, sight, slack)
     first = np.empty((columns + 2) * (rows + 2), np.int32)
     lists = (first, np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n, np.int32))
-    return NeighbourGrid(*shape, *lists, np.empty((1, 2)), np.zeros(2, np.int64))
+    return NeighbourGrid(*shape, *lists, np.empty(2), np.zeros(2, np.int64))
 
 
 @kernel
-def fill(grid: NeighbourGrid | None, position: Floats) -> None:
-    """Enter every ball in the grid. position: (n, 2) px."""
+def fill(grid: NeighbourGrid | None, ball: Records) -> None:
+    """Enter every ball in the grid. ball: (n,) with x and y, px."""
     if grid is None:
         return
-    n = len(position)
+    n = len(ball)
     for cell in range(len(grid.first)):
         grid.first[cell] = n
     for i in range(n - 1, -1, -1):  # backwards, so that each cell lists its balls in order, which leaves little to sort
-        _enter(grid, i, _cell_at(grid, position[i, 0], position[i, 1]))
+        _enter(grid, i, _cell_at(grid, ball[i].x, ball[i].y))
 
 
 @kernel
@@ -112,21 +112,21 @@ def _leave(grid: NeighbourGrid, i: int) -> None:
 
 
 @kernel
-def _look_around(grid: NeighbourGrid, position: Floats, i: int, last: int) -> None:
+def _look_around(grid: NeighbourGrid, ball: Records, i: int, last: int) -> None:
     """List the balls after `last` that ball i can touch, in order, in `near`."""
-    n, near = len(position), grid.near
-    x, y = position[i, 0], position[i, 1]
-    grid.home[0, 0], grid.home[0, 1] = x, y
+    n, near = len(ball), grid.near
+    x, y = ball[i].x, ball[i].y
+    grid.home[0], grid.home[1] = x, y
     cell, count = _cell_at(grid, x, y), 0
     for row in range(-1, 2):
         corner = cell + row * grid.stride - 1
         for here in range(corner, corner + 3):
-            j = np.int64(grid.first[here])
+            j = grid.first[here]
             while j < n:
                 near[count] = j  # overwritten if j is not a neighbour: a branch would be mispredicted too often
-                apart = max(abs(position[j, 0] - x), abs(position[j, 1] - y))
+                apart = max(abs(ball[j].x - x), abs(ball[j].y - y))
                 count += (j > last) & (apart <= grid.sight)
-                j = np.int64(grid.next[j])
+                j = grid.next[j]
     for k in range(1, count):
         j, place = near[k], k
         while place > 0 and near[place - 1] > j:
@@ -137,12 +137,12 @@ def _look_around(grid: NeighbourGrid, position: Floats, i: int, last: int) -> No
 
 
 @kernel
-def begin_turn(grid: NeighbourGrid | None, position: Floats, i: int) -> None:
+def begin_turn(grid: NeighbourGrid | None, ball: Records, i: int) -> None:
     """Begin ball i's turn: find the balls after i that it can touch."""
     if grid is None:
         return
     _leave(grid, i)
-    _look_around(grid, position, i, i)
+    _look_around(grid, ball, i, i)
 
 
 @kernel
@@ -154,17 +154,17 @@ def next_neighbour(grid: NeighbourGrid | None, j: int, n: int) -> int:
     if place == grid.cursor[1]:
         return n
     grid.cursor[0] = place + 1
-    return int(grid.near[np.uint32(place)])  # an unsigned index needs no test for counting from the end
+    return grid.near[place]
 
 
 @kernel
-def note_push(grid: NeighbourGrid | None, position: Floats, i: int, j: int) -> None:
+def note_push(grid: NeighbourGrid | None, ball: Records, i: int, j: int) -> None:
     """Update the grid after i and j were pushed apart, in i's turn; look again if i has gone far."""
     if grid is None:
         return
-    cell = _cell_at(grid, position[j, 0], position[j, 1])
+    cell = _cell_at(grid, ball[j].x, ball[j].y)
     if cell != grid.cell[j]:
         _leave(grid, j)
         _enter(grid, j, cell)
-    if max(abs(position[i, 0] - grid.home[0, 0]), abs(position[i, 1] - grid.home[0, 1])) >= grid.slack:
-        _look_around(grid, position, i, j)
+    if max(abs(ball[i].x - grid.home[0]), abs(ball[i].y - grid.home[1])) >= grid.slack:
+        _look_around(grid, ball, i, j)

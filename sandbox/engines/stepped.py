@@ -1,87 +1,109 @@
-"""Base of the engines that advance all balls by steps of a compiled kernel."""
+"""Base of the engines that advance all balls by steps of a kernel."""
 # ruff: noqa: D102 (the interface of an engine documents the methods)
 
-from abc import ABC, abstractmethod
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
-from sandbox.compiled import kernel
-from sandbox.engines.contact_log import ContactLog, Log, empty_log
+from sandbox.compiled import Function, as_python, column, compiled, write_back
+from sandbox.engines.contact_log import ContactLog, empty_log
+from sandbox.engines.machine_code import MachineCode
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import Contacts, Floats, State, States
+from sandbox.state import Bodies, Contacts, Floats, State, States
+from sandbox.threads import checkpoint
 
 LOG_ROWS: Final = 64  # of a new engine's log
-Snapshot = tuple[Floats, Floats, Floats, Floats]  # positions and velocities (n, 2), angles and spins (n,)
+_MOVING: Final = ("x", "y", "vx", "vy", "angle", "spin")  # px, px in the engine's unit of time, rad
+_OF_BODY: Final = ("radius", "mass", "elasticity", "friction")
+BALL: Final = np.dtype([(name, "f8") for name in (*_MOVING, *_OF_BODY)])
 
 
-@kernel
-def begin_step(step: int, start: Snapshot, states: States) -> Snapshot:
-    """Copy the state before a step into its row, to be advanced in place; return that row.
-
-    step: from 0; start: the state before step 0.
-    """
-    position, velocity, angle, spin = states
-    before = start if step == 0 else (position[step - 1], velocity[step - 1], angle[step - 1], spin[step - 1])
-    for i in range(position.shape[1]):
-        for k in range(2):
-            position[step, i, k], velocity[step, i, k] = before[0][i, k], before[1][i, k]
-        angle[step, i], spin[step, i] = before[2][i], before[3][i]
-    return position[step], velocity[step], angle[step], spin[step]
+def balls_of(bodies: Bodies) -> Any:
+    """Return an array of balls (n,) that are nowhere yet."""
+    ball = np.zeros(len(bodies), BALL).view(np.recarray)
+    for name in _OF_BODY:
+        ball[name] = getattr(bodies, name)
+    return ball
 
 
-class SteppedEngine(ABC):
-    """An engine whose steps are calls of a kernel.
+class SteppedEngine:
+    """An engine whose steps are calls of a kernel step(world, now, log). now: s, at the end of the step.
 
-    unit: the kernel's unit of velocity, px/s; impulse_unit: its unit of impulse, kg px/s.
+    world: a named tuple of arrays, of which `ball` has the type BALL; code: decides about machine code; unit: the
+    kernel's unit of velocity, px/s; impulse_unit: its unit of impulse, kg px/s.
     """
 
-    def __init__(self, scene: Scene, initial: State, *, unit: float = 1.0, impulse_unit: float = 1.0) -> None:
-        position, velocity, angle, spin = initial.position, initial.velocity / unit, initial.angle, initial.spin
-        self._state = position.copy(), velocity, angle.copy(), spin.copy()
-        self._row = States.empty(1, len(position))  # for `step`
+    def __init__(
+        self,
+        scene: Scene,
+        initial: State,
+        world: Any,
+        step: Function,
+        code: MachineCode,
+        *,
+        unit: float = 1.0,
+        impulse_unit: float = 1.0,
+    ) -> None:
         self._unit = unit
         self._impulse_unit = impulse_unit
         self._rate = scene.rate
         self._steps = 0
         self._log = empty_log(LOG_ROWS)
         self._contacts = ContactLog()
+        self._row = States.empty(1, len(world.ball))  # for `step`
+        self._arrays, self._world, self._kernel, self._code = world, as_python(world), step, code
+        self._runs_python = True
+        self._work = len(world.ball)  # of a step
+        self._put(initial.position, initial.velocity / unit, initial.angle, initial.spin)
+        self._change_over(work=0)
 
-    @abstractmethod
-    def run(self, start: Snapshot, steps_before: int, states: States, log: Log) -> tuple[int, int]:
-        """Do as many steps as the states have rows, and write them there; stop if the log is full.
-
-        start: the state before the first of them; steps_before: steps done so far. Returns the number of steps done,
-        and of contacts logged in them.
-        """
+    def _change_over(self, work: int) -> None:
+        """Change over to machine code, if that is due after more work: balls, in each step."""
+        if self._runs_python and self._code.is_due(work, len(self._world.ball)):
+            write_back(self._world, self._arrays)
+            self._world, self._kernel, self._runs_python = self._arrays, compiled(self._kernel), False
 
     def step(self) -> None:
         self.advance(1, *self._row)
 
     def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        rows, recording = States(position, velocity, angle, spin), self._contacts.recording
-        while steps:
-            log = self._log._replace(collects=recording)
+        states, before, done = States(position, velocity, angle, spin), self._moving(), 0
+        while done < steps:
+            checkpoint()
+            log = self._log._replace(collects=self._contacts.recording)
             log.filled[0] = 0
-            done, count = self.run(self._state, self._steps, rows, log)
-            self._steps += done
-            if done:
-                for ours, rows_of_part in zip(self._state, rows, strict=True):
-                    ours[:] = rows_of_part[done - 1]
-            if count:
-                contacts = log.row[:count].copy()
+            self._kernel(self._world, (self._steps + 1) / self._rate, log)
+            if log.filled[0] > len(log.row):
+                self._put(*before)
+                self._log = empty_log(2 * len(log.row))
+                continue
+            self._steps += 1
+            before = self._moving()
+            for rows, part in zip(states, before, strict=True):
+                rows[done] = part
+            done += 1
+            if log.filled[0]:
+                contacts = log.row[: log.filled[0]].copy()
                 contacts["impulse"] *= self._impulse_unit  # engines with a unit of their own have no friction
                 self._contacts.add(contacts)
-            steps -= done
-            if steps:
-                rows = rows.rows(slice(done, None))
-                self._log = empty_log(2 * len(log.row))
+            self._change_over(self._work)
         velocity *= self._unit
 
+    def _moving(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return positions, velocities, angles and spins, in the kernel's units."""
+        x, y, vx, vy, angle, spin = (column(self._world.ball, name) for name in _MOVING)
+        return np.stack([x, y], axis=1), np.stack([vx, vy], axis=1), angle, spin
+
+    def _put(self, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
+        parts = (*position.T, *velocity.T, angle, spin)
+        for name, part in zip(_MOVING, parts, strict=True):
+            for ball, value in zip(self._world.ball, part.tolist(), strict=True):
+                setattr(ball, name, value)
+
     def state(self) -> State:
-        position, velocity, angle, spin = self._state
-        return State(self._steps / self._rate, position.copy(), velocity * self._unit, angle.copy(), spin.copy())
+        position, velocity, angle, spin = self._moving()
+        return State(self._steps / self._rate, position, velocity * self._unit, angle, spin)
 
     def record_contacts(self) -> None:
         self._contacts.recording = True
@@ -90,4 +112,6 @@ class SteppedEngine(ABC):
         return self._contacts.take()
 
     def kick(self, ball: int, dv: Vector) -> None:
-        self._state[1][ball] += np.divide(dv, self._unit)
+        x, y = np.divide(dv, self._unit).tolist()
+        self._world.ball[ball].vx += x
+        self._world.ball[ball].vy += y

@@ -17,7 +17,7 @@ from sandbox.scene.balls import DECIMAL_ROUNDING
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.overlaps import check_overlaps, depth_rounding
-from sandbox.scene.packing import Packing, empty_packing, have_room, keep_first, place_all, place_some, placed
+from sandbox.scene.packing import Packing
 from sandbox.scene.walls import depths_in_wall
 from sandbox.state import Floats, State
 
@@ -56,7 +56,7 @@ def _spawns_alike(scene: Scene, changed: Scene) -> bool:
 
 def _spawn(scene: Scene) -> State:
     rng = random.Random(scene.seed)
-    packing = empty_packing(scene)
+    packing = Packing(scene)
     last_packed = max((index for index, group in enumerate(scene.balls) if group.inside), default=-1)
     position: list[Vector] = []
     velocity: list[Vector] = []
@@ -73,7 +73,7 @@ def _spawn(scene: Scene) -> State:
             velocity.append(thrown)
             spin.append(turning)
         if index < last_packed and not group.inside:
-            place_all(packing, np.array(position[-group.ball_count :], float), group.radius)
+            packing.add(np.array(position[-group.ball_count :], float), group.radius)
     state = State(0.0, np.array(position, float), np.array(velocity, float), spin=np.array(spin, float))
     _check_walls(scene, state)
     try:
@@ -152,26 +152,26 @@ def _pack(scene: Scene, index: int, rng: random.Random, packing: Packing, low: V
     radius, count = scene.balls[index].radius, scene.balls[index].ball_count
     places = _one_by_one(packing, radius, count, low, high, rng)
     if len(places) < count:
-        keep_first(packing, placed(packing) - len(places))
+        packing.keep_first(len(packing) - len(places))
         free = _free_sites(packing, radius, count, low, high)
         if len(free) < count:
             raise SandboxError(scene.at_key(("balls", index, "count"), f"is too large: there is no room for {count}"))
         places = free[rng.sample(range(len(free)), count)]
-        place_all(packing, places, radius)
+        packing.add(places, radius)
     drawn: list[Vector] = places.tolist()
     return drawn
 
 
 def _one_by_one(packing: Packing, radius: float, count: int, low: Vector, high: Vector, rng: random.Random) -> Floats:
     """Place balls where there is room until all are placed, or one had no room in `MAX_TRIES` tries: (n, 2) px."""
-    before, missed = placed(packing), 0
-    while (wanted := count - (placed(packing) - before)) and missed < MAX_TRIES:
+    before, missed = len(packing), 0
+    while (wanted := count - (len(packing) - before)) and missed < MAX_TRIES:
         drawn, state = max(wanted, MAX_TRIES), rng.getstate()
-        tried, missed = place_some(packing, _anywhere(low, high, drawn, rng), radius, wanted, missed, MAX_TRIES)
+        tried, missed = packing.add_some(_anywhere(low, high, drawn, rng), radius, wanted, missed, MAX_TRIES)
         if tried < drawn:  # the generator continues after the last place that was tried
             rng.setstate(state)
             _anywhere(low, high, tried, rng)
-    return packing.ball[before : placed(packing), :2].copy()
+    return packing.place[before:]
 
 
 def _anywhere(low: Vector, high: Vector, count: int, rng: random.Random) -> Floats:
@@ -189,7 +189,7 @@ def _free_sites(packing: Packing, radius: float, count: int, low: Vector, high: 
     while True:
         pitch = max(0.98 * pitch, closest)
         sites = _lattice(low, high, pitch)
-        free: Floats = sites[have_room(packing, sites, radius)]
+        free: Floats = sites[packing.has_room(sites, radius)]
         if len(free) >= count or pitch == closest:
             return free
 

@@ -13,15 +13,12 @@ from typing import Any, Final, NamedTuple, TypeVar
 
 from sandbox.analysis.energy_scale import EnergyScale
 from sandbox.analysis.reference import reference_of
-from sandbox.compiled import NotCompiledYet, between_frames
-from sandbox.engines import REFERENCE, Engines, Source, create, named
+from sandbox.engines import REFERENCE, Engines, Source, named
 from sandbox.errors import SandboxError
 from sandbox.run.edits import ChangeWall, Edit, edited
 from sandbox.run.inputs import MAX_EDITS, Grab, Input, Move, Release, clock_of
 from sandbox.run.lockstep import Lockstep, Runner
-from sandbox.scene.balls import BallGroup
 from sandbox.scene.model import Scene
-from sandbox.scene.spawn import spawn
 from sandbox.session.beside import Beside, MomentReader, PartialMoment
 from sandbox.session.history import MAX_BYTES_KEPT, MAX_RECENT, History, Moment
 from sandbox.session.samples import Samples
@@ -29,7 +26,6 @@ from sandbox.state import States
 
 T = TypeVar("T")
 NOTHING: Final = PartialMoment({}, {}, {}, {}, {}, {}, frozenset())  # is missing
-CALLS_PER_TRY: Final = 30  # between two tries whether the reference is compiled by now
 
 
 class Unfinished(NamedTuple):
@@ -48,7 +44,7 @@ class Session:
     others go on.
 
     reference: the engine that the others are measured against, by default as `reference_of` chooses. If it is not among
-    the names, it runs along, hidden, as long as it can; in a window, from when it is compiled.
+    the names, it runs along, hidden, as long as it can.
 
     beside: whether `exact`, if it is the reference, is computed beside the others, which then do not wait for it: a
     moment is shown without it, and completed and sampled when it arrives. Only an edit waits for it, as that is for the
@@ -74,7 +70,6 @@ class Session:
         self.end = 0  # the latest reached with these inputs
         self._history = History()
         self._undone: list[list[Input]] = []
-        self._calls = 0  # of `admit_reference`
         self._beside: Beside | None = None
         self._unfinished: deque[Unfinished] = deque()
         self._unfinished_bytes = 0
@@ -160,18 +155,6 @@ class Session:
         return clock_of(self.start.clock, self.inputs).step(time)
 
     # Running
-
-    def admit_reference(self) -> bool:
-        """If the reference waits to be compiled, and now is, let `catch_up` run everything again with it.
-
-        Called once a frame. Return whether the reference is there now and was not before.
-        """
-        self._calls += self.lacks_reference
-        if not self.lacks_reference or self._calls % CALLS_PER_TRY or not self._can_run_along():
-            return False
-        self.samples.series.cut(-1)
-        self._stale = True
-        return True
 
     def advance(self) -> None:
         """Run one step from here, with the inputs that were given there if it was reached before.
@@ -309,8 +292,7 @@ class Session:
 
     def _begin(self) -> None:
         is_hidden = self.reference not in self.names
-        self.lacks_reference = is_hidden and not self._can_run_along()
-        along: dict[str, Source] = {self.reference: self.reference} if is_hidden and not self.lacks_reference else {}
+        along: dict[str, Source] = {self.reference: self.reference} if is_hidden else {}
         engines, expendable = self._engines | along, self.reference if is_hidden else None
         beside = {REFERENCE} if self.beside and self.reference == REFERENCE and len(engines) > 1 else set[str]()
 
@@ -327,21 +309,6 @@ class Session:
         self.stopped: tuple[float, str] | None = None  # s, when the reference could go on no longer, and its message
         self._scale = EnergyScale(self.lockstep.scene, self.lockstep.initial)
         self._before = {name: runner.state() for name, runner in self.runners.items()}  # in the moment completed last
-
-    def _can_run_along(self) -> bool:
-        """Return whether the reference is compiled, as far as two balls that meet show it."""
-        balls = BallGroup(radius=1, positions=((1.0, 1.0), (3.5, 1.0)), velocity=(1.0, 0.0))
-        scene = Scene(arena={"size": (9.0, 9.0)}, balls=[balls])
-        try:
-            with between_frames():
-                engine = create(self.reference, scene, spawn(scene))
-                engine.record_contacts()
-                engine.step()
-                engine.kick(0, (0.0, 0.0))
-                engine.state()
-        except NotCompiledYet:
-            return False
-        return True
 
     def _arrive(self) -> None:
         """Apply the inputs of the step that the engines have reached, and keep the moment even if edits are refused."""
@@ -431,7 +398,7 @@ class Session:
 
     def _note_end_of_reference(self, moment: Moment) -> None:
         is_gone = self.reference in moment.standing or self.reference not in moment.states
-        if is_gone and not self.lacks_reference and not self.stopped:
+        if is_gone and not self.stopped:
             lockstep = (self._beside or self).lockstep
             self.stopped = moment.time, str(lockstep.limits().get(self.reference) or lockstep.dropped)
 

@@ -4,7 +4,9 @@ A row does not depend on where or when it runs: here, on a cluster, or after the
 """
 
 from collections.abc import Iterator, Sequence
+from typing import Final
 
+from sandbox.engines.machine_code import KERNEL_ENGINES, compile_engines
 from sandbox.files import is_replaceable, write_text
 from sandbox.sweeps.jobs import COLUMNS, Job, Row, Sweep, in_order, job_of, plan
 from sandbox.sweeps.journal import Journal, journal_path, open_journal
@@ -27,6 +29,9 @@ __all__ = [
 ]
 
 
+MANY_JOBS: Final = 500  # for which engines are compiled first
+
+
 def missing(sweep: Sweep, kept: Journal) -> list[Job]:
     """List the jobs of a sweep that have no row yet."""
     done = {job_of(row) for row in kept.rows}
@@ -36,6 +41,8 @@ def missing(sweep: Sweep, kept: Journal) -> list[Job]:
 def run(sweep: Sweep, kept: Journal, *, workers: int = 1, scheduler: str | None = None) -> Iterator[RowResult]:
     """Run the jobs that have no row yet, locally or on a Dask cluster; each row is saved before it is yielded."""
     jobs = missing(sweep, kept)
+    if len(jobs) >= MANY_JOBS:
+        compile_engines(KERNEL_ENGINES)
     for outcome in run_on_dask(sweep, jobs, scheduler) if scheduler else run_locally(sweep, jobs, workers):
         if outcome.row is not None:
             kept.add(outcome.row)

@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
+from importlib.util import find_spec
 from itertools import product
 from typing import Any, Final, NamedTuple
 
@@ -230,7 +231,7 @@ def run_job(scene: Scene, against: str, job: Job, shared: Shared | None = None) 
 @cache
 def versions() -> dict[str, str]:
     """Return the versions that a row records: with other libraries, or another `pow`, results may differ."""
-    libraries = {name: version(package) for name, package in LIBRARIES.items()}
+    libraries = {name: version(package) if find_spec(name) else "" for name, package in LIBRARIES.items()}
     return libraries | {"python": platform.python_version(), "pow": pow_variant()}
 
 

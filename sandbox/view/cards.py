@@ -7,10 +7,9 @@ from typing import Final
 
 from pygame import Rect, Surface
 
+from sandbox.engines.machine_code import status
 from sandbox.quantity import kinetic_energy, potential_energy, spin_energy
 from sandbox.scene.units import Dimension
-from sandbox.view.compilation import Compilation
-from sandbox.view.compiling import draw_status, status_width
 from sandbox.view.controls import HELP
 from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout, ScreenPoint
@@ -23,8 +22,6 @@ from sandbox.view.session_view import Pane
 from sandbox.view.theme import theme
 from sandbox.view.widgets.group import Placed, WidgetGroup
 
-MIN_MESSAGE: Final = 20  # width of a message beside what is compiled, in heights of the text
-
 
 @dataclass
 class Messages:
@@ -32,15 +29,7 @@ class Messages:
 
     _playback: Playback
     _notice: Notice
-    _compilation: Compilation | None
     waits: bool = False
-
-    def follow_compilation(self) -> bool:
-        """Let the compilation go on. Return whether something is still compiled."""
-        if self._compilation is None or not self._compilation.is_running:
-            return False
-        self._compilation.poll()
-        return True
 
     def status(self, recorded: float | None) -> str:
         """Return all that the window says of time and of what was done last. recorded: s, or None."""
@@ -48,7 +37,7 @@ class Messages:
         speed = "paused" if playback.paused else playback.speed_text
         video = "" if recorded is None else f"    {recorded:.1f} s"
         time, note = playback.view.moment.time, playback.view.charts.note
-        return f"{time:.2f} s    {speed}{video}    {note}    {self._progress or self._notice.text}"
+        return f"{time:.2f} s    {speed}{video}    {note}    {status()}    {self._progress or self._notice.text}"
 
     @property
     def _progress(self) -> str:
@@ -61,17 +50,10 @@ class Messages:
         return ""
 
     def draw(self, surface: Surface, layout: Layout) -> None:
-        """Draw a message, and what is compiled beside it; the message alone if there is no room for both."""
-        text, place, height = self._progress or self._notice.text, layout.status.copy(), layout.text_height
-        if self._compilation and self._compilation.is_running:
-            room = place.width - status_width(self._compilation, height) - height
-            if text and room < MIN_MESSAGE * height:
-                room = place.width
-            else:
-                draw_status(surface, place, self._compilation, height)
-            place.width = room
-        if text:
-            draw_notice(surface, place, height, text, NoticeKind.HINT if self._progress else self._notice.kind)
+        """Draw a message."""
+        if text := self._progress or self._notice.text:
+            kind = NoticeKind.HINT if self._progress else self._notice.kind
+            draw_notice(surface, layout.status, layout.text_height, text, kind)
 
 
 @dataclass

@@ -126,7 +126,7 @@ class CaseSoFar:
             self.forget()
         if self._asked and not self._page and not self._asked.is_beginning_of(now):
             self.stop()
-        if self._asked is None and now.steps and not session.lacks_reference:
+        if self._asked is None and now.steps:
             self._ask(now)
         self.is_current = self.compared == now
         return before != (self.case, self.error, self.is_making_page)

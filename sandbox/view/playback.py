@@ -77,7 +77,7 @@ class Playback:
     def play(self, view: SessionView) -> None:
         """Play another session, whose charts show the same instruments.
 
-        The garbage collector leaves its objects alone: it would go through those of Pymunk and numba again and again,
+        The garbage collector leaves its objects alone: it would go through those of Pymunk again and again,
         for longer than a frame. The former session's are collected here.
         """
         view.charts.show_as(self.view.charts)
@@ -88,7 +88,6 @@ class Playback:
         gc.collect()
         gc.freeze()
         self._due = 0.0  # steps whose time has passed and that are not done yet
-        self._admits_reference = False  # while paused
 
     def use_engines(self, names: Sequence[str]) -> bool:
         """Let other engines run instead, with the same inputs, to the same step; show a notice if one refuses.
@@ -142,7 +141,6 @@ class Playback:
 
         patient: whether a reference that is computed beside them is waited for.
         """
-        self.session.admit_reference()
         if self.catch_up():
             self.pace.restart()
             return
@@ -171,10 +169,8 @@ class Playback:
         return self.session.waits
 
     def wait(self) -> None:
-        """Let a frame pass while paused: go on to the current step, also if the reference can only now run along."""
-        is_behind = self.session.steps_behind > 0
-        self._admits_reference = self.session.admit_reference() or (self._admits_reference and is_behind)
-        if self._admits_reference or not self.shows_current_step:
+        """Let a frame pass while paused: go on to the current step."""
+        if not self.shows_current_step:
             self.catch_up()
         elif self.session.collect():
             self.view.update()

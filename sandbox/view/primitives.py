@@ -11,22 +11,13 @@ from typing import Final
 import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
+from pygame.surfarray import pixels2d
 
 from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import segment_distance
 from sandbox.state import Floats
 from sandbox.text import printable
-from sandbox.view.pixels import (
-    MIN_TURNED,
-    has_kernels,
-    pixel_of,
-    pixels_of,
-    place_of,
-    stamp_discs,
-    stamp_lines,
-    stamp_wall,
-)
 from sandbox.view.theme import Palette, palette, theme
 
 FACES: Final = files("font_source_sans_pro") / "files"
@@ -49,6 +40,11 @@ _BEFORE_UNIT: Final = re.compile(r"(?<=\d) (?=(?:ms|s|px|mm|cm|m|kg|J|rad|%)(?:\
 Point = Sequence[float]
 Ink = Color | tuple[int, ...]
 MIN_RADIUS: Final = 1.0  # px; smaller discs are drawn with it, or they would hardly be seen
+PHASES: Final = 4  # of a disc's centre in a pixel, along x and y; of discs from
+MANY_PHASES: Final = 40  # px of radius on, two
+TURNS: Final = 120  # angles of the line that shows how a disc is turned
+MAX_SPRITE: Final = 256  # px, radius of the largest disc of which a picture is kept
+MIN_TURNED: Final = 0.5  # px; the direction of a shorter line cannot be seen, so it is not drawn
 RADIUS_INK: Final = (44, 62, 80)  # of the line from the centre to the rim, as in Pymunk's debug-draw
 
 
@@ -82,7 +78,7 @@ def _face(text: str, height: int, *, bold: bool) -> pygame.font.Font:
 
 
 @lru_cache(maxsize=2048)
-def _line(text: str, colour: tuple[int, int, int, int], height: int, *, bold: bool) -> Surface:
+def _text(text: str, colour: tuple[int, int, int, int], height: int, *, bold: bool) -> Surface:
     width = _width(text, height, bold=bold)
     if not width:
         return Surface((0, height))
@@ -113,7 +109,7 @@ def drawable(text: str) -> str:
 
 def lettering(text: str, colour: Color, height: int, *, bold: bool = False) -> Surface:
     """Return a line of text on a clear surface of its size. The surface is shared: do not draw on it."""
-    return _line(text, (colour.r, colour.g, colour.b, colour.a), height, bold=bold)
+    return _text(text, (colour.r, colour.g, colour.b, colour.a), height, bold=bold)
 
 
 def write(surface: Surface, text: str, place: Rect, colour: Color, height: int, *, bold: bool = False) -> int:
@@ -165,24 +161,45 @@ def first_lines(text: str, width: int, height: int, most: int, indent: str = "")
     return [*lines[: most - 1], shortened(f"{lines[most - 1]} {lines[most].lstrip()}", width, height)]
 
 
+def fill(surface: Surface, colour: Color) -> None:
+    """Fill a surface. SDL takes up to six times as long for one whose rows begin in the middle of a cache line."""
+    if surface.get_bytesize() == 4:
+        pixels2d(surface)[:] = surface.map_rgb(colour) & 0xFFFFFFFF  # which pygame returns as a signed number
+    else:
+        surface.fill(colour)
+
+
 def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) -> None:
     """Draw a segment with round ends, if more of it than its edge is on the surface. a, b, radius: px of that."""
-    radius = max(float(radius), 0.5)  # one type of number, so that the kernel is compiled once
+    radius = max(float(radius), 0.5)
     for low, high, size in zip(map(min, a, b), map(max, a, b), surface.get_size(), strict=True):
         if high < EDGE - radius or low > size - EDGE + radius:
             return
-    if has_kernels(surface):
-        stamp_wall(*pixels_of(surface), place_of(surface), np.array([*a, *b], float), radius, pixel_of(surface, colour))
-        return
+    if tuple(a) == tuple(b) and radius <= MAX_SPRITE:
+        surface.blit(*_disc(a[0], a[1], radius, tuple(colour)[:3]))
+    else:
+        surface.blit(*_segment((a[0], a[1]), (b[0], b[1]), radius, tuple(colour)[:3], surface.get_size()))
+
+
+@lru_cache(maxsize=64)
+def _segment(
+    a: Vector, b: Vector, radius: float, colour: tuple[int, ...], size: tuple[int, int]
+) -> tuple[Surface, tuple[int, int]]:
+    """Return what is seen of a segment on a surface of some size, and its left and top, px."""
     (left, right), (top, bottom) = (
-        (max(0, math.floor(min(ends) - radius)), min(size, math.ceil(max(ends) + radius) + 1))
-        for *ends, size in zip(a, b, surface.get_size(), strict=True)
+        (max(0, math.floor(min(ends) - radius - 1)), min(most, math.ceil(max(ends) + radius) + 1))
+        for *ends, most in zip(a, b, size, strict=True)
     )
-    x, y = np.meshgrid(np.arange(left, right, dtype=float), np.arange(top, bottom, dtype=float))
-    inside = segment_distance(np.stack([x, y], axis=-1), a, b) <= radius
-    for row in np.flatnonzero(inside.any(axis=1)).tolist():
-        columns = np.flatnonzero(inside[row])
-        surface.fill(colour, (left + int(columns[0]), top + row, len(columns), 1))
+    at = np.moveaxis(np.mgrid[left:right, top:bottom], 0, -1) + 0.5
+    return _painted(radius + 0.5 - segment_distance(at, a, b), colour), (left, top)
+
+
+def _painted(share: Floats, colour: tuple[int, ...]) -> Surface:
+    """Return a picture of which a colour covers a share of each pixel."""
+    picture = Surface(share.shape, pygame.SRCALPHA)
+    picture.fill((*colour, 0))
+    pygame.surfarray.pixels_alpha(picture)[:] = np.rint(255 * np.clip(share, 0, 1))
+    return picture
 
 
 def draw_wall(
@@ -233,9 +250,6 @@ def _dot(radius: int, colour: tuple[int, ...], rim: tuple[int, ...]) -> Surface:
 
 def thin_lines(surface: Surface, colour: Ink, ends: Floats) -> None:
     """Draw smooth lines, 1 px wide. ends: (n, 4) whole px, x and y of both ends of each."""
-    if has_kernels(surface):
-        stamp_lines(*pixels_of(surface), place_of(surface), ends, pixel_of(surface, colour))
-        return
     for x0, y0, x1, y1 in np.clip(ends, -MAX_PYGAME_LINE, MAX_PYGAME_LINE).tolist():
         pygame.draw.aaline(surface, colour, (x0, y0), (x1, y1))
 
@@ -303,14 +317,49 @@ def draw_marker(surface: Surface, colour: Color, at: tuple[int, int], size: int,
         pygame.draw.circle(surface, colour, at, size)
 
 
+def _disc(x: float, y: float, radius: float, colour: tuple[int, ...]) -> tuple[Surface, tuple[int, int]]:
+    """Return a picture of a smooth disc at a place, and its left and top, px."""
+    phases, middle = PHASES if radius < MANY_PHASES else 2, math.ceil(radius) + 1
+    across, down = round((x - 0.5) * phases), round((y - 0.5) * phases)
+    picture = _disc_picture(radius, across % phases / phases, down % phases / phases, colour)
+    return picture, (across // phases - middle, down // phases - middle)
+
+
+@lru_cache(maxsize=4096)
+def _disc_picture(radius: float, right: float, low: float, colour: tuple[int, ...]) -> Surface:
+    """Return a smooth disc, whose centre is off the middle of the middle pixel by so much to the right and down, px."""
+    fine, middle = (8 if radius < 4 else 2), math.ceil(radius) + 1  # parts of a pixel along x and y
+    across = (np.arange(fine * (2 * middle + 1)) + 0.5) / fine - 0.5 - middle
+    distance = np.hypot(across[:, None] - right, across - low)
+    share = np.clip(fine * (radius - distance) + 0.5, 0, 1).reshape(2 * middle + 1, fine, 2 * middle + 1, fine)
+    return _painted(share.mean(axis=(1, 3)), colour)
+
+
+def _line(x: float, y: float, length: float, angle: float) -> tuple[Surface, tuple[int, int]]:
+    """Return a picture of the line from a disc's centre to its rim, and its left and top, px."""
+    across, down, middle = round((x - 0.5) * PHASES), round((y - 0.5) * PHASES), math.ceil(length) + 2
+    turn, phase = round(angle / math.tau * TURNS) % TURNS, (across % PHASES / PHASES, down % PHASES / PHASES)
+    return _line_picture(length, turn, phase, RADIUS_INK), (across // PHASES - middle, down // PHASES - middle)
+
+
+@lru_cache(maxsize=4096)
+def _line_picture(length: float, turn: int, phase: tuple[float, float], ink: tuple[int, ...]) -> Surface:
+    """Return a smooth line, 1 px wide, and 2 px from a length of 20 px on, as Pymunk draws it."""
+    x, y = math.cos(turn / TURNS * math.tau), math.sin(turn / TURNS * math.tau)
+    at = np.arange(2 * math.ceil(length) + 5.0) - math.ceil(length) - 2
+    off_x, off_y = at[:, None] - phase[0], at - phase[1]
+    along, across = off_x * x + off_y * y, np.abs(off_x * y - off_y * x)
+    beside = np.clip((1.5 if length > 20 else 1.0) - across, 0, 1)
+    return _painted(beside * np.clip(np.minimum(along, length - along) + 0.5, 0, 1), ink)
+
+
 class Discs:
     """The discs of some balls on the screen, in their order. radius: (n,) px of the scene."""
 
     def __init__(self, radius: Floats, colours: Sequence[str]) -> None:
         self._radius = radius
-        self._colours = colours
-        self._format: tuple[int, ...] = ()  # of the surface that the values are for
-        self._values = np.empty(0, np.int64)  # of pixels in each ball's colour
+        inks = {colour: tuple(rgb(colour))[:3] for colour in set(colours)}
+        self._inks = [inks[colour] for colour in colours]
 
     def __len__(self) -> int:
         return len(self._radius)
@@ -326,25 +375,16 @@ class Discs:
         self.draw_at(surface, scale * position + origin, scale, angle)
 
     def draw_at(self, surface: Surface, centre: Floats, scale: float, angle: Floats) -> None:
-        """Draw the discs with their centres at some places of the surface: (n, 2) px."""
-        radius = np.maximum(scale * self._radius, MIN_RADIUS)
-        if not has_kernels(surface):
-            self._draw_plainly(surface, centre, radius, angle)
-            return
-        if surface.get_shifts() != self._format:
-            self._format = surface.get_shifts()
-            values = {colour: pixel_of(surface, rgb(colour)) for colour in set(self._colours)}
-            self._values = np.array([values[colour] for colour in self._colours])
-        line = pixel_of(surface, RADIUS_INK)
-        stamp_discs(*pixels_of(surface), place_of(surface), centre, radius, self._values, angle, line)
-
-    def _draw_plainly(self, surface: Surface, centre: Floats, radius: Floats, angle: Floats) -> None:
-        """Draw the discs where kernels cannot, or are not compiled yet: slowly, and with ragged edges."""
-        middle = np.divide(surface.get_size(), 2)
-        seen = (np.abs(centre - middle) < middle + radius[:, None]).all(axis=1)
-        for k in np.flatnonzero(seen).tolist():
-            (x, y), r = centre[k].tolist(), float(radius[k])
-            capsule(surface, rgb(self._colours[k]), (x, y), (x, y), r)
-            if MIN_TURNED < r - 1 < MAX_PYGAME_LINE:
-                rim = int(x + (r - 1) * math.cos(angle[k])), int(y + (r - 1) * math.sin(angle[k]))
-                pygame.draw.line(surface, RADIUS_INK, (int(x), int(y)), rim, 2 if r - 1 > 20 else 1)
+        """Draw the discs with their centres at some places of the surface, (n, 2) px, and lines to their rims."""
+        radius, middle = np.maximum(scale * self._radius, MIN_RADIUS), np.divide(surface.get_size(), 2)
+        seen = np.flatnonzero((np.abs(centre - middle) < middle + radius[:, None]).all(axis=1))
+        pictures = []
+        parts = (seen.tolist(), centre[seen].tolist(), radius[seen].tolist(), angle[seen].tolist())
+        for k, (x, y), r, turned in zip(*parts, strict=True):
+            if r > MAX_SPRITE:
+                capsule(surface, self._inks[k], (x, y), (x, y), r)
+                continue
+            pictures.append(_disc(x, y, r, self._inks[k]))
+            if r - 1 > MIN_TURNED:
+                pictures.append(_line(x, y, r - 1, turned))
+        surface.blits(pictures, doreturn=False)

@@ -25,8 +25,7 @@ from sandbox.view.charts import Charts
 from sandbox.view.debug_draw import DebugDraw
 from sandbox.view.layout import EDGE, Layout, ScreenPoint
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Canvas, Overlay, RecentContacts, Trail
-from sandbox.view.pixels import fill
-from sandbox.view.primitives import Discs, card, draw_walls, first_lines, shortened, text_width, write
+from sandbox.view.primitives import Discs, card, draw_walls, fill, first_lines, shortened, text_width, write
 from sandbox.view.run_so_far import Marks
 from sandbox.view.theme import chart_palette, palette, theme
 
@@ -273,8 +272,6 @@ class SessionView:
     @property
     def _note(self) -> str:
         session = self.session
-        if session.lacks_reference:
-            return f"{session.reference} is being compiled"
         if session.lag > NOTED_LAG:
             return f"{session.reference} {session.lag:.1f} s behind"
         if session.reference != REFERENCE and len(session.names) > 1:

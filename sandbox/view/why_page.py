@@ -236,8 +236,6 @@ class WhyPage:
         session, case, compared = self._playback.session, self._case, self.case.compared
         if self.case.error:
             return self.case.error
-        if session.lacks_reference:
-            return f"{session.reference} is being compiled."
         if case is None or compared is None:
             return (COMPARING if self.case.is_warm else FIRST_COMPARING) if session.end else NOTHING_YET
         edited = f" Times count from the last edit, at {case.since:.2f} s." if case.since else ""

@@ -20,7 +20,6 @@ from sandbox.view import Layer, opens_with
 from sandbox.view.balls_page import BallsPage
 from sandbox.view.cards import Cards, Messages
 from sandbox.view.case_so_far import CaseSoFar
-from sandbox.view.compilation import Compilation
 from sandbox.view.controls import EDITS, Action, Panel, control_of
 from sandbox.view.display import KeyRepeat, PendingEvents, Stopped, caption, open_window, set_mode
 from sandbox.view.editor import Editor
@@ -29,8 +28,8 @@ from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layou
 from sandbox.view.mouse_tool import ZOOM_FACTOR, MouseTool
 from sandbox.view.move_tool import Tool
 from sandbox.view.notice import Guard, Notice
-from sandbox.view.pixels import fill
 from sandbox.view.playback import Playback
+from sandbox.view.primitives import fill
 from sandbox.view.saver import Saver
 from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import SessionView
@@ -56,7 +55,7 @@ class Window:
     """The event loop, the layout and the drawing; its parts do the rest.
 
     `engines` run in every scene that they accept; by default, Pymunk and a textbook engine do. `inputs` are replayed in
-    the first run. The status line shows a `compilation` while it runs. beside: whether no frame waits for `exact`.
+    the first run. beside: whether no frame waits for `exact`.
     """
 
     text_height = TEXT_HEIGHT
@@ -71,7 +70,6 @@ class Window:
         scene: Scene,
         engines: Sequence[str] | None,
         inputs: Sequence[Input] = (),
-        compilation: Compilation | None = None,
         *,
         beside: bool = False,
     ) -> None:
@@ -86,7 +84,7 @@ class Window:
         self.saver = Saver(self.playback, self.notice)
         self.recorder = Recorder(self.notice)
         self.showing = opens_with(len(scene.bodies))
-        self.messages = Messages(self.playback, self.notice, compilation)
+        self.messages = Messages(self.playback, self.notice)
         self.key_repeat = KeyRepeat()
         self.why = WhyPage(self.playback, self.saver, CaseSoFar(self.notice), self.do)
         self.widgets = WidgetGroup()
@@ -244,15 +242,12 @@ class Window:
         if again := self.key_repeat.due(seconds):
             with self._stoppable():
                 self._on_press(again)
-        compiling = self.messages.follow_compilation()
-        self._outdated = self._outdated or compiling
         if playback.paused:
             playback.wait()
         else:
             self.mouse.move.follow()
             playback.advance(1 / video.fps if video else seconds, patient=video is not None)
-        if not compiling:
-            self._outdated = self.guard.run(WHY_PAGE, self.why.update) or self._outdated
+        self._outdated = self.guard.run(WHY_PAGE, self.why.update) or self._outdated
         self._outdated = self.view.mark(self.why.marks) or self._outdated
         if self._outdated or not self._is_drawn:
             self.draw()

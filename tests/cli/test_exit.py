@@ -1,14 +1,11 @@
 """Exit codes and output streams: full, closed, narrow or in another encoding."""
 
 import os
-import resource
 import sys
 from pathlib import Path
 
 import pytest
-from conftest import without_notice
 from forked import exit_code_of, forked, main_with, outcome_of
-from numba import njit
 
 from sandbox.cli.exit import CLOSED_PIPE, exit_codes
 
@@ -21,32 +18,6 @@ def test_a_full_standard_output_is_reported_once(arguments: tuple[str, ...]) -> 
     with Path("/dev/full").open("wb") as full:
         code, message = outcome_of(*arguments, out=full.fileno())
     assert (code, message) == (2, "output: No space left on device\n")
-
-
-def twice(x: int) -> int:
-    return 2 * x
-
-
-@pytest.mark.parametrize("what", ["No room", "No folder"])
-def test_a_failure_to_cache_compiled_engines_is_reported(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    if what == "No folder":
-        monkeypatch.setattr("numba.core.caching.CompileResultCacheImpl._locator_classes", [])
-    monkeypatch.setattr("numba.core.config.CACHE_DIR", str(Path.cwd()))
-
-    def act() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
-        with exit_codes():
-            njit(cache=True)(twice)(1)
-
-    with Path("stderr").open("wb") as error:
-        assert exit_code_of(forked(act, error=error.fileno())) == 2
-    assert (
-        without_notice(Path("stderr").read_text())
-        == {
-            "No room": "output: File too large\n",
-            "No folder": "numba cannot write compiled engines anywhere; set NUMBA_CACHE_DIR to a folder\n",
-        }[what]
-    )
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from conftest import Command, without_notice
+from conftest import Command
 from hostile import SCENE
 
 pytestmark = pytest.mark.usefixtures("working_folder")
@@ -22,7 +22,7 @@ def test_no_module_of_the_current_folder_is_run(tmp_path: Path) -> None:
         Path(f"{module}.py").write_text("open('ran', 'w')")
     arguments = ["sweep", "mine.toml", "--engines", "article", "--workers", "1"]
     run = subprocess.run([sys.executable, program, *arguments], capture_output=True, text=True, check=False)
-    assert (run.returncode, without_notice(run.stderr)) == (0, "")
+    assert (run.returncode, run.stderr) == (0, "")
     assert len(run.stdout.splitlines()) == 2
     assert not Path("ran").exists()
 

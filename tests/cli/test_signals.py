@@ -12,7 +12,6 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from conftest import without_notice
 from forked import exit_code_of, forked, main_with
 
 from sandbox.cli import commands, progress
@@ -137,7 +136,7 @@ def sweeping() -> Iterator[subprocess.Popen[str]]:
 def test_ctrl_c_while_the_workers_of_a_sweep_start_ends_all_of_them_silently(sweeping: subprocess.Popen[str]) -> None:
     os.killpg(sweeping.pid, signal.SIGINT)
     output, _ = sweeping.communicate(timeout=60)
-    assert (sweeping.returncode, without_notice(output)) == (CTRL_C, "")
+    assert (sweeping.returncode, output) == (CTRL_C, "")
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
@@ -165,7 +164,7 @@ def test_a_signal_ends_the_processes_that_compile(number: int, code: int, monkey
         time.sleep(0.01)
     os.killpg(program.pid, number)
     output, _ = program.communicate(timeout=30)  # until all that have its output have ended
-    assert (program.returncode, without_notice(output)) == (code, "")
+    assert (program.returncode, output) == (code, "")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -103,7 +103,7 @@ def test_friction_takes_in_a_collapse_what_it_takes_impact_by_impact(
     e = 0.5
     heavy, light = column_in_decimal([ratio, 1], e, friction, sideways).discs
     engine = ExactEngine(scene := column_of([ratio, 1], e, friction, (sideways, 100)), spawn(scene))
-    engine.advance(1, *engine._row)
+    engine.step()
     state = engine.state()
     assert state.velocity[0] == pytest.approx([float(heavy.vx), float(heavy.vy)], abs=1e-6)
     assert state.spin * 10 == pytest.approx([float(speeds(disc)[2]) for disc in (heavy, light)], abs=1e-6)

@@ -10,13 +10,16 @@ from conftest import sizes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sandbox.compiled import compiled
 from sandbox.engines import article, impulse, neighbours
 from sandbox.engines.contact_log import empty_log
 from sandbox.engines.neighbours import NeighbourGrid, new_grid
-from sandbox.scene.walls import OUTWARD, Walls
-from sandbox.state import MEETS_ALL, Floats, States
+from sandbox.engines.stepped import BALL, balls_of
+from sandbox.scene.walls import OUTWARD
+from sandbox.state import MEETS_ALL, Bodies, Floats, States
 
 Kernel = Callable[..., Any]
+MOVING = ("x", "y", "vx", "vy", "angle", "spin")
 
 
 def packed_balls(seed: int, n: int, eta: float, heaped: float) -> tuple[np.random.Generator, Floats, Floats, float]:
@@ -61,11 +64,30 @@ def assert_equal_to_the_bit(steps: Kernel, state: list[Floats], frames: int, gri
     return found.position
 
 
-def article_frames(size: Sequence[float]) -> Kernel:
+def stepping(step: Kernel, world_on: Callable[[NeighbourGrid | None, Any], Any], ball: Any) -> Kernel:
+    """Return a function that does steps as machine code with a grid or without one. world_on: of a grid and balls."""
+
     def steps(grid: NeighbourGrid | None, start: Any, states: States, log: Any) -> Any:
-        return article.frames(start, 0, 60, states, 5.0, *map(float, size), article.SQUARE, grid, log)
+        world = world_on(grid, ball.copy())
+        position, velocity, angle, spin = start
+        for name, part in zip(MOVING, (*position.T, *velocity.T, angle, spin), strict=True):
+            world.ball[name] = part
+        for k in range(len(states.position)):
+            compiled(step)(world, (k + 1) / 60, log)
+            states.position[k], states.velocity[k] = (
+                np.stack([world.ball[a], world.ball[b]], axis=1) for a, b in (("x", "y"), ("vx", "vy"))
+            )
+            states.angle[k], states.spin[k] = world.ball["angle"], world.ball["spin"]
+        return len(states.position), log.filled[0]
 
     return steps
+
+
+def article_frames(n: int, size: Sequence[float]) -> Kernel:
+    def world_on(grid: NeighbourGrid | None, ball: Any) -> Any:
+        return article.World(ball, 5.0, float(size[0]), float(size[1]), article.SQUARE, grid)
+
+    return stepping(article.frame, world_on, np.zeros(n, BALL))
 
 
 def article_grid(n: int, size: Sequence[float]) -> NeighbourGrid | None:
@@ -75,7 +97,7 @@ def article_grid(n: int, size: Sequence[float]) -> NeighbourGrid | None:
 def article_equals_brute_force(seed: int, n: int, eta: float, heaped: float, pace: float, frames: int) -> None:
     rng, position, size, _ = packed_balls(seed, n, eta, heaped)
     state = [position, rng.normal(0, pace, (n, 2))]
-    assert_equal_to_the_bit(article_frames(size.tolist()), state, frames, article_grid(n, size.tolist()))
+    assert_equal_to_the_bit(article_frames(n, size.tolist()), state, frames, article_grid(n, size.tolist()))
 
 
 def impulse_equals_brute_force(
@@ -85,23 +107,23 @@ def impulse_equals_brute_force(
     rng, position, size, far = packed_balls(seed, n, eta, heaped)
     radius, mass, elasticity = (rng.uniform(low, high, n) for low, high in ((5 * spread, 5), (0.1, 10), (0.5, 1)))
     w, h = size
-    lines = np.zeros((5, 4))  # the arena's are not read
-    lines[4] = 0.1 * w, 0.4 * h, 0.7 * w, 0.6 * h
-    factors = np.array([(1, 0), (1, 0.5), (0.9, 0), (1, 1), (0.8, 0.3)]).T.copy()
-    half = np.array([0, 0, 0, 0, 2.0])
-    walls = Walls(lines[:, :2].copy(), lines[:, 2:].copy(), half, factors[0], factors[1])
-    face = np.array([0, 0, w, h])
-    gravity, friction = rng.normal(0, 900, 2), rng.uniform(0, 1, n)
+    wall = np.zeros(5, impulse.WALL)  # the first four are the arena's
+    wall["elasticity"], wall["friction"] = np.array([(1, 0), (1, 0.5), (0.9, 0), (1, 1), (0.8, 0.3)]).T
+    (wall["nx"][:4], wall["ny"][:4]), wall["face"][:4] = OUTWARD.T, (0, 0, w, h)
+    wall["across"] = w, h, w, h, np.inf
+    wall[4]["x"], wall[4]["y"], wall[4]["end_x"], wall[4]["end_y"] = 0.1 * w, 0.4 * h, 0.7 * w, 0.6 * h
+    wall[4]["half_thickness"] = 2
+    gravity, friction = rng.normal(0, 900, 2).tolist(), rng.uniform(0, 1, n)
     filters = np.tile(np.array(MEETS_ALL), (n, 1))
     filters[:, 0] = rng.integers(0, 4, n)
-    balls = radius, mass, elasticity, friction, filters
-    constants = impulse.Constants(*balls, gravity, walls, OUTWARD, face, 1 / 60, 60)
+    ball = balls_of(Bodies(radius, mass, elasticity, friction, filters))
     state = [position, rng.normal(0, 60 * min(pace, far), (n, 2))]
 
-    def steps(grid: NeighbourGrid | None, start: Any, states: States, log: Any) -> Any:
-        return impulse.steps(start, 0, states, constants, grid, log)
+    def world_on(grid: NeighbourGrid | None, ball: Any) -> Any:
+        return impulse.World(ball, wall, filters, (gravity[0], gravity[1]), 1 / 60, grid)
 
-    assert_equal_to_the_bit(steps, state, frames, new_grid(n, 2 * float(radius.max()), size.tolist()))
+    grid = new_grid(n, 2 * float(radius.max()), size.tolist())
+    assert_equal_to_the_bit(stepping(impulse.step, world_on, ball), state, frames, grid)
 
 
 @pytest.mark.parametrize("cases", sizes(100, slow=10_000))
@@ -120,7 +142,7 @@ def test_a_ball_pushed_through_a_heap_meets_what_was_out_of_sight_at_first() -> 
     rng = np.random.default_rng(1)
     position = np.column_stack([300 - 5.0 * np.arange(n) + rng.normal(0, 1, n), 100 + rng.normal(0, 2, n)])
     state = [np.maximum(position, 5), np.column_stack([np.linspace(-4, 4, n), np.zeros(n)])]
-    positions = assert_equal_to_the_bit(article_frames((400, 200)), state, 6, article_grid(n, (400, 200)))
+    positions = assert_equal_to_the_bit(article_frames(n, (400, 200)), state, 6, article_grid(n, (400, 200)))
     pushed = np.abs(positions[0] - state[0] - state[1]).max(axis=1)
     assert pushed.max() > 10 * 2 * neighbours.SLACK  # so it had to look again
 
@@ -129,7 +151,9 @@ def test_a_ball_pushed_through_a_heap_meets_what_was_out_of_sight_at_first() -> 
 def test_a_ball_at_nan_or_infinity_is_in_a_cell_of_the_grid(place: float) -> None:
     position = np.full((30, 2), 50.0)
     position[7] = place
-    assert_equal_to_the_bit(article_frames((400, 200)), [position, np.zeros((30, 2))], 2, article_grid(30, (400, 200)))
+    assert_equal_to_the_bit(
+        article_frames(30, (400, 200)), [position, np.zeros((30, 2))], 2, article_grid(30, (400, 200))
+    )
 
 
 @pytest.mark.parametrize("size", [(1e9, 50.0), (50.0, 1e9), (1e9, 1e9)])

@@ -3,15 +3,15 @@
 import threading
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 
 import numpy as np
 import pytest
 from conftest import scene_of
 from moments import THROW, flat, run
 
-from sandbox.compiled import NotCompiledYet, entry, without_waiting
+from sandbox.compiled import compiled
 from sandbox.engines.exact import engine as exact_engine
+from sandbox.engines.exact.event_loop import UNFINISHED, Stop
 from sandbox.run.edits import AddBall, AddWall, DeleteBall, SetGravity, SetRate
 from sandbox.run.inputs import Grab, Input, Kick
 from sandbox.scene.model import Scene
@@ -176,13 +176,13 @@ def test_a_limit_that_the_reference_reaches_is_in_the_same_moments(
 def test_a_reference_that_computes_without_end_is_abandoned_at_once(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def no_step(*_: object) -> tuple[int, int]:
+    def no_step(*_: object) -> Stop:
         time.sleep(0.01)
-        return 0, 0
+        return Stop(UNFINISHED, -1, 0.0, 0, 300)
 
     before = set(threading.enumerate())
     session = Session(scene, HIDDEN, reference="exact", beside=True)
-    monkeypatch.setattr(exact_engine, "run", no_step)
+    monkeypatch.setattr(exact_engine, "simulate", no_step)
     [thread] = set(threading.enumerate()) - before
     run(session, 5)
     session.stop()
@@ -192,42 +192,10 @@ def test_a_reference_that_computes_without_end_is_abandoned_at_once(
     assert session.lag == 0
 
 
-def test_a_thread_waits_for_a_kernel_that_is_being_compiled_and_the_main_thread_does_not(
-    tmp_path: object, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    class Compiler:
-        """Has nothing compiled until it is done."""
-
-        shows_frames = True
-
-        def note_missing(self, _: str) -> None:
-            missing.append(threading.current_thread().name)
-
-        def wait(self, _: str) -> None:
-            raise AssertionError
-
-    monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path))
-    missing, results = list[str](), list[int]()
-    add = entry(lambda a, b: a + b)
-    with monkeypatch.context() as patch:
-        patch.setattr("sandbox.compiled._compiler", Compiler())
-        thread = threading.Thread(target=lambda: results.append(add(1, 2)), name="beside")
-        thread.start()
-        with without_waiting(), pytest.raises(NotCompiledYet):
-            add(1, 2)
-        while "beside" not in missing:
-            time.sleep(0.001)
-        assert results == []
-    thread.join(20)  # now it compiles the kernel itself
-    assert results == [3]
-    with suppress(NotCompiledYet), without_waiting():
-        assert add(1, 2) == 3
-
-
 def test_python_goes_on_while_a_kernel_runs_in_a_thread(tmp_path: object, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path))
 
-    @entry
+    @compiled
     def spin(until: Integers, turns: Integers, most: int) -> None:
         while not until[0] and turns[0] < most:  # turns could be until, so both are read each time
             turns[0] += 1

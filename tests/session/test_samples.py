@@ -8,7 +8,6 @@ import pytest
 from conftest import scene_of
 from moments import ENERGY_SCALE, moment, run
 
-from sandbox.compiled import NotCompiledYet
 from sandbox.errors import SandboxError
 from sandbox.run.edits import AddBall, SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
@@ -157,30 +156,6 @@ def test_without_a_reference_that_stops_the_run_goes_on_to_the_same_bits() -> No
     assert session.stopped == (0.5, "exact: contacts without end")
     with pytest.raises(SandboxError, match="contacts without end"):
         run(Session(load("article"), ["pymunk", "exact"]), 60)
-
-
-def test_a_reference_compiled_later_is_there_from_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
-    expected = run(Session(load("article"), ["article"], reference="exact"), 90)
-    tries: list[int] = []
-
-    def create(*_: object) -> None:
-        tries.append(1)
-        raise NotCompiledYet
-
-    with monkeypatch.context() as patch:
-        patch.setattr("sandbox.session.session.create", create)
-        session = Session(load("article"), ["article"], reference="exact")
-        for _ in range(30):  # frames, of two steps
-            run(session, 2)
-            assert not session.admit_reference()
-        assert session.is_live
-    assert (len(tries), session.lacks_reference, set(session.shown.states)) == (2, True, {"article"})
-    assert any(session.admit_reference() for _ in range(30))
-    assert not session.is_live
-    run(session, 30)
-    assert not session.lacks_reference
-    rows, expected_rows = (one.samples.series.rows[:, : -len(one.samples.engines)] for one in (session, expected))
-    assert np.array_equal(rows, expected_rows, equal_nan=True)  # but for what steps took, which comes last
 
 
 # What walls and spins take part in

@@ -20,13 +20,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import sizes, without_notice
+from conftest import sizes
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from sandbox.cli.options import scene_and_inputs
 from sandbox.engines import registry
-from sandbox.errors import Refused, SandboxError
+from sandbox.errors import SandboxError
 from sandbox.files import MAX_TEXT_FILE_BYTES
 from sandbox.quantity import length
 from sandbox.run.edits import AddBall, ChangeBall, Edit, SetGravity, SetRate, SetVelocity
@@ -256,15 +256,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("fuzz")
 
 
-@pytest.fixture(scope="module")
-def compiled() -> None:
-    """Compile the engines before any case is measured."""
-    for name in ENGINES:
-        for scene in ("gas-100", "funnel"):
-            with contextlib.suppress(Refused):
-                simulate(load(scene), name, steps=10)  # long enough for contacts
-
-
 @pytest.fixture
 def summary() -> Iterator[Summary]:
     """Print the summary after the test."""
@@ -326,7 +317,7 @@ FUZZ = settings(suppress_health_check=list(HealthCheck))
 
 
 @pytest.mark.parametrize("cases", sizes(50, slow=10_000))
-def test_every_scene_file_loads_or_is_rejected(folder: Path, compiled: None, summary: Summary, cases: int) -> None:
+def test_every_scene_file_loads_or_is_rejected(folder: Path, summary: Summary, cases: int) -> None:
     @settings(FUZZ, max_examples=cases)
     @given(SCENE_FILES)
     def every_file(content: bytes) -> None:
@@ -338,7 +329,7 @@ def test_every_scene_file_loads_or_is_rejected(folder: Path, compiled: None, sum
 
 
 @pytest.mark.parametrize("cases", sizes(50, slow=10_000))
-def test_every_inputs_file_loads_or_is_rejected(folder: Path, compiled: None, summary: Summary, cases: int) -> None:
+def test_every_inputs_file_loads_or_is_rejected(folder: Path, summary: Summary, cases: int) -> None:
     @settings(FUZZ, max_examples=cases)
     @given(st.sampled_from(["article", "funnel", "newtons-cradle", "truths/chain-of-five"]), RECORDINGS)
     def every_file(name: str, content: bytes) -> None:
@@ -348,7 +339,7 @@ def test_every_inputs_file_loads_or_is_rejected(folder: Path, compiled: None, su
         def read_and_replay() -> None:
             with contextlib.redirect_stderr(io.StringIO()) as stderr:
                 scene, inputs = scene_and_inputs(name, file)
-            assert_clear(without_notice(stderr.getvalue()), (file, scene.file))
+            assert_clear(stderr.getvalue(), (file, scene.file))
             replay(scene, list(inputs))
 
         summary.run(read_and_replay, (file,))
@@ -380,7 +371,7 @@ TRAPS = {
 
 @pytest.mark.wide
 @pytest.mark.parametrize("content", TRAPS.values(), ids=TRAPS)
-def test_a_file_made_to_take_long_does_not(folder: Path, compiled: None, summary: Summary, content: str) -> None:
+def test_a_file_made_to_take_long_does_not(folder: Path, summary: Summary, content: str) -> None:
     file = folder / "mine.toml"
     file.write_text(content, newline="")
     summary.run(lambda: check(file), (file,))

@@ -15,7 +15,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from conftest import LIBRARIES_REQUIRED, NO_KEY, Command, sample, scene_of, without_fma, without_notice
+from conftest import LIBRARIES_REQUIRED, NO_KEY, Command, sample, scene_of, without_fma
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.reference import SHIFTED_TWINS
@@ -83,7 +83,7 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, str, str]:
         process.kill()
         process.communicate()
         raise
-    return process.returncode, out, without_notice(error)
+    return process.returncode, out, error
 
 
 # What a row is

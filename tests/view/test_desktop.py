@@ -20,9 +20,8 @@ from sandbox.run.edits import AddBall, AddWall, ChangeBall, SetGravity
 from sandbox.run.inputs import Grab, Release, load_inputs
 from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
-from sandbox.scene.files import load, parse
+from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn
-from sandbox.session.session import Session
 from sandbox.view.controls import Panel
 from sandbox.view.instruments import Instrument
 from sandbox.view.theme import LIGHT
@@ -54,14 +53,6 @@ def display() -> Iterator[str]:
         with os.fdopen(read) as pipe:
             yield f":{pipe.readline().strip()}"
         xvfb.terminate()
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _compiled() -> None:
-    """Compile the engines first: the window stands still while they are compiled."""
-    session = Session(parse(SCENE, "scene.toml"), ENGINES)
-    for _ in range(10):
-        session.advance()
 
 
 @contextmanager

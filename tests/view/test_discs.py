@@ -1,10 +1,6 @@
-"""Discs and lines are drawn by kernels, and by pygame where kernels cannot."""
+"""Discs and lines are smooth, and at their places."""
 
 import math
-import os
-import subprocess
-import sys
-from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
@@ -18,8 +14,7 @@ import sandbox.view.debug_draw
 import sandbox.view.primitives
 from sandbox.scene.fields import rgb
 from sandbox.state import Floats
-from sandbox.view.pixels import fill
-from sandbox.view.primitives import Discs, thin_lines
+from sandbox.view.primitives import PHASES, Discs, fill, thin_lines
 
 RED = "#d55e00"
 GROUNDS = [(255, 255, 255), (0, 0, 0), (20, 24, 29), (128, 128, 128), (0, 114, 178)]
@@ -52,11 +47,11 @@ def test_a_disc_has_its_area_at_its_place(radius: float) -> None:
         share = coverage((x, y), radius)
         assert share.sum() == pytest.approx(math.pi * radius**2, rel=0.01)
         across, down = np.mgrid[0:100, 0:80] + 0.5
-        assert (share * across).sum() / share.sum() == pytest.approx(x, abs=0.05)
-        assert (share * down).sum() / share.sum() == pytest.approx(y, abs=0.05)
+        assert (share * across).sum() / share.sum() == pytest.approx(x, abs=0.6 / PHASES)
+        assert (share * down).sum() / share.sum() == pytest.approx(y, abs=0.6 / PHASES)
         distance = np.hypot(across - x, down - y)
-        assert not share[distance > radius + 0.71].any()  # half a pixel's diagonal
-        assert (share[distance < radius - 0.71] == 1).all()
+        assert not share[distance > radius + 0.9].any()  # half a pixel's diagonal, and of a phase
+        assert (share[distance < radius - 0.9] == 1).all()
 
 
 @pytest.mark.parametrize("ground", GROUNDS)
@@ -95,22 +90,6 @@ def test_a_disc_larger_than_the_surface_fills_it(radius: float, depth: int) -> N
     assert (drawn(surface, np.array([(40.0, 40.0)]), radius, "white") == 255).all()
 
 
-@pytest.mark.parametrize("radius", [1.2, 3.0, 5.0, 8.0, 25.0])
-@pytest.mark.parametrize("turn", range(0, 360, 24))
-def test_a_disc_without_a_smooth_edge_has_its_place_and_line_too(radius: float, turn: int) -> None:
-    angle = math.radians(turn)
-    seen = drawn(white_surface(16), np.array([(40.0, 40.0)]), radius, angle=angle)
-    covered, dark = (seen[..., 2] < 128), (seen < 64).all(axis=2)
-    across, down = np.mgrid[0:100, 0:80] + 0.5
-    assert abs(covered.sum() - math.pi * radius**2) <= math.pi * radius + 2  # half a pixel at the rim
-    assert (across[covered].mean(), down[covered].mean()) == pytest.approx((40, 40), abs=0.7)
-    assert np.hypot(across - 40, down - 40)[dark].max(initial=0) < radius + 1
-    if radius > 2:
-        half = (radius - 1) / 2
-        middle = 40 + half * math.cos(angle), 40 + half * math.sin(angle)
-        assert (across[dark].mean(), down[dark].mean()) == pytest.approx(middle, abs=1.1)
-
-
 @pytest.mark.parametrize("degrees", range(0, 360, 30))
 def test_the_line_shows_the_angle(degrees: int) -> None:
     angle = math.radians(degrees)
@@ -144,20 +123,3 @@ def test_a_surface_looks_the_same_in_any_order_of_its_colours(masks: tuple[int, 
     assert len(np.unique(pixels(plain).reshape(-1, 3), axis=0)) > 10
     assert np.array_equal(pixels(other), pixels(plain))
     assert other.get_at((40, 40)).a == other.get_at((0, 0)).a == 255
-
-
-@pytest.mark.wide
-def test_a_surface_is_not_locked_while_kernels_are_compiled_for_it(tmp_path: Path) -> None:
-    program = (
-        "import gc, numpy as np\n"
-        "from pygame import Surface\n"
-        "from sandbox.view.primitives import Discs\n"
-        "from sandbox.view.primitives import thin_lines\n"
-        "gc.disable()\n"
-        "surface = Surface((50, 50))\n"
-        "Discs(np.array([5.0]), ['red']).draw(surface, np.array([(25.0, 25.0)]), 1.0, np.array([0.0]))\n"
-        "thin_lines(surface, (255, 0, 0), np.array([[25.0, 25.0, 25.0, 25.0]]))\n"
-        "surface.blit(Surface((10, 10)), (0, 0))\n"
-    )
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
-    subprocess.run([sys.executable, "-c", program], env=environment, check=True)

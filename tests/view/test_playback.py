@@ -11,13 +11,11 @@ from conftest import scene_of
 from pygame.event import Event
 from window_driver import WorkerHere, colour_at, given, mouse, press, run, shown, step
 
-from sandbox.compiled import NotCompiledYet
 from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
 from sandbox.session.samples import Quantity
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.display import PendingEvents, Stopped
-from sandbox.view.session_view import AS_IT_SHOULD_BE
 from sandbox.view.window import STOPPED, Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -46,31 +44,6 @@ def test_time_passes_at_the_scene_s_rate_times_the_speed(window: Window) -> None
     for _ in range(20):
         press(window, "-")
     assert window.playback.speed == 0.01
-
-
-def test_a_reference_that_is_compiled_while_the_window_is_paused_runs_along(
-    window: Window, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def create(*_: object) -> None:
-        raise NotCompiledYet
-
-    with monkeypatch.context() as patch:
-        patch.setattr("sandbox.session.session.create", create)
-        window.begin(window.scene, ["pymunk"])
-        run(window, 40)
-        for _ in range(40):
-            window.frame(1 / 60)
-    assert window.view.panes[0].energy_text == ""  # nothing is known of what it should be
-    monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # so that a frame does one step
-    for _ in range(80):
-        window.frame(1 / 60)
-    assert not window.view.session.lacks_reference
-    gaps = window.view.session.samples.of(Quantity.GAP)
-    assert window.view.panes[0].energy_text == AS_IT_SHOULD_BE
-    assert [row[0] for row in window.view.figures()[1:]] == ["pymunk", "exact, hidden"]
-    assert step(window) == 40
-    assert len(gaps) == 41
-    assert np.isfinite(gaps).all()
 
 
 def test_a_step_key_does_one_step_at_the_fastest_speed_too(window: Window) -> None:

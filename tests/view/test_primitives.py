@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 
-import kernel_cache
 import numpy as np
 import pygame
 import pytest
@@ -77,14 +76,6 @@ def test_a_wall_covers_the_area_of_its_rectangle_and_its_round_ends_with_smooth_
     length = math.dist((20.3, 10.4), (110.9, 61.2))
     assert ink.sum() == pytest.approx(2 * 4.3 * length + math.pi * 4.3**2, rel=0.01)
     assert 0.1 < np.mean((ink > 0.02) & (ink < 0.98)) * ink.size / (2 * length) < 3  # about a pixel along either side
-
-
-def test_a_wall_with_a_whole_number_of_px_as_its_radius_is_drawn_by_the_same_compiled_kernel() -> None:
-    surface, same = Surface((60, 40), 0, 32), Surface((60, 40), 0, 32)
-    capsule(surface, Color("white"), (10, 10), (50, 30), 4)
-    capsule(same, Color("white"), (10.0, 10.0), (50.0, 30.0), 4.0)
-    assert (pixels(surface) == pixels(same)).all()
-    assert len(list(kernel_cache.folder().rglob("pixels.stamp_wall-*.nbc"))) == 1
 
 
 @pytest.mark.parametrize("most", [1, 2, 3, 4, 5])

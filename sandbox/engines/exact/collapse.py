@@ -7,49 +7,40 @@ and B. Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, 2008, ch. 1
 2001, ch. 9). S. Luding and S. McNamara, Granular Matter 1 (1998) 113, make such impacts elastic instead, as contacts of
 a finite duration are; those of `exact` have none.
 
-At one time only velocities change, and the normals stay. So `Collapses` continues the sequence with the contacts of one
-group alone, in sweeps over them in the order of the scene, by the law of a single contact. As long as each sweep
-resolves the same contacts, and each of them slips or sticks as before, a sweep is one linear map of the velocities, and
-when its slowest mode is all that is left, the impulses of all contacts fall by one ratio q. What q, q², q³ ... still
-add up to, q / (1 - q), is given at once: not quite all of it, and only until a slip ends or another contact closes.
-Then the sequence goes on, so that an inaccurate ratio costs time, not accuracy: every impulse is one that pushes, along
-a normal or at the limit of friction, and the sequence ends where no contact closes faster than rounding.
+At one time only velocities change, and the normals stay. So a sequence goes on in sweeps over the contacts of a group,
+by the law of a single contact. Once the impulses of all contacts fall by one ratio q, they still add up to q / (1 - q)
+of the last ones. That is given at once, until a slip ends or another contact closes: then the sequence goes on.
 
 Where q is 1 the bodies have no room to part: a disc in a slot of its own width, a row that fills a floor. Then their
-restitution is 0. Where they have room, those that still touch part at the speed of rounding: one that slid along a
-face, and by rounding into it, would collide with the end at which it leaves.
-
-Under gravity, discs that lean on each other part in hops (see `contact`). Those of a group are given their hops
-together, as impacts with restitution 0 that leave at least this speed. Contacts that cannot all open, because they
-bear a load against each other between walls, are recognised by impulses that do not fall, and are given none.
+restitution is 0, and if that has no end either, one solution of all contacts together ends the sequence. Where they
+have room, those that still touch part at the speed of rounding. Under gravity they part in hops (see `contact`), by a
+solution that leaves at least these speeds; contacts that cannot all open, because they bear a load against each other
+between walls, are given none.
 """
 
-import math
-from typing import Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sandbox.compiled import Record, entry, kernel
+from sandbox.compiled import column
 from sandbox.engines.contact_log import Log, log_contact
 from sandbox.engines.exact.contact import (
     CONTACT_TIME,
     MIN_APPROACH,
     MIN_STREAK,
     SLOW_HOPS,
-    approach_of_discs,
     count_slow_contacts,
     give,
     hop_round_end,
     lean_until,
 )
-from sandbox.engines.exact.prediction import predict
+from sandbox.engines.exact.islands import products
 from sandbox.engines.exact.records import NONE, STATIC
-from sandbox.engines.exact.statics import columns_of, equilibrium, pushed
-from sandbox.engines.exact.support import MAX_SUPPORTS, normal_to, report_support, unit
-from sandbox.engines.exact.touching import gap_to_piece
-from sandbox.engines.exact.world import Motion, World, meet, motion, move_to_now, release
-from sandbox.engines.laws import friction_impulse
+from sandbox.engines.exact.statics import columns_of, equilibrium
+from sandbox.engines.exact.support import report_support
+from sandbox.engines.exact.touching import Touching, find_touching, motions
+from sandbox.engines.exact.world import World, move_to_now, release
+from sandbox.engines.laws import coulomb
 from sandbox.state import CONTACT, Contacts, Floats, Integers
 
 GAP_ROUNDING: Final = 1e-14  # relative, of coordinates, 45 units in the last place: gaps within it are closed
@@ -63,548 +54,297 @@ LEVEL: Final = 1e-3  # by which the impulses of a block and the next one differ 
 # between them has long lost its energy, and a slow wedge drives them.
 LEVEL_BLOCKS: Final = 8
 SHARE_AT_ONCE: Final = 1 - 2**-10  # of what a sequence still adds up to: not all, as the ratio is not exact
-IMPACTS_PER_CALL: Final = 200_000  # a few milliseconds, after which Ctrl-C is heard
-SLOWED: Final = 1e-3  # of the fastest approach: what is left of an unsteady sequence is solved at once
-MAX_IMPACTS: Final = 30_000_000  # of a sequence that does not become steady; then its bodies count as having no room
+SLOWED: Final = 1e-3  # of the fastest approach: what is left of a sequence without a ratio is solved at once, after
+MANY_SWEEPS: Final = 1_200  # or in any case after
+MAX_SWEEPS: Final = 24_000
 # Of springs, lightest mass / s². In a full row that is out of line by 1e-5 of a radius, a disc is a wedge, and with
 # springs that are 1e4 times softer it would go on to move, and set off the next sequence.
 STOP_STIFFNESS: Final = 1e10
-FEW: Final = 64  # discs and contacts of a group, for which there is room at first; it grows
+OPENS: Final = 1e-6  # of the fastest hop, by which contacts may part more slowly
 RESIDUAL: Final = 4  # times an approach that is left: what contacts among the same bodies may make of it
 REST: Final = 1e-13  # of the group's speeds before: a slower approach counts as rest
 
-MEMBER: Final = np.dtype(  # a body of a group; a wall is a member for each of its contacts
-    [
-        ("disc", "i8"),  # or ~piece of wall
-        ("per_mass", "f8"),  # 1/kg, 0 of a wall and in a static island
-        ("vx", "f8"),  # px/s
-        ("vy", "f8"),
-        ("rim", "f8"),  # px/s, radius times spin
-        ("is_hit", "i8"),  # whether an impact of the sequence changed these
-    ]
-)
 
-LINK: Final = np.dtype(  # a contact of a group
-    [
-        ("first", "i8"),  # member, the ball that precedes in the scene
-        ("second", "i8"),  # member
-        ("nx", "f8"),  # unit normal from first to second
-        ("ny", "f8"),
-        ("depth", "f8"),  # px
-        ("elasticity", "f8"),
-        ("friction", "f8"),
-        ("hop", "f8"),  # px/s, the least speed at which it parts
-        ("impulse", "f8"),  # kg px/s, along the normal, since the sequence began
-        ("tangential", "f8"),
-        ("slip", "f8"),  # px/s, before the first impact
-        ("block_impulse", "f8"),  # kg px/s, in this block of sweeps
-        ("block_tangential", "f8"),
-        ("last_impulse", "f8"),  # kg px/s, in the block before; all 0 if there was none
-    ]
-)
+class Law(NamedTuple):
+    """Elasticities and frictions of contacts, and the least speeds at which they part, px/s: (c,) each."""
+
+    elasticity: Floats
+    friction: Floats
+    hop: Floats
 
 
-# The outcomes of a sequence of impacts.
-PARTED: Final = 0  # no contact closes
-ENDLESS: Final = 1  # its impulses do not fall
-UNFINISHED: Final = 2  # neither, so far
+class Group:
+    """Discs that touch, their velocities and their contacts.
 
-
-@kernel
-def _closing(member: NDArray[np.void], link: Record) -> float:
-    """Return the speed at which a contact closes, px/s."""
-    a, b = member[link.first], member[link.second]
-    return a.vx * link.nx + a.vy * link.ny - (b.vx * link.nx + b.vy * link.ny)
-
-
-@kernel
-def _slip(member: NDArray[np.void], link: Record) -> float:
-    """Return the slip of a contact, px/s."""
-    a, b = member[link.first], member[link.second]
-    return a.vy * link.nx - a.vx * link.ny + a.rim + (b.rim - (b.vy * link.nx - b.vx * link.ny))
-
-
-@kernel
-def _speed(member: NDArray[np.void], link: Record) -> float:
-    """Return the speeds of a contact's bodies, added up, px/s."""
-    a, b = member[link.first], member[link.second]
-    return abs(a.vx) + abs(a.vy) + (abs(b.vx) + abs(b.vy))
-
-
-@kernel
-def _per_mass(member: NDArray[np.void], link: Record) -> float:
-    """Return the sum of the inverse masses of a contact's bodies, 1/kg."""
-    return member[link.first].per_mass + member[link.second].per_mass
-
-
-@kernel
-def _push(member: NDArray[np.void], link: Record, impulse: float, tangential: float) -> None:
-    """Change the velocities of a contact's bodies by its impulse along the normal and the tangent, kg px/s."""
-    x, y = impulse * link.nx - tangential * link.ny, impulse * link.ny + tangential * link.nx
-    a, b = member[link.first], member[link.second]
-    a.vx -= x * a.per_mass
-    a.vy -= y * a.per_mass
-    a.rim -= 2 * tangential * a.per_mass
-    b.vx += x * b.per_mass
-    b.vy += y * b.per_mass
-    b.rim -= 2 * tangential * b.per_mass
-
-
-@kernel
-def _sweep(member: NDArray[np.void], link: NDArray[np.void], still: float, is_rough: bool) -> int:
-    """Resolve each contact of a group that closes faster than `still` (px/s), in order. Returns how many did."""
-    impacts = 0
-    for k in range(len(link)):
-        c = link[k]
-        closing, per_mass = _closing(member, c), _per_mass(member, c)
-        if closing + c.hop <= max(still, MIN_APPROACH * _speed(member, c)):
-            continue
-        impacts += 1
-        impulse, tangential = (closing + max(c.elasticity * closing, c.hop)) / per_mass, 0.0
-        slip = _slip(member, c)
-        if is_rough:
-            tangential = friction_impulse(slip, c.friction * impulse, per_mass)
-        if c.impulse == 0:
-            c.slip = slip
-        c.impulse += impulse
-        c.tangential += tangential
-        c.block_impulse += impulse
-        c.block_tangential += tangential
-        _push(member, c, impulse, tangential)
-    return impacts
-
-
-@kernel
-def _ratio(member: NDArray[np.void], link: NDArray[np.void]) -> tuple[float, bool]:
-    """Return the ratio of the impulses to those of the block before, or 0 if there was none; whether all have it."""
-    total, last, largest, fastest = 0.0, 0.0, 0.0, 0.0
-    for k in range(len(link)):
-        total += link[k].block_impulse
-        last += link[k].last_impulse
-        largest = max(largest, link[k].block_impulse)
-        fastest = max(fastest, _speed(member, link[k]))
-    if last == 0:
-        return 0.0, False
-    ratio = total / last
-    for k in range(len(link)):
-        tolerance = STEADY * largest + IMPULSE_ROUNDING * fastest / _per_mass(member, link[k])
-        if abs(link[k].block_impulse - ratio * link[k].last_impulse) > tolerance:
-            return ratio, False
-    return ratio, True
-
-
-@kernel
-def _loss(link: NDArray[np.void]) -> float:
-    """Return the least share of its energy that an impact of this block loses."""
-    elasticity = 0.0
-    for k in range(len(link)):
-        if link[k].block_impulse > 0:
-            elasticity = max(elasticity, link[k].elasticity)
-    return 1 - elasticity**2
-
-
-@kernel
-def _continue_geometrically(
-    member: NDArray[np.void], change: NDArray[np.void], link: NDArray[np.void], ratio: float
-) -> None:
-    """Give at once what a sequence still adds up to, as long as contacts go on to slip as they do, and none closes.
-
-    change: copies of the members, for the changes of their velocities.
+    disc: (m,); v: (3 m,) px/s, of each disc vx, vy and radius times spin; touching: (c,); normal, tangent: (c, 3 m),
+    which give the speeds of closing and slip; impulse: (2, c) kg px/s, so far; slip: (c,) px/s, before the first.
     """
-    rest = ratio / (1 - ratio)
-    for i in range(len(change)):
-        change[i].vx = change[i].vy = change[i].rim = 0.0
-    for k in range(len(link)):
-        _push(change, link[k], rest * link[k].block_impulse, rest * link[k].block_tangential)
-    share = SHARE_AT_ONCE
-    for k in range(len(link)):
-        c = link[k]
-        closing, slip = _closing(member, c) + c.hop, _slip(member, c)
-        more_closing, more_slip = _closing(change, c), _slip(change, c)
-        if c.block_impulse == 0 and closing <= 0 < closing + more_closing:
-            share = min(share, -closing / more_closing)
-        slips = c.block_impulse > 0 and abs(c.block_tangential) >= (1 - STEADY) * c.friction * c.block_impulse
-        if slips and slip * (slip + more_slip) < 0:
-            share = min(share, SHARE_AT_ONCE * slip / -more_slip)
-    for i in range(len(member)):
-        member[i].vx += share * change[i].vx
-        member[i].vy += share * change[i].vy
-        member[i].rim += share * change[i].rim
-    for k in range(len(link)):
-        link[k].impulse += share * rest * link[k].block_impulse
-        link[k].tangential += share * rest * link[k].block_tangential
 
+    def __init__(self, world: World, disc: Integers, velocity: Floats, touching: Touching) -> None:
+        self.disc, self.v, self.touching, count = disc, velocity.ravel(), touching, len(touching.first)
+        self.mass = column(world.body, "mass")[disc]
+        self.yields = np.stack([1 / self.mass, 1 / self.mass, 2 / self.mass], axis=1).ravel()  # 1/kg
+        self.normal, self.tangent = np.zeros((2, count, len(self.v)))
+        self.impulse, self.slip = np.zeros((2, count)), np.zeros(count)
+        local = np.full(len(world.disc), NONE)
+        local[disc] = np.arange(len(disc))
+        self.first, self.second = local[touching.first], np.where(touching.second < 0, NONE, local[touching.partner])
+        nx, ny = touching.normal.T
+        for end, sign in ((self.first, 1.0), (self.second, -1.0)):
+            c = np.flatnonzero(end != NONE)
+            self.normal[c, 3 * end[c]], self.normal[c, 3 * end[c] + 1] = sign * nx[c], sign * ny[c]
+            self.tangent[c, 3 * end[c]], self.tangent[c, 3 * end[c] + 1] = -sign * ny[c], sign * nx[c]
+            self.tangent[c, 3 * end[c] + 2] = 1.0
+        self._concerns = self.normal != 0
+        self._per_mass = (self.normal**2 @ self.yields[:, None])[:, 0]
+        self._row_law: Law | None = None
+        self._row: list[Any] = []
+        self.still = REST * max(np.abs(self.v).max(), world.hop_speed)
 
-@entry
-def _continue(
-    member: NDArray[np.void], change: NDArray[np.void], link: NDArray[np.void], still: float, is_rough: bool
-) -> tuple[int, int]:
-    """Continue a sequence of impacts. Returns its outcome and the number of impacts."""
-    impacts, level = 0, 0
-    while impacts < IMPACTS_PER_CALL:
-        for k in range(len(link)):
-            link[k].block_impulse = link[k].block_tangential = 0.0
-        for _ in range(SWEEPS_PER_BLOCK):
-            more = _sweep(member, link, still, is_rough)
-            impacts += more
-            if more == 0:
-                return PARTED, impacts
-        ratio, is_steady = _ratio(member, link)
-        level = level + 1 if abs(1 - ratio) < LEVEL and not is_steady else 0
-        if (is_steady and ratio >= ENDLESS_RATIO) or level * _loss(link) >= LEVEL_BLOCKS:
-            return ENDLESS, impacts
-        if is_steady:
-            _continue_geometrically(member, change, link, ratio)
-        for k in range(len(link)):
-            link[k].last_impulse = 0.0 if is_steady else link[k].block_impulse
-    return UNFINISHED, impacts
+    def fastest(self) -> float:
+        """Return the fastest approach, px/s."""
+        return float((self.normal @ self.v).max(initial=0.0))
 
+    def go_on(self, law: Law, slow: float = 0.0) -> bool | None:
+        """Continue the impacts until none closes and return True, or False if they have no end.
 
-@kernel
-def _add_link(link: NDArray[np.void], count: int, first: int, second: int, nx: float, ny: float, depth: float) -> int:
-    """Add a contact, if there is room for it. Returns the number of contacts, with those that had no room."""
-    if count < len(link):
-        c = link[count]
-        c.first, c.second, c.nx, c.ny, c.depth = first, second, nx, ny, depth
-    return count + 1
+        None if they show neither, and are slower than `slow` (px/s) or very many.
+        """
+        level, last, sweeps = 0, np.zeros_like(self.slip), 0
+        while sweeps < MAX_SWEEPS and (sweeps < MANY_SWEEPS or self.fastest() >= slow):
+            block, sweeps = np.zeros_like(self.impulse), sweeps + SWEEPS_PER_BLOCK
+            for _ in range(SWEEPS_PER_BLOCK):
+                if not self._sweep(law, block):
+                    return True
+            ratio, is_steady = self._ratio(block[0], last)
+            level = level + 1 if abs(1 - ratio) < LEVEL and not is_steady else 0
+            loss = 1 - law.elasticity[block[0] > 0].max() ** 2
+            if (is_steady and ratio >= ENDLESS_RATIO) or level * loss >= LEVEL_BLOCKS:
+                return False
+            if is_steady:
+                self._add_rest(law, block, ratio / (1 - ratio))
+            last = np.zeros_like(last) if is_steady else block[0]
+        return None
 
+    def _sweep(self, law: Law, block: Floats) -> bool:
+        """Do the impacts of a sweep over the contacts, add them to `block`, and return whether there was one."""
+        v, closes = self.v.tolist(), False
+        for c, ((nx, ny), ends, per_mass, e, mu, hop) in enumerate(self._rows(law)):
+            closing = slip = speed = 0.0
+            for k, sign, _ in ends:
+                closing += sign * (v[k] * nx + v[k + 1] * ny)
+                slip += sign * (v[k + 1] * nx - v[k] * ny) + v[k + 2]
+                speed += abs(v[k]) + abs(v[k + 1])
+            if closing + hop <= max(self.still, MIN_APPROACH * speed):
+                continue
+            impulse = (closing + max(e * closing, hop)) / per_mass
+            rub = coulomb(slip / (3 * per_mass), mu * impulse)
+            if self.impulse[0, c] == 0:
+                self.slip[c] = slip
+            self.impulse[:, c] += impulse, rub
+            block[:, c] += impulse, rub
+            for k, sign, per in ends:
+                v[k] -= per * sign * (impulse * nx - rub * ny)
+                v[k + 1] -= per * sign * (impulse * ny + rub * nx)
+                v[k + 2] -= 2 * per * rub
+            closes = True
+        self.v = np.array(v)
+        return closes
 
-@kernel
-def _add_member(world: World, member: NDArray[np.void], count: int, i: int, now: float, place: Integers) -> None:
-    """Add disc i as the next member. place: (n,), the number of each disc's member plus 1, or 0."""
-    new, m = member[count], motion(world, i, now)
-    new.disc, new.vx, new.vy = i, m.vx, m.vy
-    new.per_mass = 0.0 if world.event[i].carrier == STATIC else 1 / world.body[i].mass
-    if world.is_rough:
-        new.rim = world.disc[i].radius * (world.turn[i].spin + (now - world.disc[i].t) * world.turn[i].spin_rate)
-    place[i] = count + 1
+    def _rows(self, law: Law) -> list[Any]:
+        """Return each contact's normal, the ends that move, the sum of their inverse masses, and its law."""
+        if self._row_law is not law:
+            per = (1 / self.mass).tolist()
+            ends = [
+                [(3 * k, sign, per[k]) for k, sign in ((i, 1.0), (j, -1.0)) if k != NONE]
+                for i, j in zip(self.first.tolist(), self.second.tolist(), strict=True)
+            ]
+            parts = (self.touching.normal.tolist(), ends, self._per_mass.tolist(), *(part.tolist() for part in law))
+            self._row_law, self._row = law, list(zip(*parts, strict=True))
+        return self._row
 
+    def _ratio(self, block: Floats, last: Floats) -> tuple[float, bool]:
+        """Return the ratio of the impulses to those of the block before, 0 if there was none; whether all have it."""
+        if not last.any():
+            return 0.0, False
+        ratio = float(block.sum() / last.sum())
+        rounding = IMPULSE_ROUNDING * (self._concerns @ np.abs(self.v)).max() / self._per_mass
+        return ratio, bool((np.abs(block - ratio * last) <= STEADY * block.max() + rounding).all())
 
-@kernel
-def _slack(world: World, i: int, closing: float, way: float, now: float) -> float:
-    """Return the largest gap at disc i that is closed, px: rounding and, if it closes as slowly as hops, a short way.
+    def _add_rest(self, law: Law, block: Floats, rest: float) -> None:
+        """Give at once what the sequence still adds up to, while contacts go on to slip as they do, and none closes."""
+        change = -rest * self.yields * (block[0] @ self.normal + block[1] @ self.tangent)
+        closing, more = self.normal @ self.v + law.hop, self.normal @ change
+        slip, more_slip = self.tangent @ self.v, self.tangent @ change
+        closes = (block[0] == 0) & (closing <= 0) & (closing + more > 0)
+        slips = (block[0] > 0) & (np.abs(block[1]) >= (1 - STEADY) * law.friction * block[0])
+        ends = slips & (slip * (slip + more_slip) < 0)
+        shares = *(-closing[closes] / more[closes]), *(-SHARE_AT_ONCE * slip[ends] / more_slip[ends])
+        share = min(SHARE_AT_ONCE, *shares) if shares else SHARE_AT_ONCE
+        self.v = self.v + share * change
+        self.impulse += share * rest * block
 
-    closing: px/s; way: px.
-    """
-    disc = world.disc[i]
-    rounding = GAP_ROUNDING * (abs(disc.x) + abs(disc.y) + disc.radius)
-    rounding += CLOCK_ROUNDING * now * (abs(disc.vx) + abs(disc.vy))
-    return rounding + (way if abs(closing) < SLOW_HOPS * world.hop_speed else 0.0)
+    def solve(self, hop: Floats) -> Floats:
+        """Solve all contacts together, with restitution 0 and without friction, so that they part at these speeds.
 
-
-@kernel
-def _add_walls(
-    world: World,
-    at: int,
-    way: float,
-    now: float,
-    member: NDArray[np.void],
-    members: int,
-    link: NDArray[np.void],
-    links: int,
-) -> tuple[int, int]:
-    """Add the walls that member `at` touches, and its contacts with them. Returns the numbers as `_gather` does."""
-    i = np.int64(member[at].disc)
-    m, cell, grid = motion(world, i, now), world.event[i].cell, world.grid
-    for k in range(grid.cell[cell].begin, grid.cell[cell + 1].begin):
-        p = np.int64(grid.piece[k])
-        gap = gap_to_piece(world, i, p, m.x, m.y)
-        nx, ny, _ = normal_to(m, world.piece[p])
-        if gap <= _slack(world, i, m.vx * nx + m.vy * ny, way, now):
-            if members < len(member):
-                member[members].disc = ~p
-            links = _add_link(link, links, at, members, nx, ny, -gap)
-            members += 1
-    return members, links
-
-
-@kernel
-def _gap(world: World, i: int, j: int, m: Motion, o: Motion) -> float:
-    """Return the gap between discs i and j, which move like m and o, px."""
-    rx, ry = o.x - m.x, o.y - m.y
-    return math.sqrt(rx * rx + ry * ry) - world.disc[i].radius - world.disc[j].radius
-
-
-@entry
-def _gather(
-    world: World, seed: int, way: float, now: float, place: Integers, member: NDArray[np.void], link: NDArray[np.void]
-) -> tuple[int, int]:
-    """Collect the discs that touch a disc now, those that touch these, and so on, with the walls, and their contacts.
-
-    Stops at static islands, and where there is no room. Returns the number of members and of contacts, with the first
-    that had no room.
-    """
-    members, links, at = 1, 0, 0
-    _add_member(world, member, 0, seed, now, place)
-    while at < members <= len(member):
-        i, at = np.int64(member[at].disc), at + 1
-        if member[at - 1].per_mass == 0:
-            continue
-        m, event, grid = motion(world, i, now), world.event[i], world.grid
-        for row in range(-1, 2):
-            for cell in range(event.cell + row * grid.stride - 1, event.cell + row * grid.stride + 2):
-                j = np.int64(grid.cell[cell].first)
-                while j >= 0:
-                    o = motion(world, j, now)
-                    gap = _gap(world, i, j, m, o)
-                    closing = approach_of_discs(m, o).closing
-                    if (
-                        i != j
-                        and meet(world, i, j)
-                        and gap <= _slack(world, i, closing, way, now) + _slack(world, j, closing, way, now)
-                    ):
-                        if place[j] == 0:
-                            if members < len(member):
-                                _add_member(world, member, members, j, now, place)
-                            members += 1
-                        is_first = event.ball < world.event[j].ball
-                        if place[j] > 0 and (is_first or member[place[j] - 1].per_mass == 0):
-                            nx, ny, _ = unit(o.x - m.x, o.y - m.y)
-                            a, b, sign = (at - 1, place[j] - 1, 1.0) if is_first else (place[j] - 1, at - 1, -1.0)
-                            links = _add_link(link, links, a, b, sign * nx, sign * ny, -gap)
-                    j = np.int64(world.disc[j].next)
-        members, links = _add_walls(world, at - 1, way, now, member, members, link, links)
-    return members, links
-
-
-@entry
-def _leave(place: Integers, member: NDArray[np.void]) -> None:
-    """Forget the members of a group."""
-    for k in range(len(member)):
-        if member[k].disc >= 0:
-            place[member[k].disc] = 0
-
-
-@kernel
-def _set_course(world: World, m: Record, residual: float, since: float, now: float, log: Log) -> None:
-    """Give a disc the velocities that a sequence has left it, and let it fly freely. residual: px/s, see BODY."""
-    i = np.int64(m.disc)
-    move_to_now(world, i, now)
-    report_support(world, i, since, now, log)
-    world.disc[i].vx, world.disc[i].vy = m.vx, m.vy
-    if world.is_rough:
-        world.turn[i].spin = m.rim / world.disc[i].radius
-    release(world, i)
-    body = world.body[i]
-    body.last_contact = body.settled = now
-    body.residual, body.streak, body.fastest = residual, 0, 0.0
-
-
-@kernel
-def _note_contact(world: World, c: Record, m: Record, sign: float, partner: int, count: int, now: float) -> None:
-    """Note what contact c of a group has done to one of its members.
-
-    sign: 1 if that is the second, else -1; partner: a ball, or ~wall, as the second in CONTACT; count: of contacts that
-    it stands for.
-    """
-    i = np.int64(m.disc)
-    if m.per_mass == 0:
-        give(world, i, sign * (c.impulse * c.nx - c.tangential * c.ny), sign * (c.impulse * c.ny + c.tangential * c.nx))
-        return
-    body = world.body[i]
-    if partner >= 0:
-        body.last_disc_contact = now
-    if c.hop > 0:
-        lean_until(world, i, world.hop_time, now)
-    if world.has_gravity:
-        count_slow_contacts(world, i, 0.0, now, count)
-
-
-@entry
-def _write_back(
-    world: World, member: NDArray[np.void], link: NDArray[np.void], residual: float, since: float, now: float, log: Log
-) -> None:
-    """Give the discs of a group what a sequence has left them, report the sums of its impulses, and predict anew.
-
-    residual: px/s, see BODY.
-    """
-    for k in range(len(link)):
-        if link[k].impulse != 0:
-            member[link[k].first].is_hit = member[link[k].second].is_hit = 1
-    for k in range(len(member)):
-        if member[k].is_hit and member[k].per_mass > 0:
-            _set_course(world, member[k], residual, since, now, log)
-    count = 1 if residual < math.inf else MIN_STREAK  # a sequence without end jams discs
-    for k in range(len(link)):
-        c = link[k]
-        if c.impulse == 0:
-            continue
-        first, second = member[c.first], member[c.second]
-        is_wall = second.disc < 0
-        partner = ~world.piece[~second.disc].wall if is_wall else np.int64(world.event[second.disc].ball)
-        _note_contact(world, c, first, -1.0, partner, count, now)
-        if not is_wall:
-            _note_contact(world, c, second, 1.0, partner, count, now)
-        ball = np.int64(world.event[first.disc].ball)
-        log_contact(log, now, ball, partner, c.nx, c.ny, c.impulse, c.depth, c.tangential, c.slip)
-    for k in range(len(member)):
-        if member[k].is_hit and member[k].per_mass > 0:
-            predict(world, np.int64(member[k].disc), now)
-
-
-def _closings(member: NDArray[np.void], link: NDArray[np.void]) -> Floats:
-    """Return the speeds at which contacts close, (k,) px/s."""
-    first, second = member[link["first"]], member[link["second"]]
-    vx, vy = (first[key] - second[key] for key in ("vx", "vy"))
-    closing: Floats = vx * link["nx"] + vy * link["ny"]
-    return closing
+        hop: (c,) px/s. Returns the speeds at which they close nevertheless, as they cannot all part: (c,) px/s.
+        """
+        swap = self.first == NONE  # only the first of a column moves
+        first, second = np.where(swap, self.second, self.first), np.where(swap, NONE, self.second)
+        normal = np.where(swap[:, None], -1, 1) * self.touching.normal
+        nothing, mass = np.zeros(len(first)), np.repeat(self.mass[:, None], 2, axis=1)
+        load, stiffness = mass * self.v.reshape(-1, 3)[:, :2], STOP_STIFFNESS * float(self.mass.min())
+        columns = columns_of(first, second, normal, nothing)
+        _, impulse = equilibrium(columns, mass, load, nothing, nothing > 0, stiffness, hop)
+        self.v = self.v - self.yields * (impulse @ self.normal)
+        self.impulse[0] += impulse
+        closing: Floats = self.normal @ self.v
+        return closing
 
 
 class Collapses:
     """The inelastic collapses of a world."""
 
     def __init__(self, world: World) -> None:
-        self._world = world
-        self._place = np.zeros(len(world.disc), np.int64)
-        self._member, self._link = np.empty(FEW, MEMBER), np.empty(FEW, LINK)
+        self.world = world
 
-    def resolve(self, seed: int, since: float, now: float, *, collects: bool) -> Contacts:
+    def resolve(self, seed: int, since: float, now: float, *, collects: bool) -> tuple[Integers, Contacts, bool]:
         """Resolve the sequence of impacts in which disc `seed` is, to its end or to its limit.
 
-        since: s, start of the step; collects: whether contacts are recorded. Returns the contacts to report.
+        since: s, start of the step; collects: whether contacts are recorded. Returns the discs whose events must be
+        predicted anew, the contacts to report, and whether a disc is jammed.
         """
-        world = self._world
-        world.rest.plan["collapsing"] = NONE
-        world.body["streak"][seed] += 1  # so that the contact is resolved by itself if it is part of no group
-        member, link = self._group(seed, 0.0, now)
-        if world.has_gravity and self._is_slow(member, link, now):
+        world = self.world
+        world.body[seed].streak += 1  # so that the contact is resolved by itself if it is part of no group
+        group = self._group(seed, 0.0, now)
+        if world.has_gravity and self._is_slow(group, now):
             # A sequence that was as slow as hops from its start is resolved across gaps too short for contacts of their
             # own. One that has slowed down to this ends before bodies meet that are apart.
-            member, link = self._group(seed, CONTACT_TIME * world.hop_speed, now)
-        speeds = (np.abs(member[key]).max() for key in ("vx", "vy", "rim"))
-        still = REST * max(*speeds, world.hop_speed)
-        fastest = _closings(member, link).max(initial=0.0)
-        outcome = self._continue(member, link, still, SLOWED * fastest)
-        has_room = outcome == PARTED
-        if outcome == ENDLESS:
-            link["elasticity"] = 0.0
-            outcome = self._continue(member, link, still, SLOWED * fastest)
-        if outcome != PARTED:
-            self._stop(member, link)
-        if has_room:
-            self._part(member, link, still)
-        if world.has_gravity:
-            self._hop(member, link, still)
-        at_rest = len(link) * still  # a disc at rest is as fast as the approaches between it and a wall, added up
-        for key in ("vx", "vy", "rim"):
-            member[key][np.abs(member[key]) < at_rest] = 0.0
-        rows = np.zeros(len(link) + MAX_SUPPORTS * len(member), CONTACT)
-        log = Log(rows, np.zeros(1, np.int64), collects)
-        residual = RESIDUAL * max(at_rest, _closings(member, link).max(initial=0.0)) if has_room else np.inf
-        _write_back(world, member, link, residual, since, now, log)
-        return rows[: log.filled[0]]
+            group = self._group(seed, CONTACT_TIME * world.hop_speed, now)
+        nothing = np.zeros(len(group.slip))
+        law = Law(products(world, group.touching, "elasticity"), products(world, group.touching, "friction"), nothing)
+        slow = SLOWED * group.fastest()
+        outcome, law = group.go_on(law, slow), law._replace(elasticity=nothing)
+        if outcome is not True and not group.go_on(law, slow):
+            before, impulse, closing = group.v, group.impulse.copy(), group.fastest()
+            if group.solve(nothing).max(initial=0.0) > closing:  # than which the springs' rounding would be faster
+                group.v, group.impulse = before, impulse
+        if has_room := outcome is True:
+            self._part(group, law)
+        hops = self._hop(group) if world.has_gravity else nothing
+        at_rest = len(nothing) * group.still  # a disc at rest is as fast as the approaches to it, added up
+        group.v[np.abs(group.v) < at_rest] = 0.0
+        residual = RESIDUAL * max(at_rest, group.fastest()) if has_room else np.inf
+        return self._write_back(group, hops, residual, since, now, collects=collects)
 
-    def _group(self, seed: int, way: float, now: float) -> tuple[NDArray[np.void], NDArray[np.void]]:
-        """Return the discs that a disc touches, directly or through others, and their contacts, in order.
+    def _group(self, seed: int, way: float, now: float) -> Group:
+        """Return the discs that a disc touches, directly or through others, but not through static islands.
 
         way: px, that is closed if bodies approach as slowly as hops.
         """
-        while True:
-            self._member[:], self._link[:] = 0, 0
-            members, links = _gather(self._world, seed, way, now, self._place, self._member, self._link)
-            _leave(self._place, self._member[: min(members, len(self._member))])
-            if members <= len(self._member) and links <= len(self._link):
-                break
-            self._member, self._link = np.empty(2 * len(self._member), MEMBER), np.empty(2 * len(self._link), LINK)
-        member, link = self._member[:members], self._link[:links]
-        self._set_law(member, link)
-        disc = member["disc"]
-        number = np.where(disc < 0, disc, self._world.event["ball"][np.maximum(disc, 0)])
-        return member, link[np.lexsort((number[link["second"]], number[link["first"]]))]
+        world, m = self.world, motions(self.world, now)
+        rounding = GAP_ROUNDING * (np.abs(m.x) + np.abs(m.y) + column(world.disc, "radius"))
+        rounding += CLOCK_ROUNDING * now * (np.abs(m.vx) + np.abs(m.vy))
+        everything = np.full(len(m.x), True)
+        touching = find_touching(world, m, everything, 2 * float(rounding.max()) + 2 * way)
+        first, partner, pairs = touching.first, touching.partner, touching.second >= 0
+        velocity = np.stack([m.vx, m.vy], axis=1)
+        closing = ((velocity[first] - velocity[partner] * pairs[:, None]) * touching.normal).sum(axis=1)
+        slack = rounding + way
+        near = touching.gap <= np.where(
+            np.abs(closing) < SLOW_HOPS * world.hop_speed,
+            slack[first] + slack[partner] * pairs,
+            rounding[first] + rounding[partner] * pairs,
+        )
+        moves = column(world.event, "carrier") != STATIC
+        number = touching.where(near & moves[first] & moves[partner] & pairs).groups(len(m.x))
+        members = moves & (number == number[seed])
+        touching = touching.where(near & (members[first] | (members[partner] & pairs)))
+        disc = np.flatnonzero(members)
+        rim = np.zeros(len(disc))
+        if world.is_rough:
+            dt = now - column(world.disc, "t")
+            spin = column(world.turn, "spin") + dt * column(world.turn, "spin_rate")
+            rim = (column(world.disc, "radius") * spin)[disc]
+        return Group(world, disc, np.column_stack([velocity[disc], rim]), touching)
 
-    def _is_slow(self, member: NDArray[np.void], link: NDArray[np.void], now: float) -> bool:
+    def _is_slow(self, group: Group, now: float) -> bool:
         """Return whether the contacts of a group are as slow as hops, and so were those of its discs' streaks."""
-        body = self._world.body[member["disc"][member["per_mass"] > 0]]
-        streaks = body["fastest"][now - body["last_contact"] < CONTACT_TIME]
-        slow = SLOW_HOPS * self._world.hop_speed
-        return bool(max(np.abs(_closings(member, link)).max(initial=0.0), streaks.max(initial=0.0)) < slow)
+        bodies = [self.world.body[i] for i in group.disc]
+        streaks = [body.fastest for body in bodies if now - body.last_contact < CONTACT_TIME]
+        fastest = np.abs(group.normal @ group.v).max(initial=0.0)
+        return bool(max([fastest, *streaks]) < SLOW_HOPS * self.world.hop_speed)
 
-    def _set_law(self, member: NDArray[np.void], link: NDArray[np.void]) -> None:
-        """Set the elasticity and the friction of contacts."""
-        is_wall = member["disc"] < 0
-        disc, piece = member["disc"][~is_wall], ~member["disc"][is_wall]
-        for key, of_disc in (("elasticity", self._world.body), ("friction", self._world.turn)):
-            factor = np.empty(len(member))
-            factor[~is_wall], factor[is_wall] = of_disc[key][disc], self._world.piece[key][piece]
-            link[key] = factor[link["first"]] * factor[link["second"]]
-
-    def _continue(self, member: NDArray[np.void], link: NDArray[np.void], still: float, slow: float) -> int:
-        """Continue a sequence of impacts until it ends, or shows that it does not, or has hardly an effect."""
-        link["last_impulse"], impacts = 0.0, 0
-        while impacts < MAX_IMPACTS:
-            outcome, more = _continue(member, member.copy(), link, still, self._world.is_rough)
-            impacts += more
-            if outcome != UNFINISHED:
-                return int(outcome)
-            if _closings(member, link).max() < slow:
-                break
-        return UNFINISHED
-
-    def _stop(self, member: NDArray[np.void], link: NDArray[np.void]) -> None:
-        """Solve all contacts of a group together, with restitution 0 and without friction.
-
-        If they close so slowly that the springs' rounding would be faster, nothing is changed.
-        """
-        closing = _closings(member, link).max()
-        member_before, link_before = member.copy(), link.copy()
-        moves = member["per_mass"] > 0
-        number = np.where(moves, np.cumsum(moves) - 1, NONE)
-        first, second = number[link["first"]], number[link["second"]]
-        normal = np.stack([link["nx"], link["ny"]], axis=1)
-        swaps = first == NONE  # only the first of a column moves
-        normal[swaps] *= -1
-        first, second = np.where(swaps, second, first), np.where(swaps, NONE, second)
-        columns = columns_of(first, second, normal, np.zeros(len(link)))
-        mass = np.repeat(1 / member["per_mass"][moves, None], 2, axis=1)
-        before = np.stack([member["vx"], member["vy"]], axis=1)[moves]
-        nothing = np.zeros(len(link))
-        stiffness = STOP_STIFFNESS * float(mass.min())
-        _, impulse = equilibrium(columns, mass, mass * before, nothing, nothing > 0, stiffness)
-        after = before + pushed(columns, impulse, len(mass)) / mass
-        member["vx"][moves], member["vy"][moves] = after.T
-        link["impulse"] += impulse
-        if _closings(member, link).max() > closing:
-            member[:], link[:] = member_before, link_before
-
-    def _part(self, member: NDArray[np.void], link: NDArray[np.void], still: float) -> None:
+    def _part(self, group: Group, law: Law) -> None:
         """Let bodies that still touch part at the speed of rounding, but for discs that gravity presses on walls."""
-        at_wall = member["disc"][link["second"]] < 0
-        pull = link["nx"] * self._world.gravity[0] + link["ny"] * self._world.gravity[1]
-        fastest = 2 * (np.abs(member["vx"]) + np.abs(member["vy"])).max()
-        rounding = 2 * max(still, MIN_APPROACH * fastest)  # so that what is parted is beyond rounding
-        touches = (link["impulse"] > 0) & ~(at_wall & (pull > self._world.min_pull))
-        before, links_before = member.copy(), link.copy()
-        link["elasticity"], link["hop"] = 0.0, np.where(touches, rounding, 0.0)
-        if _continue(member, member.copy(), link, still, self._world.is_rough)[0] != PARTED:
-            member[:], link[:] = before, links_before
-        link["elasticity"], link["hop"] = links_before["elasticity"], 0.0
+        at_wall, pull = group.touching.second < 0, group.touching.normal @ np.array(self.world.gravity)
+        vx, vy, _ = np.abs(group.v.reshape(-1, 3)).T
+        rounding = 2 * max(group.still, MIN_APPROACH * 2 * (vx + vy).max())  # so that what is parted is beyond rounding
+        touches = (group.impulse[0] > 0) & ~(at_wall & (pull > self.world.min_pull))
+        before, impulse = group.v, group.impulse.copy()
+        if not group.go_on(law._replace(hop=np.where(touches, rounding, 0.0)), np.inf):
+            group.v, group.impulse = before, impulse
 
-    def _hop(self, member: NDArray[np.void], link: NDArray[np.void], still: float) -> None:
-        """Let discs that lean on each other part at the speed of a hop, but for contacts that cannot all open."""
-        hop = self._hops(member, link)
-        link["elasticity"] = 0.0
-        before, links_before = member.copy(), link.copy()
+    def _hop(self, group: Group) -> Floats:
+        """Let discs that lean on each other part at the speed of a hop, but for contacts that cannot all open.
+
+        Returns these speeds, (c,) px/s.
+        """
+        hop, before, impulse = self._hops(group), group.v, group.impulse.copy()
         while hop.any():
-            link["hop"], link["last_impulse"] = hop, 0.0
-            outcome = _continue(member, member.copy(), link, still, self._world.is_rough)[0]
-            gained = max(np.abs(member[key] - before[key]).max() for key in ("vx", "vy"))
-            if outcome == PARTED and gained <= hop.sum():
+            cannot_open = group.solve(hop) + hop > OPENS * hop.max()
+            if not cannot_open.any() and np.abs(group.v - before).max() <= hop.sum():
                 break
-            cannot_open = (link["block_impulse"] > 0) & (hop > 0)
-            hop[cannot_open if outcome != PARTED and cannot_open.any() else slice(None)] = 0.0
-            member[:], link[:] = before, links_before
+            hop = np.where(cannot_open, 0.0, hop) if (cannot_open & (hop > 0)).any() else np.zeros_like(hop)
+            group.v, group.impulse = before, impulse.copy()
+        return hop
 
-    def _hops(self, member: NDArray[np.void], link: NDArray[np.void]) -> Floats:
-        """Return the least speeds at which contacts part, (k,) px/s, so that what presses them takes a hop time."""
-        world, disc = self._world, member["disc"][link["second"]]
-        at_wall = disc < 0
-        at_face = at_wall.copy()
-        at_face[at_wall] = world.piece["length"][~disc[at_wall]] > 0
-        normal = np.stack([link["nx"], link["ny"]], axis=1)
-        pull = np.where(member["per_mass"][:, None] > 0, world.gravity, 0.0)
-        for k in np.flatnonzero(at_face):  # which carries the disc
-            into = pull[link["first"][k]] @ normal[k]
-            pull[link["first"][k]] -= max(0.0, into) * normal[k]
-        pressing = ((pull[link["first"]] - pull[link["second"]]) * normal).sum(axis=1)
+    def _hops(self, group: Group) -> Floats:
+        """Return the least speeds at which contacts part, (c,) px/s, so that what presses them takes a hop time."""
+        world, touching, at_wall = self.world, group.touching, group.touching.second < 0
+        at_face = np.zeros_like(at_wall)
+        at_face[at_wall] = column(world.piece, "length")[~touching.second[at_wall]] > 0
+        pull = np.zeros_like(group.v).reshape(-1, 3)
+        pull[:, :2] = world.gravity
+        for c in np.flatnonzero(at_face):  # which carries the disc
+            into = max(0.0, pull[group.first[c], :2] @ touching.normal[c])
+            pull[group.first[c], :2] -= into * touching.normal[c]
+        pressing = group.normal @ pull.ravel()
         hop = np.where(at_wall, hop_round_end(world, pressing), pressing * world.hop_time / 2)
         return np.where((pressing > world.min_pull) & ~at_face, hop, 0.0)
+
+    def _write_back(
+        self, group: Group, hops: Floats, residual: float, since: float, now: float, *, collects: bool
+    ) -> tuple[Integers, Contacts, bool]:
+        """Give discs what a sequence has left them, and report the sums of its impulses. residual: px/s, see BODY."""
+        world, touching, hit = self.world, group.touching, group.impulse[0] != 0
+        log = Log(np.zeros(len(hit) + 2 * len(group.disc), CONTACT), np.zeros(1, np.int64), collects)
+        is_hit = (group.normal[hit] != 0).any(axis=0).reshape(-1, 3).any(axis=1)
+        for i, (vx, vy, rim) in zip(group.disc[is_hit].tolist(), group.v.reshape(-1, 3)[is_hit].tolist(), strict=True):
+            move_to_now(world, i, now)
+            report_support(world, i, since, now, log)
+            disc, body = world.disc[i], world.body[i]
+            disc.vx, disc.vy = vx, vy
+            if world.is_rough:
+                world.turn[i].spin = rim / disc.radius
+            release(world, i)
+            body.last_contact = body.settled = now
+            body.residual, body.streak, body.fastest = residual, 0, 0.0
+        count, jams = 1 if residual < np.inf else MIN_STREAK, False  # a sequence without end jams discs
+        for c in np.flatnonzero(hit):
+            i, j, (impulse, rub) = int(touching.first[c]), int(touching.second[c]), group.impulse[:, c].tolist()
+            nx, ny = touching.normal[c].tolist()
+            for k, sign in ((i, -1), (j, 1)):
+                if k >= 0 and world.event[k].carrier == STATIC:
+                    give(world, k, sign * (impulse * nx - rub * ny), sign * (impulse * ny + rub * nx))
+                elif k >= 0:
+                    if j >= 0:
+                        world.body[k].last_disc_contact = now
+                    if hops[c] > 0:
+                        lean_until(world, k, world.hop_time, now)
+                    if world.has_gravity:
+                        jams |= count_slow_contacts(world, k, 0.0, now, count)
+            second = ~world.piece[~j].wall if j < 0 else world.event[j].ball
+            depth, slip = -float(touching.gap[c]), float(group.slip[c])
+            log_contact(log, now, world.event[i].ball, second, nx, ny, impulse, depth, rub, slip)
+        return group.disc[is_hit], log.row[: log.filled[0]], jams

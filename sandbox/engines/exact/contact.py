@@ -23,8 +23,6 @@ stopping the clock:
 import math
 from typing import Any, Final, NamedTuple
 
-import numpy as np
-
 from sandbox.compiled import Record, kernel
 from sandbox.engines.contact_log import Log, log_contact
 from sandbox.engines.exact.friction import friction_at_wall, friction_of_discs
@@ -195,7 +193,7 @@ def is_slow(world: World, i: int, now: float) -> bool:
     m, slow = motion(world, i, now), 2 * SLOW_HOPS * world.hop_speed
     if world.is_rough and abs(rotation(world, i, now)[1]) * world.disc[i].radius > slow:
         return False
-    return math.hypot(m.vx, m.vy) < slow
+    return math.sqrt(m.vx * m.vx + m.vy * m.vy) < slow  # `hypot` rounds otherwise in machine code
 
 
 @kernel
@@ -222,8 +220,8 @@ def _inverse_mass(world: World, i: int) -> float:
 
 
 @kernel
-def collide(world: World, i: int, j: int, since: float, now: float, log: Log) -> None:
-    """Exchange momentum between two discs. since: s, the start of the step."""
+def collide(world: World, i: int, j: int, since: float, now: float, log: Log) -> bool:
+    """Exchange momentum between two discs. since: s, the start of the step. Returns whether one is jammed."""
     a, b, of_a, of_b = world.disc[i], world.disc[j], world.body[i], world.body[j]
     move_to_now(world, i, now)
     move_to_now(world, j, now)
@@ -245,7 +243,7 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
     if world.is_rough or log.collects:
         tangential, slip = friction_of_discs(world, i, j, nx, ny, impulse, per_a, per_b)
     depth = a.radius + b.radius - distance
-    of_i, of_j = np.int64(world.event[i].ball), np.int64(world.event[j].ball)
+    of_i, of_j = world.event[i].ball, world.event[j].ball
     log_contact(log, now, of_i, of_j, nx, ny, impulse, depth, tangential, slip)
 
     of_a.last_disc_contact = of_b.last_disc_contact = now
@@ -253,30 +251,31 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
         lean_until(world, i, course.hop_time, now)
         lean_until(world, j, course.hop_time, now)
     to_b_x, to_b_y = impulse * nx - tangential * ny, impulse * ny + tangential * nx
+    jams = False
     for k, per_k, sign in ((i, per_a, -1), (j, per_b, 1)):
         if per_k == 0:
             give(world, k, sign * to_b_x, sign * to_b_y)
         else:
             _count_contact(world, k, closing, now)
-            if world.has_gravity:
-                count_slow_contacts(world, k, closing, now, 1)
+            if world.has_gravity and count_slow_contacts(world, k, closing, now, 1):
+                jams = True
+    return jams
 
 
 @kernel
 def give(world: World, i: int, x: float, y: float) -> None:
     """Give momentum (kg px/s) to disc i of a static island."""
-    momentum = world.rest.absorbed[i]
+    momentum = world.absorbed[i]
     momentum.x += x
     momentum.y += y
     momentum.load_x += x
     momentum.load_y += y
-    world.rest.plan[0].pending_momentum = 1
 
 
 @kernel
-def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> None:
-    """Reflect disc i off a piece of wall. since: s, the start of the step."""
-    disc, body, piece, carrier = world.disc[i], world.body[i], world.piece[p], np.int64(world.event[i].carrier)
+def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> bool:
+    """Reflect disc i off a piece of wall. since: s, the start of the step. Returns whether the disc is jammed."""
+    disc, body, piece, carrier = world.disc[i], world.body[i], world.piece[p], world.event[i].carrier
     move_to_now(world, i, now)
     report_support(world, i, since, now, log)
     nx, ny, distance = normal_to(disc, piece)
@@ -285,7 +284,7 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
             stop_slipping(world, i, now)
         else:  # it has reached the end of the face that carries it
             release(world, i)
-        return
+        return False
     closing = disc.vx * nx + disc.vy * ny
     pull = body.ax * nx + body.ay * ny
     if carrier >= 0:
@@ -301,7 +300,7 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
     if impulse > 0:
         tangential, slip = friction_at_wall(world, i, p, nx, ny, impulse)
         depth = disc.radius + piece.half_thickness - distance
-        log_contact(log, now, np.int64(world.event[i].ball), ~piece.wall, nx, ny, impulse, depth, tangential, slip)
+        log_contact(log, now, world.event[i].ball, ~piece.wall, nx, ny, impulse, depth, tangential, slip)
 
     _count_contact(world, i, closing, now)
     if course.rests:
@@ -309,7 +308,8 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
     if course.hop_time > 0:
         lean_until(world, i, course.hop_time, now)
     if course.hop_time > 0 or now - body.last_disc_contact < lean_time(world):
-        count_slow_contacts(world, i, closing, now, 1)
+        return count_slow_contacts(world, i, closing, now, 1)
+    return False
 
 
 @kernel
@@ -326,13 +326,12 @@ def _count_contact(world: World, i: int, closing: float, now: float) -> None:
 
 
 @kernel
-def count_slow_contacts(world: World, i: int, closing: float, now: float, count: int) -> None:
-    """Count disc i's slow contacts and, if they are too many, have the discs examined. count: of those now."""
-    body, plan = world.body[i], world.rest.plan[0]
+def count_slow_contacts(world: World, i: int, closing: float, now: float, count: int) -> bool:
+    """Count disc i's slow contacts, and return whether they are too many. count: of those now; closing: px/s."""
+    body = world.body[i]
     if closing >= SLOW_HOPS * world.hop_speed:
-        return
+        return False
     if now - body.slow_since > world.hop_time:
         body.slow_since, body.slow_contacts = now, 0
     body.slow_contacts += count
-    if body.slow_contacts >= MAX_SLOW_CONTACTS and now >= plan.jams_from:
-        plan.is_due, plan.time = 1, now
+    return body.slow_contacts >= MAX_SLOW_CONTACTS

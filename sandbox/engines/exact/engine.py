@@ -2,29 +2,46 @@
 # ruff: noqa: D102 (the interface of an engine documents the methods)
 
 import math
-from typing import Final
+from collections.abc import Sequence
+from typing import Any, Final
 
 import numpy as np
 
+from sandbox.compiled import Function, as_python, compiled, write_back
 from sandbox.engines.contact_log import ContactLog, empty_log
 from sandbox.engines.exact.collapse import Collapses
 from sandbox.engines.exact.contact import HOP_TIME
-from sandbox.engines.exact.event_loop import kick, run, snapshot, start
-from sandbox.engines.exact.event_queue import empty_queue
-from sandbox.engines.exact.grid import cell_at, empty_grid, morton_order
-from sandbox.engines.exact.islands import Islands, max_reports, no_islands
-from sandbox.engines.exact.records import BODY, DISC, EVENT, NONE, TURN, aligned
-from sandbox.engines.exact.world import World
+from sandbox.engines.exact.event_loop import (
+    COLLAPSE,
+    JAM,
+    UNFINISHED,
+    UP_TO_DATE,
+    WAKE,
+    Stop,
+    simulate,
+)
+from sandbox.engines.exact.event_queue import NO_PARTNER, empty_queue
+from sandbox.engines.exact.grid import cell_at, enter, grid_for, morton_order
+from sandbox.engines.exact.islands import Islands
+from sandbox.engines.exact.prediction import predict_each
+from sandbox.engines.exact.records import ABSORBED, BODY, DISC, EVENT, NONE, TURN, aligned
+from sandbox.engines.exact.support import MAX_SUPPORTS, report_supports
+from sandbox.engines.exact.touching import is_any_restless
+from sandbox.engines.exact.world import World, move_to_now, release, write_state
+from sandbox.engines.machine_code import MachineCode
 from sandbox.errors import LimitReached
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import pieces_of
-from sandbox.state import Contacts, Floats, State, States
+from sandbox.state import Contacts, Floats, Integers, State, States
 from sandbox.threads import checkpoint
 
 MAX_LOGGED_CONTACTS: Final = 5_000_000  # not yet read: half a GB, and five times that in a comparison
-LOG_ROWS: Final = 64  # of a new engine's log, besides `max_reports`; it doubles when it is full
+LOG_ROWS: Final = 64  # of a new engine's log, besides those of what walls carry; it doubles when it is full
 ROUNDING: Final = 1e-9  # of gravity; a weaker pull is rounding
+MAX_EVENTS: Final = (50_000, 300)  # as machine code and Python: about 50 ms, so that Ctrl-C can end an endless step
+FALLING: Final = 4  # events without gravity that take as long as one with it
+CODE: Final = MachineCode("exact", compiling=300_000, loading=100_000, many=400)  # events; discs
 
 
 class ExactEngine:
@@ -37,59 +54,98 @@ class ExactEngine:
         self._clock = scene.clock
         self._start = initial.time  # s, of the run
         self._steps = 0
-        self._world = _world(scene, initial, hop_time)
-        self._disc_of_ball = np.argsort(self._world.event["ball"])
-        self._row = States.empty(1, len(scene.bodies))  # for `step`
-        self._islands = Islands(self._world)
-        self._collapses = Collapses(self._world)
-        self._max_reports = max_reports(self._world)
-        self._log = empty_log(LOG_ROWS + self._max_reports)
+        self._arrays = _world(scene, initial, hop_time)
+        self._world = as_python(self._arrays)
+        self._runs_python = True
+        self._disc_of_ball = np.argsort(self._arrays.event["ball"]).tolist()
+        self._islands, self._collapses = Islands(self._world), Collapses(self._world)
+        self._log = empty_log(LOG_ROWS + MAX_SUPPORTS * len(scene.bodies))
         self._contacts = ContactLog()
         self.collisions = 0
-        start(self._world)
-        self._islands.begin()
+        self._change_over(work=0)
+        self._predict(np.arange(len(scene.bodies)), 0.0)
+        if self._world.has_gravity:
+            self._examine(0.0, 0.0, is_start=True)
+
+    def _change_over(self, work: int) -> None:
+        """Change over to machine code, if that is due after more work (events)."""
+        if self._runs_python and CODE.is_due(work, len(self._world.disc)):
+            write_back(self._world, self._arrays)
+            self._world, self._runs_python = self._arrays, False
+            self._islands.world = self._collapses.world = self._world
+
+    def _code(self, kernel: Function) -> Function:
+        return kernel if self._runs_python else compiled(kernel)
 
     def step(self) -> None:
         """Process the events of one step. Nothing is computed at its end, so the rate changes no event.
 
         Raises LimitReached if contacts are recorded and exceed MAX_LOGGED_CONTACTS, with or without end.
         """
-        self.advance(1, *self._row)
+        since, now = self._clock.times(self._steps + np.arange(2)).tolist()
+        while (stop := self._process_events(since, now)).reason != UP_TO_DATE or stop.time < now:
+            self._check_limit()
+        if self._world.has_gravity and self._contacts.recording:
+            self._log.filled[0] = 0
+            self._code(report_supports)(self._world, since, now, self._log._replace(collects=True))
+            self._take_log()
+            self._report(self._islands.report(since, now))
+        self._steps += 1
+        self._check_limit()
 
     def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
         """Do some steps, and write the state after each, see `States`. Raises LimitReached as `step` does."""
-        states = States(position, velocity, angle, spin)
-        done, recording = 0, self._contacts.recording
-        times = self._clock.times(self._steps + np.arange(steps + 1))
-        while done < steps:
-            checkpoint()
-            log = self._log._replace(collects=recording)
-            more, collisions = run(self._world, times[done:], states.rows(slice(done, None)), log)
-            done += more
-            self._steps += more
-            self.collisions += collisions
-            count = int(log.filled[0])
-            if count:
-                self._contacts.add(log.row[:count].copy())
-            self._report(self._do_planned())
-            if self._contacts.count > MAX_LOGGED_CONTACTS:
-                raise self._limit_reached()
-            if len(log.row) - count < self._max_reports:
-                self._log = empty_log(2 * len(log.row))
+        for row in zip(position, velocity, angle, spin, strict=True):
+            self.step()
+            self._code(write_state)(self._world, self._now, *row)
 
-    def _limit_reached(self) -> LimitReached:
-        """Return the error of too many contacts. Its time does not depend on when they are counted."""
-        exceeding = int(self._clock.steps_containing(self._contacts.time_of(MAX_LOGGED_CONTACTS)))
-        time = self._start + self._clock.time(exceeding - 1)
-        return LimitReached("exact", time, f"the next step exceeds the limit of {MAX_LOGGED_CONTACTS:,} contacts")
+    def _process_events(self, since: float, now: float) -> Stop:
+        """Process events until a time (s), or until something else has been done that was due before."""
+        checkpoint()
+        self._log.filled[0] = 0
+        log, until = self._log._replace(collects=self._contacts.recording), min(now, self._islands.next_check)
+        most = MAX_EVENTS[self._runs_python]
+        stop: Stop = self._code(simulate)(self._world, since, until, self._islands.jams_from, most, log)
+        self.collisions += stop.collisions
+        self._take_log()
+        if stop.reason == UNFINISHED and stop.events < most:
+            self._log = empty_log(2 * len(log.row))
+        elif stop.reason == UP_TO_DATE and until == self._islands.next_check:
+            if self._code(is_any_restless)(self._world, until):
+                self._examine(since, until)
+            else:
+                self._islands.plan_next_check(until)
+            return stop._replace(time=-math.inf)  # what is examined may have events at once
+        elif stop.reason == JAM:
+            self._examine(since, stop.time)
+        elif stop.reason == WAKE:
+            self._do(self._islands.wake(stop.disc, since, stop.time), stop.time)
+        elif stop.reason == COLLAPSE:
+            *done, jams = self._collapses.resolve(stop.disc, since, stop.time, collects=log.collects)
+            self._do(done, stop.time)
+            if jams and stop.time >= self._islands.jams_from:
+                self._examine(since, stop.time)
+        self._change_over(stop.events * (FALLING if self._world.has_gravity else 1))
+        return stop
 
-    def _do_planned(self) -> Contacts:
-        """Do what the event loop has planned, and return what must be reported first."""
-        plan = self._world.rest.plan[0]
-        if plan["collapsing"] != NONE:
-            seed, now = int(plan["collapsing"]), float(plan["time"])
-            return self._collapses.resolve(seed, self._now, now, collects=self._contacts.recording)
-        return self._islands.do_planned(self._now)
+    def _examine(self, since: float, now: float, *, is_start: bool = False) -> None:
+        self._do(self._islands.examine(since, now, is_start=is_start), now)
+
+    def _do(self, done: Sequence[Any], now: float) -> None:
+        """Predict discs anew (n,) and report contacts, as is to be done after a change to islands or a collapse."""
+        discs, contacts = done
+        self._predict(discs, now)
+        self._report(contacts)
+
+    def _predict(self, discs: Integers, now: float) -> None:
+        self._code(predict_each)(self._world, discs.tolist() if self._runs_python else discs, now)
+
+    def _check_limit(self) -> None:
+        """Raise LimitReached if there are too many contacts; its time does not depend on when they are counted."""
+        if self._contacts.count > MAX_LOGGED_CONTACTS:
+            exceeding = int(self._clock.steps_containing(self._contacts.time_of(MAX_LOGGED_CONTACTS)))
+            time, limit = self._start + self._clock.time(exceeding - 1), f"{MAX_LOGGED_CONTACTS:,} contacts"
+            raise LimitReached("exact", time, f"the next step exceeds the limit of {limit}")
 
     @property
     def _now(self) -> float:
@@ -98,7 +154,7 @@ class ExactEngine:
     def state(self) -> State:
         """Return a snapshot, with every ball moved to now."""
         states = States.empty(1, len(self._disc_of_ball))
-        snapshot(self._world, self._now, states)
+        self._code(write_state)(self._world, self._now, *(part[0] for part in states))
         return states.state(0, self._now)
 
     def record_contacts(self) -> None:
@@ -110,10 +166,17 @@ class ExactEngine:
         return self._contacts.take()
 
     def kick(self, ball: int, dv: Vector) -> None:
-        disc, x, y = int(self._disc_of_ball[ball]), float(dv[0]), float(dv[1])
+        disc, x, y = self._disc_of_ball[ball], float(dv[0]), float(dv[1])
         if not self._islands.absorb(disc, x, y):
-            self._report(self._islands.wake(disc, self._now, self._now))
-            kick(self._world, disc, self._now, x, y)
+            self._do(self._islands.wake(disc, self._now, self._now), self._now)
+            move_to_now(self._world, disc, self._now)
+            self._world.disc[disc].vx += x
+            self._world.disc[disc].vy += y
+            release(self._world, disc)
+            self._predict(np.array([disc]), self._now)
+
+    def _take_log(self) -> None:
+        self._report(self._log.row[: self._log.filled[0]].copy())
 
     def _report(self, contacts: Contacts) -> None:
         if len(contacts) and self._contacts.recording:
@@ -121,24 +184,28 @@ class ExactEngine:
 
 
 def _world(scene: Scene, initial: State, hop_time: float) -> World:
+    """Return the arrays of the event loop, in which no disc has an event yet."""
     bodies, n = scene.bodies, len(scene.bodies)
-    piece = pieces_of(scene)
-    grid = empty_grid(n, 2 * float(bodies.radius.max()), scene.arena.size, piece)
+    piece = pieces_of(scene).view(np.recarray)
+    grid = grid_for(n, 2 * float(bodies.radius.max()), scene.arena.size, piece)
     cell = cell_at(grid, initial.position)
     ball = np.argsort(morton_order(grid, cell), kind="stable")
     disc, event, body, turn = aligned(n, DISC), aligned(n, EVENT), aligned(n, BODY), aligned(n, TURN)
     disc["x"], disc["y"] = initial.position[ball].T
     disc["vx"], disc["vy"] = initial.velocity[ball].T
-    disc["radius"], disc["next"] = bodies.radius[ball], NONE
+    disc["radius"], disc["hit"], disc["next"] = bodies.radius[ball], np.inf, NONE
     event["cell"], event["ball"], event["carrier"] = cell[ball], ball, NONE
+    event["crossing"], event["partner"] = np.inf, NO_PARTNER
     body["ax"], body["ay"] = scene.gravity
     body["mass"], body["elasticity"], body["last_contact"] = bodies.mass[ball], bodies.elasticity[ball], -np.inf
     body["last_disc_contact"] = body["settled"] = -np.inf
     body["corner"] = NONE
     turn["angle"], turn["spin"] = initial.angle[ball], initial.spin[ball]
     turn["friction"], turn["slips_until"], turn["reported_until"] = bodies.friction[ball], np.inf, -np.inf
+    for i, number in enumerate(event["cell"].tolist()):
+        enter(grid, disc, i, number)
     is_rough = scene.is_rough or bool(initial.spin.any() or initial.angle.any())
     gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
-    queue, g = empty_queue(disc, event), math.hypot(*gravity)
-    arrays = disc, event, body, turn, bodies.filters[ball], piece, grid, queue, no_islands(n, has_gravity=g > 0)
+    g = math.hypot(*gravity)
+    arrays = disc, event, body, turn, aligned(n, ABSORBED), bodies.filters[ball], piece, grid, empty_queue(n)
     return World(*arrays, gravity, g > 0, is_rough, bodies.are_filtered, ROUNDING * g, hop_time, g * hop_time / 2)

@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.compiled import Record, kernel, prefetch
+from sandbox.compiled import Record, Records, kernel
 from sandbox.engines.exact.records import NONE
 from sandbox.scene.walls import segment_distance
 from sandbox.state import Floats
@@ -40,16 +40,16 @@ class Grid(NamedTuple):
     stride: int
     width: float
     height: float
-    cell: NDArray[np.void]
-    piece: NDArray[np.int64]
+    cell: Records
+    piece: Any
 
 
-def empty_grid(count: int, widest: float, size: Sequence[float], pieces: NDArray[np.void]) -> Grid:
+def grid_for(count: int, widest: float, size: Sequence[float], pieces: NDArray[np.void]) -> Grid:
     """Return a grid without discs. count: of discs; widest: diameter of the largest, px; size: of the arena, px."""
     width = max(widest * (1 + CELL_MARGIN), math.sqrt(size[0] * size[1] * ITEMS_PER_CELL / (count + len(pieces))))
     columns, rows = (max(1, int(side / width)) for side in size)
     width, height = size[0] / columns, size[1] / rows
-    cell = np.empty((columns + 2) * (rows + 2) + 1, CELL)
+    cell = np.empty((columns + 2) * (rows + 2) + 1, CELL).view(np.recarray)
     x, y = (np.arange(columns) + 0.5) * width, (np.arange(rows) + 0.5) * height
     far = (widest + math.hypot(width, height)) / 2
     near = [_cells_near(piece, x, y, far) for piece in pieces]
@@ -109,7 +109,7 @@ def extent(index: int, last: int, width: float) -> tuple[float, float]:
 
 
 @kernel
-def enter(grid: Grid, disc: NDArray[np.void], i: int, number: int) -> None:
+def enter(grid: Grid, disc: Records, i: int, number: int) -> None:
     """List disc i first in a cell."""
     cell = grid.cell[number]
     disc[i].next = cell.first
@@ -117,7 +117,7 @@ def enter(grid: Grid, disc: NDArray[np.void], i: int, number: int) -> None:
 
 
 @kernel
-def leave(grid: Grid, disc: NDArray[np.void], i: int, number: int) -> None:
+def leave(grid: Grid, disc: Records, i: int, number: int) -> None:
     """Remove disc i from a cell's list."""
     cell = grid.cell[number]
     if cell.first == i:
@@ -127,14 +127,3 @@ def leave(grid: Grid, disc: NDArray[np.void], i: int, number: int) -> None:
     while disc[j].next != i:
         j = disc[j].next
     disc[j].next = disc[i].next
-
-
-@kernel
-def prefetch_around(grid: Grid, disc: NDArray[np.void], number: int) -> None:
-    """Prefetch the first disc of each of the 3 x 3 cells around a cell, all at once, before they are read.
-
-    Of an empty cell, this prefetches what lies before the discs: a branch that the processor cannot foresee costs more.
-    """
-    for row in range(-1, 2):
-        for cell in range(number + row * grid.stride - 1, number + row * grid.stride + 2):
-            prefetch(disc, np.int64(grid.cell[cell].first))

@@ -1,8 +1,6 @@
 """Prediction of a disc's next event: a contact with a disc or a wall, or its crossing into another cell."""
 
-from typing import Final
-
-import numpy as np
+from typing import Any, Final
 
 from sandbox.compiled import Record, kernel
 from sandbox.engines.exact.contact import (
@@ -31,8 +29,8 @@ CLOCK_MARGIN: Final = 1e-15  # relative, of the time, 5 units in the last place:
 @kernel
 def _propose_contact(world: World, i: int, time: float, partner: int, serial: int) -> None:
     """Make a contact disc i's next one if it precedes the earliest predicted so far."""
-    disc, event, queue = world.disc[i], world.event[i], world.queue
-    if time < disc.hit or (time == disc.hit and rank(queue, i, partner) < rank(queue, i, np.int64(event.partner))):
+    disc, event = world.disc[i], world.event[i]
+    if time < disc.hit or (time == disc.hit and rank(world, i, partner) < rank(world, i, event.partner)):
         disc.hit, event.partner, event.partner_serial = time, partner, serial
 
 
@@ -78,7 +76,7 @@ def _predict_discs(world: World, i: int, m: Motion, now: float, corner: int, col
     disc, grid = world.disc, world.grid
     for row in range(rows):
         for cell in range(corner + row * grid.stride, corner + row * grid.stride + columns):
-            j = np.int64(grid.cell[cell].first)
+            j = grid.cell[cell].first
             while j >= 0:
                 o = motion(world, j, now)
                 time = _time_to_disc(world, i, j, m, o, now) if meet(world, i, j) else NEVER
@@ -88,8 +86,8 @@ def _predict_discs(world: World, i: int, m: Motion, now: float, corner: int, col
                         time = _later(_time_to_disc(world, i, j, parting(m, approach), o, now), now)
                     time = _time_of_next(world, i, j, m, approach, time, now)
                 if time < NEVER and i != j and time <= disc[j].hit:
-                    _propose_contact(world, i, time, j, np.int64(disc[j].serial))
-                j = np.int64(disc[j].next)
+                    _propose_contact(world, i, time, j, disc[j].serial)
+                j = disc[j].next
 
 
 @kernel
@@ -155,7 +153,7 @@ def _predict_walls(world: World, i: int, m: Motion, now: float) -> None:
 def _predict_crossing(world: World, i: int, m: Motion, now: float) -> None:
     """Predict when and where disc i leaves its cell."""
     grid, event = world.grid, world.event[i]
-    row, column = divmod(np.int64(event.cell), grid.stride)
+    row, column = divmod(event.cell, grid.stride)
     left, right = extent(column, grid.stride - 2, grid.width)
     top, bottom = extent(row, len(grid.cell) // grid.stride - 2, grid.height)
     dt_x, way_x = time_to_leave(m.x, m.vx, m.ax, left, right)
@@ -169,7 +167,7 @@ def predict(world: World, i: int, now: float) -> None:
     """Predict disc i's next event, from all that it can meet."""
     world.disc[i].hit, world.event[i].partner = NEVER, NO_PARTNER
     if world.is_rough and world.turn[i].slips_until < NEVER:
-        _propose_contact(world, i, world.turn[i].slips_until, ~np.int64(world.event[i].carrier), 0)
+        _propose_contact(world, i, world.turn[i].slips_until, ~world.event[i].carrier, 0)
     update_prediction(world, i, now, world.event[i].cell - world.grid.stride - 1, 3, 3)
 
 
@@ -183,4 +181,11 @@ def update_prediction(world: World, i: int, now: float, corner: int, columns: in
     _predict_walls(world, i, m, now)
     _predict_discs(world, i, m, now, corner, columns, rows)
     _predict_crossing(world, i, m, now)
-    schedule(world.queue, i)
+    schedule(world, i)
+
+
+@kernel
+def predict_each(world: World, discs: Any, now: float) -> None:
+    """Predict the next event of discs, from all that they can meet."""
+    for i in discs:
+        predict(world, i, now)

@@ -78,36 +78,11 @@ ABSORBED: Final = np.dtype(  # momentum that a disc of a static island has absor
     ]
 )
 
-SUPPORT: Final = np.dtype(  # a contact in a static island
-    [
-        ("first", "i8"),  # ball
-        ("second", "i8"),  # ball or ~wall
-        ("nx", "f8"),  # unit vector from first to second
-        ("ny", "f8"),
-        ("force", "f8"),  # kg px/s², along the normal
-        ("friction", "f8"),  # kg px/s², along the tangent
-        ("impulse", "f8"),  # kg px/s, not yet reported, along the normal
-        ("tangential", "f8"),  # likewise, along the tangent
-        ("since", "f8"),  # s, when it began to carry this force
-    ]
-)
-
-PLAN: Final = np.dtype(  # one record: what Python must do before the event loop goes on
-    [
-        ("next_check", "f8"),  # s, when discs are examined next
-        ("time", "f8"),  # s, of what is to be done
-        ("jams_from", "f8"),  # s, before which a jam is not examined again
-        ("is_due", "i4"),  # whether discs are to be examined
-        ("collapsing", "i4"),  # a disc whose sequence of impacts may have no end, or NONE
-        ("wake_request", "i4"),  # a disc whose island is to be woken, or NONE
-        ("pending_momentum", "i4"),  # whether an island was given momentum that its walls have not reported
-        ("supports", "i4"),  # rows of SUPPORT in use
-    ]
-)
+NODE: Final = np.dtype([("time", "f8"), ("disc", "i8")])  # of the event queue; time: s
 
 
 def aligned(count: int, dtype: np.dtype[np.void]) -> NDArray[np.void]:
-    """Return an array of zeros that begins on a cache line."""
+    """Return a record array of zeros that begins on a cache line."""
     memory = np.zeros(count * dtype.itemsize + CACHE_LINE, np.uint8)
     start = -memory.ctypes.data % CACHE_LINE
-    return memory[start : start + count * dtype.itemsize].view(dtype)
+    return memory[start : start + count * dtype.itemsize].view(dtype).view(np.recarray)

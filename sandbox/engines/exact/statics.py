@@ -9,19 +9,17 @@ where b_c' a is the acceleration at which contact c opens and k the stiffness. I
 and with these as the new f, the next minimum is nearer to that of rigid contacts (method of multipliers: D. P.
 Bertsekas, Constrained Optimization and Lagrange Multiplier Methods, 1982). Each is found by Newton's method: the
 function is quadratic in pieces, so with an exact line search it ends after finitely many steps. The matrix is as sparse
-as the contacts. Its Cholesky factor is stored by rows, each from its first entry on (an envelope: A. George and J. W.
-Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981), with discs sorted along the longer side of a
-heap.
+as the contacts: with discs sorted along the longer side of a heap, its entries are near the diagonal.
 
 Coordinates of a disc: x, y and, with friction, r times its angle, whose mass is m/2. A contact without friction has one
 column, its normal n; with friction mu it has two, the edges n + mu t and n - mu t of the friction cone.
 """
 
-from typing import Final, NamedTuple
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from sandbox.compiled import entry, kernel
 from sandbox.engines.exact.records import NONE
 from sandbox.state import Bools, Floats, Integers
 
@@ -32,7 +30,8 @@ CONVERGED: Final = 1e-13  # of the largest load: a change of the forces that is 
 ROUNDING: Final = 3e-16  # of stiffness times acceleration, likewise
 PRESSING: Final = 1e-9  # of the largest force: a smaller one is rounding
 MOVES: Final = 1e-4  # of a random motion: what is left of it in a direction in which a disc can move
-LINE_STEPS: Final = 60  # of the line search
+STANDS: Final = 1e-9  # relative: a change of the accelerations below which forces that change have no end
+MIN_BLOCK: Final = 20  # discs of a block of the matrix: smaller ones take more time in Python
 
 
 class Columns(NamedTuple):
@@ -60,68 +59,138 @@ def columns_of(first: Integers, second: Integers, normal: Floats, friction: Floa
     return Columns(first[contact], second[contact], x, y, slope, contact)
 
 
-class Envelope(NamedTuple):
-    """A symmetric matrix, of which each row is stored from its first entry to the diagonal.
-
-    low: (rows,) column of the first entry; start: (rows + 1,) where in `value` the row begins.
-    """
-
-    low: Integers
-    start: Integers
-    value: Floats
-
-
-def _envelope(columns: Columns, count: int, dimensions: int) -> Envelope:
-    """Return a matrix that has an entry for any two discs that touch."""
-    lowest = np.arange(count)
-    pairs = columns.second != NONE
-    first, second = columns.first[pairs], columns.second[pairs]
-    np.minimum.at(lowest, np.maximum(first, second), np.minimum(first, second))
-    low = np.repeat(lowest * dimensions, dimensions)
-    start = np.concatenate([[0], np.cumsum(np.arange(count * dimensions) - low + 1)])
-    return Envelope(low, start, np.empty(start[-1]))
-
-
-class Problem(NamedTuple):
-    """Columns, and what they must carry. mass, load: (rows,), by coordinate; dimensions: coordinates of a disc."""
-
-    columns: Columns
-    bilateral: Bools
-    mass: Floats
-    load: Floats
-    dimensions: int
-
-
-class Search(NamedTuple):
-    """Memory of Newton's method.
-
-    step: (rows,); opening, rate: (k,), of the columns now and along the step; pushes: (k,), whether the matrix has the
-    column's spring.
-    """
-
-    matrix: Envelope
-    step: Floats
-    opening: Floats
-    rate: Floats
-    pushes: Bools
-
-
 def equilibrium(
-    columns: Columns, mass: Floats, load: Floats, force: Floats, bilateral: Bools, stiffness: float | None = None
+    columns: Columns,
+    mass: Floats,
+    load: Floats,
+    force: Floats,
+    bilateral: Bools,
+    stiffness: float | None = None,
+    least: Floats | float = 0.0,
 ) -> tuple[Floats, Floats]:
     """Return the accelerations under a load, like `load`, and the forces of the columns, like `force`.
 
     mass, load: (n, 2 or 3), by coordinate; force: (k,), from which the search starts; bilateral: (k,), whether the
     column also pulls; stiffness: kg/s², of the springs, STIFFNESS times the mean mass by default. Fast if the discs are
-    sorted along a line.
+    sorted along a line. least: (k,), the rates at which columns open at least.
     """
-    if stiffness is None:
-        stiffness = STIFFNESS * float(mass[:, 0].mean())
-    a, f, k = np.zeros(load.size), force.copy(), len(force)
-    problem = Problem(columns, bilateral, mass.ravel(), load.ravel(), load.shape[1])
-    search = Search(_envelope(columns, *load.shape), np.empty(a.size), np.empty(k), np.empty(k), np.empty(k, bool))
-    _solve(problem, stiffness, search, a, f)
+    k = STIFFNESS * float(mass[:, 0].mean()) if stiffness is None else stiffness
+    system = _System(columns, mass, load, least)
+    a, f, tolerance = np.zeros(load.size), force, CONVERGED * _largest(load)
+    for _ in range(MAX_UPDATES):
+        last, a = a, _minimum(system, a, f, bilateral, k, tolerance)
+        before, f = f, _forces(f, k * (system.openings(a) - least), bilateral)
+        if _largest(f - before) <= tolerance + ROUNDING * k * _largest(a):
+            break
+        if _largest(a - last) <= STANDS * _largest(a):
+            break
     return a.reshape(load.shape), f
+
+
+def _forces(f: Floats, stretched: Floats, bilateral: Bools) -> Floats:
+    """Return the forces of the columns, (k,). stretched: (k,), what springs give up as the columns open."""
+    push = f - stretched
+    return np.where(bilateral | (push > 0), push, 0.0)
+
+
+def _minimum(system: "_System", a: Floats, f: Floats, bilateral: Bools, k: float, tolerance: float) -> Floats:
+    """Return the a at which the function is least for the multipliers f. tolerance: kg px/s², of the sum of forces."""
+    share, pushes = 0.0, np.empty(0, bool)
+    for _ in range(MAX_NEWTON):
+        opening = system.openings(a) - system.least
+        force = _forces(f, k * opening, bilateral)
+        rest = system.load - system.mass * a + system.pushed(force)
+        before, pushes = pushes, (force > 0) | bilateral
+        is_done = share == 1 and np.array_equal(pushes, before)
+        if is_done or _largest(rest) <= tolerance + ROUNDING * k * _largest(a):
+            break
+        step = system.solve(k * pushes.astype(float), rest)
+        rate = system.openings(step)
+
+        away, pull, stretch = system.load - system.mass * a, f - k * opening, k * rate
+        start, slope = -(step * away).sum(), (step * system.mass * step).sum()
+
+        def derivative(t: float, line: Any = (start, slope, rate, pull, stretch)) -> float:
+            """Return the derivative of the function along the step, a share t of it on."""
+            start, slope, rate, pull, stretch = line
+            return float(start + t * slope - (rate * _forces(pull, t * stretch, bilateral)).sum())
+
+        turns = np.divide(pull, stretch, out=np.zeros_like(pull), where=stretch != 0)
+        share = _zero_of(derivative, np.sort(turns[(turns > 0) & (turns < 1)]).tolist())
+        a = a + share * step
+    return a
+
+
+def _zero_of(rising: Callable[[float], float], turns: list[float]) -> float:
+    """Return where a function that rises from a negative value at 0, straight but for turns, is zero, at most 1."""
+    if rising(1.0) <= 0:
+        return 1.0
+    places = [0.0, *turns, 1.0]
+    first, last = 0, len(places) - 1
+    while last - first > 1:
+        middle = (first + last) // 2
+        first, last = (first, middle) if rising(places[middle]) > 0 else (middle, last)
+    low, high = places[first], places[last]
+    below, above = rising(low), rising(high)
+    return low + (high - low) * below / (below - above) if below < 0 < above else high
+
+
+class _System:
+    """Columns as a sparse matrix, and systems of equations with it. mass, load: (rows,), by coordinate; least: (k,)."""
+
+    def __init__(self, columns: Columns, mass: Floats, load: Floats, least: Floats | float) -> None:
+        self.mass, self.load, self.least, d = mass.ravel(), load.ravel(), least, load.shape[1]
+        has_second = columns.second != NONE
+        ends = columns.first, np.where(has_second, columns.second, columns.first)
+        self._row = np.concatenate([end[:, None] * d + np.arange(d) for end in ends], axis=1)  # (k, 2 d), coordinates
+        push = np.stack([columns.x, columns.y, columns.turn], axis=1)
+        signs = np.array([1, 1, -1]) * has_second[:, None]
+        self._push = np.concatenate([-push[:, :d], (signs * push)[:, :d]], axis=1)  # on each of these, per force
+        widest = int(np.abs(ends[0] - ends[1]).max(initial=0))  # discs, between two that touch
+        self._size = d * max(widest, min(len(load), MIN_BLOCK))  # rows of a block
+
+    def openings(self, v: Floats) -> Floats:
+        """Return the rates at which columns open as the coordinates change at the rates v: (k,)."""
+        return (self._push * v[self._row]).sum(axis=1)
+
+    def pushed(self, force: Floats) -> Floats:
+        """Return what forces of the columns do to the coordinates: (rows,)."""
+        given = (force[:, None] * self._push).ravel()
+        return np.bincount(self._row.ravel(), given, len(self.mass)).astype(np.float64)
+
+    def solve(self, stiffness: Floats, right: Floats) -> Floats:
+        """Return the solution for the matrix of the masses and the columns' springs, kg/s². right: (rows,).
+
+        Discs that touch are in one block or in two that follow each other, so the blocks are eliminated in order.
+        """
+        size, rows = self._size, len(self.mass)
+        blocks = -(-rows // size)
+        row, column = np.broadcast_arrays(self._row[:, :, None], self._row[:, None, :])
+        entry = stiffness[:, None, None] * self._push[:, :, None] * self._push[:, None, :]
+        beside = column // size - row // size  # blocks to the right of the diagonal
+        at = ((2 * (row // size) + beside) * size + row % size) * size + column % size
+        upper = beside >= 0
+        matrix = np.bincount(at[upper], entry[upper], 2 * blocks * size**2).reshape(blocks, 2, size, size) + 0.0
+        own, next_ = matrix[:, 0], matrix[:, 1]
+        padding = np.ones(blocks * size)
+        padding[:rows] = self.mass
+        own[:, np.arange(size), np.arange(size)] += padding.reshape(blocks, size)
+        x: Floats = np.append(right, np.zeros(blocks * size - rows)).reshape(blocks, size)
+        reduced = np.empty_like(next_)
+        for k in range(blocks):
+            if k > 0:
+                own[k] -= next_[k - 1].T @ reduced[k - 1]
+                x[k] -= next_[k - 1].T @ x[k - 1]
+            solved = np.linalg.solve(own[k], np.concatenate([next_[k], x[k, :, None]], axis=1))
+            reduced[k], x[k] = solved[:, :-1], solved[:, -1]
+        for k in range(blocks - 2, -1, -1):
+            x[k] -= reduced[k] @ x[k + 1]
+        solution: Floats = x.ravel()[:rows]
+        return solution
+
+
+def _largest(values: Floats) -> float:
+    return float(np.abs(values).max(initial=0.0))
 
 
 def pushed(columns: Columns, force: Floats, count: int) -> Floats:
@@ -165,200 +234,3 @@ def _free_motions(columns: Columns, mass: Floats, presses: Bools) -> list[Floats
     anywhere = mass * np.random.default_rng(0).standard_normal(mass.shape)
     nothing = np.zeros(len(columns.x))
     return [equilibrium(columns, mass, load, nothing, presses)[0] for load in (anywhere, -anywhere)]
-
-
-@kernel
-def _opening(columns: Columns, c: int, v: Floats, d: int) -> float:
-    """Return the rate at which column c opens if the discs' coordinates change at the rates v, d for each disc."""
-    i, j = columns.first[c] * d, columns.second[c] * d
-    rate = -columns.x[c] * v[i] - columns.y[c] * v[i + 1]
-    if d == 3:
-        rate -= columns.turn[c] * v[i + 2]
-    if j >= 0:
-        rate += columns.x[c] * v[j] + columns.y[c] * v[j + 1]
-        if d == 3:
-            rate -= columns.turn[c] * v[j + 2]
-    return rate
-
-
-@kernel
-def _push(columns: Columns, c: int, force: float, total: Floats, d: int) -> None:
-    """Add what a force of column c does to the forces on the discs' coordinates."""
-    i, j = columns.first[c] * d, columns.second[c] * d
-    x, y, turn = force * columns.x[c], force * columns.y[c], force * columns.turn[c]
-    total[i] -= x
-    total[i + 1] -= y
-    if d == 3:
-        total[i + 2] -= turn
-    if j >= 0:
-        total[j] += x
-        total[j + 1] += y
-        if d == 3:
-            total[j + 2] -= turn
-
-
-@kernel
-def _add_spring(columns: Columns, c: int, stiffness: float, matrix: Envelope, d: int) -> None:
-    """Add the spring of column c to the matrix."""
-    i, j = columns.first[c], columns.second[c]
-    to_i = (-columns.x[c], -columns.y[c], -columns.turn[c])
-    to_j = (columns.x[c], columns.y[c], -columns.turn[c])
-    for p in range(d):
-        row = i * d + p
-        for q in range(p + 1):
-            matrix.value[matrix.start[row] + i * d + q - matrix.low[row]] += stiffness * to_i[p] * to_i[q]
-        if j < 0:
-            continue
-        row = j * d + p
-        for q in range(p + 1):
-            matrix.value[matrix.start[row] + j * d + q - matrix.low[row]] += stiffness * to_j[p] * to_j[q]
-        for q in range(d):
-            if i < j:
-                matrix.value[matrix.start[row] + i * d + q - matrix.low[row]] += stiffness * to_j[p] * to_i[q]
-            else:
-                row_i = i * d + p
-                matrix.value[matrix.start[row_i] + j * d + q - matrix.low[row_i]] += stiffness * to_i[p] * to_j[q]
-
-
-@kernel
-def _dot(a: Floats, i: int, b: Floats, j: int, count: int) -> float:
-    """Return the scalar product of parts of two arrays. Four sums, because one would wait for itself."""
-    s0 = s1 = s2 = s3 = 0.0
-    k = 0
-    while k + 4 <= count:
-        s0 += a[i + k] * b[j + k]
-        s1 += a[i + k + 1] * b[j + k + 1]
-        s2 += a[i + k + 2] * b[j + k + 2]
-        s3 += a[i + k + 3] * b[j + k + 3]
-        k += 4
-    while k < count:
-        s0 += a[i + k] * b[j + k]
-        k += 1
-    return (s0 + s1) + (s2 + s3)
-
-
-@kernel
-def _factorise(matrix: Envelope) -> None:
-    """Replace a positive definite matrix by its Cholesky factor."""
-    low, start, value = matrix
-    for row in range(len(low)):
-        for column in range(low[row], row):
-            shared = max(low[row], low[column])
-            before = _dot(
-                value, start[row] + shared - low[row], value, start[column] + shared - low[column], column - shared
-            )
-            at = start[row] + column - low[row]
-            value[at] = (value[at] - before) / value[start[column + 1] - 1]
-        diagonal = start[row + 1] - 1
-        before = _dot(value, start[row], value, start[row], diagonal - start[row])
-        value[diagonal] = np.sqrt(value[diagonal] - before)
-
-
-@kernel
-def _divide(matrix: Envelope, x: Floats) -> None:
-    """Replace a vector by the solution of the factorised matrix's system with it on the right."""
-    low, start, value = matrix
-    for row in range(len(low)):
-        before = _dot(value, start[row], x, low[row], row - low[row])
-        x[row] = (x[row] - before) / value[start[row + 1] - 1]
-    for row in range(len(low) - 1, -1, -1):
-        x[row] /= value[start[row + 1] - 1]
-        for column in range(low[row], row):
-            x[column] -= x[row] * value[start[row] + column - low[row]]
-
-
-@kernel
-def _largest(x: Floats) -> float:
-    largest = 0.0
-    for value in x:
-        largest = max(largest, abs(value))
-    return largest
-
-
-@kernel
-def _push_of(problem: Problem, f: Floats, stiffness: float, opening: float, c: int) -> float:
-    """Return the force of column c, which opens at a rate."""
-    push = f[c] - stiffness * opening
-    return push if push > 0 or problem.bilateral[c] else 0.0
-
-
-@kernel
-def _factorise_springs(problem: Problem, stiffness: float, search: Search) -> None:
-    """Factorise the matrix of the masses and of the columns that push."""
-    matrix, d = search.matrix, problem.dimensions
-    matrix.value[:] = 0.0
-    for row in range(len(problem.mass)):
-        matrix.value[matrix.start[row + 1] - 1] = problem.mass[row]
-    for c in range(len(search.pushes)):
-        if search.pushes[c]:
-            _add_spring(problem.columns, c, stiffness, matrix, d)
-    _factorise(matrix)
-
-
-@kernel
-def _derivative(problem: Problem, f: Floats, stiffness: float, search: Search, a: Floats, t: float) -> float:
-    """Return the derivative of the function along the step, a share t of it on."""
-    total = 0.0
-    for k in range(len(a)):
-        total += search.step[k] * (problem.mass[k] * (a[k] + t * search.step[k]) - problem.load[k])
-    for c in range(len(f)):
-        total -= search.rate[c] * _push_of(problem, f, stiffness, search.opening[c] + t * search.rate[c], c)
-    return total
-
-
-@kernel
-def _share_of_step(problem: Problem, f: Floats, stiffness: float, search: Search, a: Floats) -> float:
-    """Return the share of the step at which the function is least, at most 1."""
-    if _derivative(problem, f, stiffness, search, a, 1.0) <= 0:
-        return 1.0
-    low, high = 0.0, 1.0
-    for _ in range(LINE_STEPS):
-        middle = (low + high) / 2
-        if _derivative(problem, f, stiffness, search, a, middle) > 0:
-            high = middle
-        else:
-            low = middle
-    return high
-
-
-@kernel
-def _minimise(problem: Problem, f: Floats, stiffness: float, search: Search, a: Floats, tolerance: float) -> None:
-    """Find the least a for the multipliers f. tolerance: kg px/s², of the sum of forces."""
-    columns, d = problem.columns, problem.dimensions
-    share = 0.0
-    for attempt in range(MAX_NEWTON):
-        is_new = attempt == 0
-        for k in range(len(a)):
-            search.step[k] = problem.load[k] - problem.mass[k] * a[k]
-        for c in range(len(f)):
-            search.opening[c] = _opening(columns, c, a, d)
-            push = _push_of(problem, f, stiffness, search.opening[c], c)
-            _push(columns, c, push, search.step, d)
-            pushes = push > 0 or problem.bilateral[c]
-            is_new = is_new or pushes != search.pushes[c]
-            search.pushes[c] = pushes
-        if _largest(search.step) <= tolerance + ROUNDING * stiffness * _largest(a) or (share == 1 and not is_new):
-            return
-        if is_new:
-            _factorise_springs(problem, stiffness, search)
-        _divide(search.matrix, search.step)
-        for c in range(len(f)):
-            search.rate[c] = _opening(columns, c, search.step, d)
-        share = _share_of_step(problem, f, stiffness, search, a)
-        for k in range(len(a)):
-            a[k] += share * search.step[k]
-
-
-@entry
-def _solve(problem: Problem, stiffness: float, search: Search, a: Floats, f: Floats) -> None:
-    """Find a, (rows,), and f, (k,), from those given."""
-    tolerance = CONVERGED * _largest(problem.load)
-    for _ in range(MAX_UPDATES):
-        _minimise(problem, f, stiffness, search, a, tolerance)
-        change = 0.0
-        for c in range(len(f)):
-            push = _push_of(problem, f, stiffness, _opening(problem.columns, c, a, problem.dimensions), c)
-            change = max(change, abs(push - f[c]))
-            f[c] = push
-        if change <= tolerance + ROUNDING * stiffness * _largest(a):
-            break

@@ -3,8 +3,6 @@
 import math
 from typing import Final, NamedTuple
 
-import numpy as np
-
 from sandbox.compiled import Record, kernel
 from sandbox.engines.contact_log import Log, log_contact
 from sandbox.engines.exact.friction import apply_face_friction, slip_on
@@ -37,6 +35,11 @@ def normal_to(disc: Record, piece: Record) -> tuple[float, float, float]:
     off = ry * piece.tx - rx * piece.ty
     side = 1.0 if off > 0 and piece.wall >= ARENA_COUNT else -1.0
     return -side * piece.ty, side * piece.tx, side * off
+
+
+@kernel
+def _sign(value: float) -> float:
+    return math.copysign(1.0, value) if value != 0 else 0.0
 
 
 @kernel
@@ -102,7 +105,7 @@ def _corner(world: World, i: int, sense: float) -> Corner:
 
     Without friction if it rests: then the forces are not unique.
     """
-    disc, p, q = world.disc[i], np.int64(world.event[i].carrier), np.int64(world.body[i].corner)
+    disc, p, q = world.disc[i], world.event[i].carrier, world.body[i].corner
     nx, ny, _ = normal_to(disc, world.piece[p])
     mx, my, _ = normal_to(disc, world.piece[q])
     at_n, at_m = 0.0, 0.0
@@ -118,15 +121,15 @@ def _corner(world: World, i: int, sense: float) -> Corner:
 def _stop_in_corner(world: World, i: int, now: float, log: Log) -> None:
     """Stop disc i where the two faces that carry it meet, and let it turn there until friction has stopped that too."""
     disc, body, turn = world.disc[i], world.body[i], world.turn[i]
-    c = _corner(world, i, np.sign(turn.spin) if world.is_rough else 0.0)
+    c = _corner(world, i, _sign(turn.spin) if world.is_rough else 0.0)
     # Where it can neither turn on both faces nor climb either, it jams, and each face takes half of its spin.
     jams = world.is_rough and min(c.to_n, c.to_m) < -world.min_pull
     each = body.mass * disc.radius * turn.spin / 4 if jams else 0.0
     x, y = body.mass * disc.vx + each * (c.ny + c.my), body.mass * disc.vy - each * (c.nx + c.mx)
     to_n, to_m = _along(x, y, c.nx, c.ny, c.mx, c.my)
-    p, q = np.int64(world.event[i].carrier), np.int64(body.corner)
-    _write_support(world, i, p, c.nx, c.ny, to_n, each, slip_on(world, i, c.nx, c.ny), now, log)
-    _write_support(world, i, q, c.mx, c.my, to_m, each, slip_on(world, i, c.mx, c.my), now, log)
+    p, q = world.event[i].carrier, body.corner
+    _log_support(world, i, p, c.nx, c.ny, to_n, each, slip_on(world, i, c.nx, c.ny), now, log)
+    _log_support(world, i, q, c.mx, c.my, to_m, each, slip_on(world, i, c.mx, c.my), now, log)
     disc.vx = disc.vy = body.ax = body.ay = 0.0
     if not world.is_rough:
         return
@@ -143,7 +146,7 @@ def _stop_in_corner(world: World, i: int, now: float, log: Log) -> None:
 def stop_slipping(world: World, i: int, now: float) -> None:
     """Let disc i, whose slip has become 0, go on: on its face, or at rest in its corner or on either of its faces."""
     disc, body, turn = world.disc[i], world.body[i], world.turn[i]
-    p, q = np.int64(world.event[i].carrier), np.int64(body.corner)
+    p, q = world.event[i].carrier, body.corner
     nx, ny, _ = normal_to(disc, world.piece[p])
     disc.serial += 1
     turn.reported_until = now
@@ -160,7 +163,7 @@ def stop_slipping(world: World, i: int, now: float) -> None:
 
 
 @kernel
-def _write_support(
+def _log_support(
     world: World,
     i: int,
     p: int,
@@ -173,8 +176,8 @@ def _write_support(
     log: Log,
 ) -> None:
     if impulse != 0 or tangential != 0:
-        ball, wall = np.int64(world.event[i].ball), ~world.piece[p].wall
-        log_contact(log, now, ball, wall, nx, ny, impulse, 0.0, tangential, slip)
+        wall = ~world.piece[p].wall
+        log_contact(log, now, world.event[i].ball, wall, nx, ny, impulse, 0.0, tangential, slip)
 
 
 @kernel
@@ -189,15 +192,22 @@ def report_support(world: World, i: int, since: float, now: float, log: Log) -> 
     start, rim, turning = max(since, body.last_contact), 0.0, 0.0
     if world.is_rough:
         start = max(start, world.turn[i].reported_until)
-        rim, turning = disc.radius * rotation(world, i, start)[1], -np.sign(world.turn[i].spin_rate)
-    momentum, p = body.mass * (now - start), np.int64(event.carrier)
+        rim, turning = disc.radius * rotation(world, i, start)[1], -_sign(world.turn[i].spin_rate)
+    momentum, p = body.mass * (now - start), event.carrier
     if body.corner != NONE:
-        c, q = _corner(world, i, turning), np.int64(body.corner)
-        _write_support(world, i, p, c.nx, c.ny, momentum * c.to_n, momentum * c.friction_n, rim, now, log)
-        _write_support(world, i, q, c.mx, c.my, momentum * c.to_m, momentum * c.friction_m, rim, now, log)
+        c, q = _corner(world, i, turning), body.corner
+        _log_support(world, i, p, c.nx, c.ny, momentum * c.to_n, momentum * c.friction_n, rim, now, log)
+        _log_support(world, i, q, c.mx, c.my, momentum * c.to_m, momentum * c.friction_m, rim, now, log)
         return
     nx, ny, _ = normal_to(disc, world.piece[p])
     x, y, m = world.gravity[0] - body.ax, world.gravity[1] - body.ay, motion(world, i, start)
     friction = momentum * (y * nx - x * ny) if world.is_rough else 0.0
     slip = m.vy * nx - m.vx * ny + rim
-    _write_support(world, i, p, nx, ny, momentum * (x * nx + y * ny), friction, slip, now, log)
+    _log_support(world, i, p, nx, ny, momentum * (x * nx + y * ny), friction, slip, now, log)
+
+
+@kernel
+def report_supports(world: World, since: float, now: float, log: Log) -> None:
+    """Report what walls gave all discs that they carry until now, since a time (s)."""
+    for i in range(len(world.disc)):
+        report_support(world, i, since, now, log)

@@ -1,37 +1,121 @@
-"""Which discs may be at rest, and which of them touch each other and walls."""
+"""Which discs touch each other and walls, and which of them may be at rest."""
 
 import math
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from sandbox.compiled import entry, kernel
+from sandbox.compiled import column, kernel
 from sandbox.engines.exact.contact import is_jammed, is_slow
 from sandbox.engines.exact.records import NONE, STATIC
-from sandbox.engines.exact.support import normal_to
-from sandbox.engines.exact.world import World, meet, motion
+from sandbox.engines.exact.world import Motion, World
+from sandbox.quantity import passing
 from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Bools, Floats, Integers
 
 TOUCHING_HOPS: Final = 256  # heights of a hop, between discs that count as touching: 16 of the fastest hop
 CARRIED_HOPS: Final = 20  # hop speeds, below which a disc that a smooth wall carries may be at rest; rough, it rolls
-MAX_TOUCHING: Final = 8  # contacts per disc: at most 3 with others (the contacts are a planar graph), and some of walls
 
 
 class Touching(NamedTuple):
-    """Contacts between discs that may be at rest, and of these with walls. (k,) each; normal: (k, 2).
+    """Contacts between discs, and of discs with walls, in the order of the scene. (k,) each; normal: (k, 2).
 
-    first, second: discs, or ~piece of wall as the second; normal: from first to second.
+    first, second: discs, or ~piece of wall as the second; normal: from first to second; gap: px.
     """
 
     first: Integers
     second: Integers
     normal: Floats
+    gap: Floats
+
+    @property
+    def partner(self) -> Integers:
+        """The second discs, and 0 instead of walls: (k,)."""
+        return np.maximum(self.second, 0)
+
+    def where(self, kept: Bools | Integers) -> "Touching":
+        """Return some of the contacts, by a mask or by their numbers."""
+        return Touching(self.first[kept], self.second[kept], self.normal[kept], self.gap[kept])
 
     def within(self, disc: Bools) -> "Touching":
         """Return the contacts of some discs (n,) with each other and with walls."""
-        kept = disc[self.first] & np.where(self.second < 0, True, disc[np.maximum(self.second, 0)])
-        return Touching(self.first[kept], self.second[kept], self.normal[kept])
+        return self.where(disc[self.first] & ((self.second < 0) | disc[self.partner]))
+
+    def groups(self, count: int) -> Integers:
+        """Return a number for each disc, (count,), the least of the discs that touch it, directly or through others."""
+        group, pairs = list(range(count)), self.second >= 0
+        for a, b in zip(self.first[pairs].tolist(), self.second[pairs].tolist(), strict=True):
+            while group[a] != a:
+                a = group[a]  # noqa: PLW2901
+            while group[b] != b:
+                b = group[b]  # noqa: PLW2901
+            group[max(a, b)] = min(a, b)
+        for i in range(count):
+            group[i] = group[group[i]]  # whose own is final, as it is not larger than i
+        return np.array(group)
+
+
+def motions(world: World, now: float) -> Any:
+    """Return where all discs are now, and how they move: a Motion of arrays, (n,) each."""
+    x, y, vx, vy, t = (column(world.disc, name) for name in ("x", "y", "vx", "vy", "t"))
+    ax: Any = column(world.body, "ax") * world.has_gravity
+    ay: Any = column(world.body, "ay") * world.has_gravity
+    dt = now - t
+    return Motion(x + dt * (vx + 0.5 * dt * ax), y + dt * (vy + 0.5 * dt * ay), vx + dt * ax, vy + dt * ay, ax, ay)
+
+
+def find_touching(world: World, m: Any, among: Bools, gap: float) -> Touching:
+    """Return the contacts of some discs, (n,), with each other and with walls, up to a gap (px). m: of all discs."""
+    radius, ball = column(world.disc, "radius"), column(world.event, "ball")
+    first, second = _near(column(world.event, "cell"), world.grid.stride, np.flatnonzero(among))
+    swap = ball[first] > ball[second]
+    first, second = np.where(swap, second, first), np.where(swap, first, second)
+    if world.is_filtered:
+        meets = ~passing(np.array(world.filters), first, second)
+        first, second = first[meets], second[meets]
+    r = np.stack([m.x[second] - m.x[first], m.y[second] - m.y[first]], axis=1)
+    distance = np.sqrt((r**2).sum(axis=1))
+    pairs = Touching(first, second, _unit(r, distance), distance - radius[first] - radius[second])
+    both = [pairs.where(pairs.gap <= gap), _at_walls(world, m, radius, among, gap)]
+    contacts = Touching(*map(np.concatenate, zip(*both, strict=True)))
+    number = np.where(contacts.second < 0, contacts.second, ball[contacts.partner])
+    return contacts.where(np.lexsort((number, ball[contacts.first])))
+
+
+def _near(cell: Integers, stride: int, disc: Integers) -> tuple[Integers, Integers]:
+    """Return the pairs of some discs in cells next to each other. cell: (n,); disc: numbers."""
+    disc = disc[np.argsort(cell[disc], kind="stable")]
+    own, pairs = cell[disc], [np.empty((2, 0), np.int64)]
+    for offset in (0, 1, stride - 1, stride, stride + 1):  # half of the cells around: the others have the pair too
+        begin = np.arange(1, len(own) + 1) if offset == 0 else np.searchsorted(own, own + offset)
+        end = np.searchsorted(own, own + offset, "right")
+        for shift in range(int((end - begin).max(initial=0))):
+            has = begin + shift < end
+            pairs.append(np.stack([disc[has], disc[begin[has] + shift]]))
+    first, second = np.concatenate(pairs, axis=1)
+    return first, second
+
+
+def _at_walls(world: World, m: Any, radius: Floats, among: Bools, gap: float) -> Touching:
+    """Return the contacts of some discs with walls: beside their faces, or with their ends."""
+    names = ("x", "y", "tx", "ty", "length", "half_thickness", "wall")
+    x, y, tx, ty, length, half_thickness, wall = (column(world.piece, name) for name in names)
+    disc = np.flatnonzero(among)
+    rx, ry = m.x[disc, None] - x, m.y[disc, None] - y
+    off, along = ry * tx - rx * ty, rx * tx + ry * ty
+    is_end, is_arena = length == 0, wall < ARENA_COUNT
+    distance = np.where(is_end, np.hypot(rx, ry), np.where(is_arena, off, np.abs(off)))
+    distance[~is_end & ~is_arena & ~((along >= 0) & (along <= length))] = np.inf
+    gaps = distance - (radius[disc, None] + half_thickness)
+    k, p = np.nonzero(gaps <= gap)
+    side = np.where((off[k, p] < 0) & ~is_arena[p], 1.0, -1.0)
+    of_face = np.stack([-side * ty[p], side * tx[p]], axis=1)
+    of_end = _unit(-np.stack([rx[k, p], ry[k, p]], axis=1), np.hypot(rx[k, p], ry[k, p]))
+    return Touching(disc[k], ~p, np.where(is_end[p, None], of_end, of_face), gaps[k, p])
+
+
+def _unit(r: Floats, distance: Floats) -> Floats:
+    return np.where(distance[:, None] > 0, r / np.where(distance > 0, distance, 1.0)[:, None], (1.0, 0.0))
 
 
 def find_restless(world: World, now: float, *, is_start: bool) -> tuple[Bools, Touching]:
@@ -39,18 +123,17 @@ def find_restless(world: World, now: float, *, is_start: bool) -> tuple[Bools, T
 
     is_start: whether nothing has happened yet; then these are all that are at rest and touch something.
     """
-    n = len(world.disc)
-    resting, restless = np.empty(n, bool), np.empty(n, bool)
-    _find_resting(world, now, is_start, resting, restless)
-    capacity = MAX_TOUCHING * n
-    first, second, normal = np.empty(capacity, np.int64), np.empty(capacity, np.int64), np.empty((capacity, 2))
+    n, m = len(world.disc), motions(world, now)
+    restless = np.array([is_restless(world, i, now) for i in range(n)])
+    if is_start:
+        still = (m.vx == 0) & (m.vy == 0)
+        restless |= still & (column(world.turn, "spin") == 0) if world.is_rough else still
+    slow = world.hop_speed if world.is_rough else CARRIED_HOPS * world.hop_speed
+    resting = restless | ((column(world.event, "carrier") != NONE) & (np.hypot(m.vx, m.vy) < slow))
     gap = TOUCHING_HOPS * math.hypot(*world.gravity) * world.hop_time**2 / 8
-    count = _find_touching(world, now, resting, gap, first, second, normal)
-    touching = Touching(first[:count], second[:count], normal[:count])
-    group = groups(touching, n)
-    wanted = np.zeros(n, bool)
-    wanted[group[restless]] = True
-    resting &= wanted[group]
+    touching = find_touching(world, m, resting, gap)
+    group = touching.groups(n)
+    resting &= np.isin(group, group[restless])
     if is_start:
         touches = np.zeros(n, bool)
         touches[touching.first] = touches[touching.second[touching.second >= 0]] = True
@@ -58,96 +141,18 @@ def find_restless(world: World, now: float, *, is_start: bool) -> tuple[Bools, T
     return resting, touching.within(resting)
 
 
-def groups(touching: Touching, count: int) -> Integers:
-    """Return a number for each disc, (count,), which is the same for discs that touch."""
-    group = np.arange(count)
-    _join(touching.first, touching.second, group)
-    return group
-
-
-@kernel
-def _is_still(world: World, i: int, now: float) -> bool:
-    """Return whether disc i neither moves nor turns."""
-    m = motion(world, i, now)
-    return m.vx == 0 and m.vy == 0 and (not world.is_rough or world.turn[i].spin == 0)
-
-
 @kernel
 def is_restless(world: World, i: int, now: float) -> bool:
     """Return whether disc i must be examined: it hops though it is slow, is jammed, or carries more than its weight."""
     if world.event[i].carrier == STATIC:
-        return world.rest.absorbed[i].load_x != 0 or world.rest.absorbed[i].load_y != 0
+        return world.absorbed[i].load_x != 0 or world.absorbed[i].load_y != 0
     return is_slow(world, i, now) and (is_jammed(world, i, now) or now < world.body[i].leans_until)
 
 
-@entry
-def _find_resting(world: World, now: float, is_start: bool, resting: Bools, restless: Bools) -> None:
-    """Find the discs that may be at rest, and those of them that must be examined. resting, restless: (n,), to fill."""
-    for i in range(len(world.disc)):
-        m = motion(world, i, now)
-        restless[i] = is_restless(world, i, now) or (is_start and _is_still(world, i, now))
-        slow = world.hop_speed if world.is_rough else CARRIED_HOPS * world.hop_speed
-        resting[i] = restless[i] or (world.event[i].carrier != NONE and math.hypot(m.vx, m.vy) < slow)
-
-
 @kernel
-def gap_to_piece(world: World, i: int, p: int, x: float, y: float) -> float:
-    """Return the gap (px) between disc i at a place and a piece of wall; infinite if it is not beside the face."""
-    disc, piece = world.disc[i], world.piece[p]
-    rx, ry = x - piece.x, y - piece.y
-    reach = disc.radius + piece.half_thickness
-    if piece.length == 0:
-        return math.hypot(rx, ry) - reach
-    off, along = ry * piece.tx - rx * piece.ty, rx * piece.tx + ry * piece.ty
-    if piece.wall < ARENA_COUNT:
-        return off - reach
-    return abs(off) - reach if 0 <= along <= piece.length else math.inf
-
-
-@entry
-def _find_touching(
-    world: World, now: float, resting: Bools, gap: float, first: Integers, second: Integers, normal: Floats
-) -> int:
-    """Find the contacts of resting discs, at most a gap (px) apart, as in `Touching`. Returns their number."""
-    count = 0
-    for i in range(len(world.disc)):
-        if not resting[i]:
-            continue
-        m, event, grid = motion(world, i, now), world.event[i], world.grid
-        for row in range(-1, 2):
-            for cell in range(event.cell + row * grid.stride - 1, event.cell + row * grid.stride + 2):
-                j = np.int64(grid.cell[cell].first)
-                while j >= 0:
-                    o = motion(world, j, now)
-                    rx, ry = o.x - m.x, o.y - m.y
-                    reach = world.disc[i].radius + world.disc[j].radius
-                    is_near = resting[j] and event.ball < world.event[j].ball and rx * rx + ry * ry < (reach + gap) ** 2
-                    if is_near and meet(world, i, j) and (rx != 0 or ry != 0) and count < len(first):
-                        distance = math.sqrt(rx * rx + ry * ry)
-                        first[count], second[count] = i, j
-                        normal[count, 0], normal[count, 1] = rx / distance, ry / distance
-                        count += 1
-                    j = np.int64(world.disc[j].next)
-        for k in range(grid.cell[event.cell].begin, grid.cell[event.cell + 1].begin):
-            p = grid.piece[k]
-            if gap_to_piece(world, i, p, m.x, m.y) < gap and count < len(first):
-                first[count], second[count] = i, ~p
-                normal[count, 0], normal[count, 1], _ = normal_to(m, world.piece[p])
-                count += 1
-    return count
-
-
-@entry
-def _join(first: Integers, second: Integers, group: Integers) -> None:
-    """Give discs that touch, and those that they touch, one number: the least of theirs. group: (n,), their numbers."""
-    for k in range(len(first)):
-        if second[k] < 0:
-            continue
-        a, b = first[k], second[k]
-        while group[a] != a:
-            a = group[a]
-        while group[b] != b:
-            b = group[b]
-        group[max(a, b)] = min(a, b)
-    for i in range(len(group)):
-        group[i] = group[group[i]]  # whose own is final, as it is not larger than i
+def is_any_restless(world: World, now: float) -> bool:
+    """Return whether discs must be examined."""
+    for i in range(len(world.disc)):  # noqa: SIM110  (machine code has no `any`)
+        if is_restless(world, i, now):
+            return True
+    return False

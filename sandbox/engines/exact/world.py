@@ -1,48 +1,36 @@
 """The data of the event loop, and how a disc moves between its events."""
 
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from sandbox.compiled import kernel
-from sandbox.engines.exact.event_queue import EventQueue
+from sandbox.compiled import Records, kernel
 from sandbox.engines.exact.grid import Grid
 from sandbox.engines.exact.records import NONE
 from sandbox.engines.laws import NEVER
 from sandbox.quantity import pass_through
-from sandbox.state import Integers
+from sandbox.state import Floats
 
 COINCIDENT: Final = 1e-100  # px along x between centres that coincide, so that their normal is (1, 0)
-
-
-class Rest(NamedTuple):
-    """Static islands: their part of the data. plan: (1,) PLAN; absorbed: (n,) ABSORBED; support: SUPPORT."""
-
-    plan: NDArray[np.void]
-    absorbed: NDArray[np.void]
-    support: NDArray[np.void]
 
 
 class World(NamedTuple):
     """The data of the event loop. Discs are stored so that those near each other are near in memory too.
 
     disc: (n,) DISC; event: (n,) EVENT; body: (n,) BODY; turn: (n,) TURN, which is read only if something is_rough: has
-    friction or spin; filters: (n, 3), as in `Bodies`, which are read only if it is_filtered; piece: (m,) PIECE; rest:
-    static islands; gravity: px/s²; has_gravity: whether it is not 0;
-    min_pull: px/s², below which a pull is rounding; hop_time: s, for which discs that lean on each other are apart;
-    hop_speed: px/s, at which they part.
+    friction or spin; absorbed: (n,) ABSORBED; filters: (n, 3), as in `Bodies`, which are read only if it is_filtered;
+    piece: (m,) PIECE; node: of the event queue; gravity: px/s²; has_gravity: whether it is not 0; min_pull: px/s²,
+    below which a pull is rounding; hop_time: s, for which discs that lean on each other are apart; hop_speed: px/s, at
+    which they part.
     """
 
-    disc: NDArray[np.void]
-    event: NDArray[np.void]
-    body: NDArray[np.void]
-    turn: NDArray[np.void]
-    filters: Integers
-    piece: NDArray[np.void]
+    disc: Records
+    event: Records
+    body: Records
+    turn: Records
+    absorbed: Records
+    filters: Any
+    piece: Records
     grid: Grid
-    queue: EventQueue
-    rest: Rest
+    node: Records
     gravity: tuple[float, float]
     has_gravity: bool
     is_rough: bool
@@ -106,3 +94,14 @@ def release(world: World, i: int) -> None:
     if world.is_rough:
         world.turn[i].spin_rate, world.turn[i].slips_until = 0.0, NEVER
     world.disc[i].serial += 1
+
+
+@kernel
+def write_state(world: World, now: float, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
+    """Write the state of each ball now, in scene order: (n, 2) px and px/s, (n,) rad and rad/s."""
+    for i in range(len(world.disc)):
+        m, ball = motion(world, i, now), world.event[i].ball
+        position[ball, 0], position[ball, 1] = m.x, m.y
+        velocity[ball, 0], velocity[ball, 1] = m.vx, m.vy
+        if world.is_rough:
+            angle[ball], spin[ball] = rotation(world, i, now)
