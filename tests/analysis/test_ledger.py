@@ -53,8 +53,6 @@ def test_the_lines_add_up_to_the_whole_change(name: str) -> None:
         assert remainder(run) < 1e-9, engine
         if engine in OWN and name != "funnel":  # exact keeps discs at rest in a heap without contacts
             assert Cause.UNREPORTED not in energies, engine
-            rounding = abs(energies.get(Cause.ROUNDING, 0.0))
-            assert rounding < 1e-3 * np.abs(run.energy).max(), engine  # most in the hops of a heap
 
 
 def test_small_bounces_of_an_exact_ball_take_energy_by_its_elasticity_alone() -> None:
@@ -265,16 +263,6 @@ def dense() -> Scene:
     scene = scene_of(DENSE, size="[600, 600]").changed(seconds=5.0)
     assert 361 * math.pi * 14**2 / 600**2 > 0.6
     return scene
-
-
-@pytest.mark.wide
-def test_pymunk_loses_energy_of_a_dense_gas_by_stale_impulses_and_few_iterations(dense: Scene) -> None:
-    run, ledger = ledger_of(dense, "pymunk")
-    lost = run.energy[-1] - run.energy[0]
-    assert lost / run.energy[0] < -1e-3
-    assert ledger["stale"].energy + ledger["unconverged"].energy == pytest.approx(lost, rel=0.05)
-    assert ledger["stale"].energy < 0
-    assert ledger["unconverged"].energy < 0
 
 
 @pytest.mark.wide

@@ -146,27 +146,6 @@ def test_workers_end_when_their_sweep_is_killed(sweeping: subprocess.Popen[str],
     assert sweeping.returncode == -number
 
 
-@pytest.mark.wide
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, CTRL_C), (signal.SIGTERM, -signal.SIGTERM)])
-def test_a_signal_ends_the_processes_that_compile(number: int, code: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    if not Path("/proc/self/stat").exists():
-        pytest.skip("needs /proc")
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(Path("cache").absolute()))
-    program = subprocess.Popen(
-        [sys.executable, "-m", "sandbox", "compare", "gas-100"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        start_new_session=True,
-        text=True,
-    )
-    while len(processes_of(program.pid)) < 2:  # multiprocessing's resource tracker, and at least one that compiles
-        assert program.poll() is None
-        time.sleep(0.01)
-    os.killpg(program.pid, number)
-    output, _ = program.communicate(timeout=30)  # until all that have its output have ended
-    assert (program.returncode, output) == (code, "")
-
-
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_mouse_input_is_saved_when_a_signal_ends_the_window(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")

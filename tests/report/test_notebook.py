@@ -66,7 +66,7 @@ def test_a_page_that_is_too_large_is_shown_as_text(
 ) -> None:
     monkeypatch.setattr(notebook, "MAX_FRAME_BYTES", 1_000)
     output = article._repr_html_()
-    assert output.startswith("<pre>The article&#x27;s three balls: 3 balls, seed 0, 20 s")
+    assert output.startswith("<pre>The article&#x27;s three balls: 3 balls, 20 s at 60 steps a second, seed 0;")
     assert len(output) < 10_000
     assert "<iframe" not in output
 

@@ -255,11 +255,6 @@ def ask_why(desktop: Desktop, mirror: Mirror) -> None:
     mirror.press("End", "<", "<", "<", ">")
     assert step(mirror.window) == mirror.contacts[-2].step
     mirror.check_picture()
-    mirror.press("End")
-    mirror.check_picture()  # what is clicked on has come to its place
-    mirror.click(mirror.contacts[-3].sentence)
-    assert desktop.step == mirror.contacts[-3].step
-    mirror.check_picture()
     x, y = mirror.bring_into_sight("Report").center
 
     def is_made() -> bool:
