@@ -149,11 +149,10 @@ def _causes(comparison: Comparison, name: str, remedies: dict[Cause, str]) -> It
     for number, each in enumerate(known[:MAX_CAUSES]):
         if each.share < SHARE_SHOWN and (number or unknown > SHARE_SHOWN):
             break
-        sentence = " ".join(each.sentence.replace(REMEDIES[Cause.LATE], "").split())
         remedy = remedies.pop(each.cause, "") if is_tuned else ""
         steps = f"{counted(each.contacts, 'step')} of a ball"
         times = steps if each.cause in IN_FLIGHT else counted(each.contacts, "contact")
-        yield f"{times}: {sentence[0].lower()}{sentence[1:]} {remedy}".rstrip()
+        yield f"{times}: {each.sentence[0].lower()}{each.sentence[1:]} {remedy}".rstrip()
     if unknown > SHARE_SHOWN and is_heap(comparison):
         yield f"{percent(unknown)} of its error is where many touch at once, as in a heap, which is not judged."
     elif unknown > SHARE_SHOWN:

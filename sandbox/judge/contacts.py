@@ -23,8 +23,7 @@ def way_of(run: Run) -> Floats:
 def near_pairs(run: Run, way: Floats) -> Contacts:
     """Return the contacts of balls that may happen. way: (steps, n) px."""
     if run.n > ALL_PAIRS:
-        step, ball = np.indices(way.shape).reshape(2, -1)
-        return near_pairs_of(run, step, ball, way.ravel())
+        return near_pairs_of(run, *run.every, way.ravel())
     i, j = np.triu_indices(run.n, 1)
     meets = ~run.passes(i, j)
     i, j = i[meets], j[meets]

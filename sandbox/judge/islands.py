@@ -78,8 +78,7 @@ class Island:
         hx, hv = run.hx[k, balls].tolist(), run.hv[k, balls].tolist()
         self.free = hx, (hv if undo == 1 else [v + self.g * self.dt for v in self.v0])
         off = np.abs(self.seen[0] - run.hx[k, balls]).max(), np.abs(self.seen[1] - run.hv[k, balls]).max() * self.dt
-        scale = float(max(off))
-        self.tol = 4 * run.floor + 1e-6 * scale
+        self.tol = 4 * run.floor + 1e-6 * float(max(off))
 
     def use(self, contacts: list[Contact]) -> None:
         """Let some contacts happen."""
@@ -208,11 +207,11 @@ class Island:
         due = impulse = (1 + e) * closing / (a + b)
         if not pair and not law and rule.wall_law == "bounce in time" and depth > 0:
             impulse = (closing + max(0.0, e * closing - (1 + e) * _dot(self.g, n) * depth / closing)) / a
-        if law in ("impulse", "impulse alone"):
+        if law == "impulse":
             impulse = value * due
         t = 1j * n
         slip = _dot(u, t) + self.r[i] * self.w[i] + (self.r[j] * self.w[j] if pair else 0)
-        most = mu * abs(due if law == "impulse alone" else impulse)
+        most = mu * abs(impulse)
         f = max(-most, min(most, slip / (a + b) / RUB))
         f = 0.0 if law == "no friction" else value * f if law == "friction" else f
         across = f + (value * due if law == "tangential" else 0.0)

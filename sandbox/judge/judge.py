@@ -5,6 +5,7 @@ and a bounded number of islands of several by computing their step with what sin
 """
 
 from collections import Counter
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -16,7 +17,7 @@ from sandbox.judge.flight import Habit, by_gravity, habit_of
 from sandbox.judge.islands import Island, Shown, Tried
 from sandbox.judge.ledger import ERROR, NO_BODY, Errors, Ledger, pairs
 from sandbox.judge.observe import Singles, When
-from sandbox.judge.run import NEVER, Contacts, Run, dot
+from sandbox.judge.run import NEVER, Contacts, Run, Vectors, dot
 from sandbox.judge.summary import Judged, Verdict, summary
 from sandbox.judge.thresholds import MAX_ISLANDS, MAX_TOGETHER, REST, TINY
 from sandbox.judge.words import of_flight
@@ -48,12 +49,9 @@ def judge(
     """
     steps, rows = Steps(scene, damping, is_soft=is_soft), max(1, BLOCK // len(scene.bodies))
     for first in range(0, len(clock), rows):
-        part, some = (
-            clock[first : first + rows],
-            pushes[(pushes["row"] > first) & (pushes["row"] <= first + rows)].copy(),
-        )
+        some = pushes[(pushes["row"] > first) & (pushes["row"] <= first + rows)].copy()
         some["row"] -= first
-        steps.add(states.rows(slice(first, first + len(part) + 1)), some, part)
+        steps.add(states.rows(slice(first, first + rows + 1)), some, clock[first : first + rows])
     return steps.verdict()
 
 
@@ -101,33 +99,32 @@ def judge_block(
         block.judge_contacts()
     block.judge_flights(is_soft=is_soft)
     errors = block.ledger.errors()
-    if is_first:
+    if is_first and not is_soft:
         block.mark_overlaps(errors)
     block.close(errors)
-    spinless = not states.spin.any()
-    contacts = block.counts["contacts"]
-    return Judged(errors, block.ledger.sums, len(clock), float(clock.sum()), contacts, block.flights, spinless)
+    return Judged(
+        errors, block.ledger.sums, len(clock), float(clock.sum()), block.contacts, block.flights, not states.spin.any()
+    )
 
 
 class _Block:
     """Steps being judged.
 
-    c: all contacts that may happen, with touch, s, and deepest, px; active: (steps, n), which balls do not fly as the
-    engine does; kicked: whose velocity or spin is not as in its flights; done: which are explained.
+    c: all contacts that may happen, with touch, s, before and deepest, px; contacts: how many do; active: (steps, n),
+    which balls do not fly as the engine does; kicked: whose velocity or spin is not as in its flights; done: which are
+    explained.
     """
 
     def __init__(self, run: Run, damping: float) -> None:
         self.run, self.ledger = run, Ledger(run)
-        self.counts, self.flights = Counter[str](), dict[str, str]()
+        self.contacts, self.flights = 0, dict[str, str]()
         self.rules: list[Shown] = []
         self.undo: complex = 1.0
         self.way = way_of(run)
-        step, ball = np.indices(run.v0.shape).reshape(2, -1)
-        self.c = c = Contacts.joined(near_pairs(run, self.way), near_walls(run, step, ball, self.way.ravel()))
-        self.free = np.ones(run.v0.shape, bool)
-        self.free[c.k, c.i] = False
-        self.free[c.k[c.pair], c.j[c.pair]] = False
-        self.habit = _fly(run, self.free, damping)
+        self.c = Contacts.joined(near_pairs(run, self.way), near_walls(run, *run.every, self.way.ravel()))
+        free = np.ones(run.v0.shape, bool)
+        free[self.c.ends] = False
+        self.habit = _fly(run, free, damping)
         dt = run.dt[:, None]
         off_x, off_v = run.x[1:] - run.hx, run.v[1:] - run.hv
         rim = np.abs(run.w[1:] - run.w[:-1] * run.kept) * run.r * dt
@@ -135,7 +132,7 @@ class _Block:
         place = np.maximum(np.abs(off_x.real), np.abs(off_x.imag))
         self.kicked = speed > 1.5 * run.floor
         self.active = self.kicked | (place > 1.5 * run.floor)
-        self.is_noisy = bool(self.free.any() and self.active[self.free].mean() > 0.5)
+        self.is_noisy = bool(free.any() and self.active[free].mean() > 0.5)
         self.done = np.zeros(run.v0.shape, bool)
 
     # Contacts
@@ -144,21 +141,24 @@ class _Block:
         """Judge single contacts, what came early, islands of several, and what did not happen."""
         run, c = self.run, self.c
         self.touch = due(run, c)
-        before, after = run.depth(c, run.x[:-1]), run.depth(c, run.hx)
-        self.deepest = np.maximum(before, after)
+        self.before = run.depth(c, run.x[:-1])
+        self.deepest = np.maximum(self.before, run.depth(c, run.hx))
         self.is_due = self.touch < NEVER
-        a, b = self.active[c.k, c.i], self.active[c.k, np.where(c.pair, c.j, c.i)]
-        acts = (self.is_due & (a | b)) | ((self.deepest > 0) & a & b)
-        waits = self.is_due & ~a & ~b
+        some_act, all_act = c.any_in(self.active), np.where(c.pair, c.all_in(self.active), self.active[c.k, c.i])
+        acts = (self.is_due & some_act) | ((self.deepest > 0) & all_act)
+        waits = self.is_due & ~some_act
         keys = keys_of(c, run)
-        ignored = self.is_due & (before > run.tiny) & np.isin(keys - 1, keys[waits])  # it did not happen before, too
-        dropped = acts & ignored & self._has_more(acts)
+        ignored = (
+            self.is_due & (self.before > run.tiny) & np.isin(keys - 1, keys[waits])
+        )  # it did not happen before, too
+        dropped = acts & ignored & self._has_more(c, c.part(acts), 1)
         acts &= ~dropped
         some = c.part(acts)
-        self.counts["contacts"] = len(some.k)
+        self.contacts = len(some.k)
         nodes, index = np.unique(np.concatenate(some.nodes(run.n)), return_inverse=True)
         label = components(len(nodes), *np.split(index, 2))
-        alone = np.bincount(label[index[: len(some.k)]], minlength=1)[label[index[: len(some.k)]]] == 1
+        island = label[index[: len(some.k)]]
+        alone = np.bincount(island, minlength=1)[island] == 1
         rest = self._at_rest(some)
         single = alone & ~rest
         self._singles(some.part(single), self.touch[acts][single])
@@ -168,17 +168,14 @@ class _Block:
         self._early(nodes)
         left_out = self._islands()
         dropped |= np.isin(keys, left_out) & self.is_due
-        kicked = self.kicked[c.k, c.i] | (c.pair & self.kicked[c.k, c.other])
-        happened = keys[acts & kicked & ~np.isin(keys, left_out)]
+        happened = keys[acts & c.any_in(self.kicked) & ~np.isin(keys, left_out)]
         self._missed(c.part(waits | dropped), self.touch[waits | dropped], happened)
 
-    def _has_more(self, acts: Bools) -> Bools:
-        """Return which contacts are of balls that have another contact in the step."""
-        c, count = self.c, np.zeros(self.run.v0.shape, int)
-        some = c.part(acts)
-        np.add.at(count, (some.k, some.i), 1)
-        np.add.at(count, (some.k[some.pair], some.j[some.pair]), 1)
-        more: Bools = (count[c.k, c.i] > 1) | (c.pair & (count[c.k, c.other] > 1))
+    def _has_more(self, c: Contacts, among: Contacts, own: Bools | int) -> Bools:
+        """Return which contacts have a ball with more than their own among others, of which each is `own` itself."""
+        count = np.zeros(self.run.v0.shape, int)
+        np.add.at(count, among.ends, 1)
+        more: Bools = (count[c.k, c.i] > own) | (c.pair & (count[c.k, c.other] > own))
         return more
 
     def _at_rest(self, c: Contacts) -> Bools:
@@ -214,7 +211,7 @@ class _Block:
             if fits > best:
                 best, s, chosen, self.undo = fits, each, found, undo
         if best >= 0:
-            doubt_faults(chosen, self.kicked[c.k, c.i] | (c.pair & self.kicked[c.k, c.other]))
+            doubt_faults(chosen, c.any_in(self.kicked))
             self._enter_singles(s, chosen)
 
     def _enter_singles(self, s: Singles, chosen: Chosen) -> None:
@@ -229,8 +226,7 @@ class _Block:
         is_stepped = np.count_nonzero(clear & ~in_time) > np.count_nonzero(clear & in_time)
         usual = (cause == Cause.LATE) & chosen.those([each.is_right for each in chosen.keys]) & is_stepped
         known = found & (~crowded | (cause == RIGHT) | often | usual)  # else another contact may have done it
-        self.done[c.k[known], c.i[known]] = True
-        self.done[c.k[known & c.pair], c.j[known & c.pair]] = True
+        self.done[c.part(known).ends] = True
         self._note_rules(chosen, known, c.pair)
         impulse, rub, heat, rubbed = s.near_end()
         rest = run.gain(c.k, c.i) + np.where(c.pair, run.gain(c.k, c.other), 0.0) + heat + rubbed
@@ -245,7 +241,6 @@ class _Block:
         balls, given, masses = (at.i, at.other), (-push / w.mi, push / w.mj), (w.mi, np.where(at.pair, w.mj, 0.0))
         off_v = [np.abs(dv - exact) for dv, exact in zip((w.dvi, w.dvj), given, strict=True)]
         off_x = [np.abs(dx - left * exact) for dx, exact in zip((w.dxi, w.dxj), given, strict=True)]
-        should = [by_gravity(run.flights(at.k, b)) + dv for b, dv in zip(balls, given, strict=True)]
         gained = ledger.gained(at.k, at.i) + ledger.gained(at.k, at.other)
         names = [
             (chosen.keys[one], chosen.keys[two].law if two != NOTHING else "") for one, two in rows[["key", "also"]]
@@ -256,12 +251,15 @@ class _Block:
             energy=rest[wrong], displacement=sum(off_x), speed=sum(off_v), normal=pairs(w.met(When.END).n),
             momentum=(masses[0] * off_v[0] + masses[1] * off_v[1]) / (1 + at.pair),
             gained=np.where(at.pair[:, None], gained, 0.0),
-            should=np.stack([pairs(v) for v in should], axis=1),
+            should=self._exact_ends(at, given),
             spin_should=np.stack([run.w[at.k, b] - 2 * rub / (run.m[b] * run.r[b]) for b in balls], axis=1),
             should_normal=pairs(np.where(is_due, met.n, np.nan)),
         )  # fmt: skip
-        self.counts["single"] += len(known)
-        self.counts["unexplained"] += int((~known).sum())
+
+    def _exact_ends(self, c: Contacts, given: Sequence[Vectors]) -> Floats:
+        """Return the velocities of both balls after exact steps in which contacts change them, px/s: (k, 2, 2)."""
+        ends = (by_gravity(self.run.flights(c.k, b)) + dv for b, dv in zip((c.i, c.other), given, strict=True))
+        return np.stack([pairs(v) for v in ends], axis=1)
 
     def _note_rules(self, chosen: Chosen, known: Bools, pair: Bools) -> None:
         """Note what explains contacts as rules for islands, with how many contacts show each."""
@@ -276,14 +274,8 @@ class _Block:
     def _crowded(self, c: Contacts) -> Bools:
         """Return which contacts are of balls that may have another: with an active ball, a wall, or what they touch."""
         run, every = self.run, self.c
-        both = every.pair & self.active[every.k, every.i] & self.active[every.k, every.other]
-        some = every.part(both | ~every.pair | (self.deepest > -run.tiny))
-        near = np.zeros(run.v0.shape, int)
-        np.add.at(near, (some.k, some.i), 1)
-        np.add.at(near, (some.k[some.pair], some.j[some.pair]), 1)
-        own = np.isin(keys_of(c, run), keys_of(some, run))
-        crowded: Bools = (near[c.k, c.i] > own) | (c.pair & (near[c.k, c.other] > own))
-        return crowded
+        some = every.part(every.all_in(self.active) | ~every.pair | (self.deepest > -run.tiny))
+        return self._has_more(c, some, np.isin(keys_of(c, run), keys_of(some, run)))
 
     def _early(self, nodes: Integers) -> None:
         """Judge balls that nothing should have touched as contacts that came early."""
@@ -343,8 +335,9 @@ class _Block:
             return np.empty(0, np.int64)
         k, i = np.divmod(nodes, run.n)
         sorter = np.argsort(nodes)
-        one, two = (sorter[np.searchsorted(nodes, at, sorter=sorter) % len(nodes)] for at in c.nodes(run.n))
-        inside = (nodes[one] == c.nodes(run.n)[0]) & (nodes[two] == c.nodes(run.n)[1]) & (island[one] == island[two])
+        ends = c.nodes(run.n)
+        one, two = (sorter[np.searchsorted(nodes, at, sorter=sorter) % len(nodes)] for at in ends)
+        inside = (nodes[one] == ends[0]) & (nodes[two] == ends[1]) & (island[one] == island[two])
         near = np.flatnonzero(inside)
         near = near[np.lexsort((c.j[near], c.i[near], island[one[near]]))]
         of_near, due = island[one[near]], near[self.is_due[near]]
@@ -364,12 +357,8 @@ class _Block:
         moves = (np.abs(run.x[k + 1, i] - run.x[k, i]) > slow * run.dt[k] + run.tiny) | (np.abs(run.v[k + 1, i]) > slow)
         rests = (summed(moves) == 0) & bool(run.g)
         times, said = summed(np.ones(len(due)), of_due), np.zeros(count, ERROR)
-        said["cause"], said["law"], said["value"], said["times"] = (
-            Cause.UNKNOWN,
-            "several",
-            np.nan,
-            np.maximum(times, 1),
-        )
+        said["cause"], said["law"], said["value"] = Cause.UNKNOWN, "several", np.nan
+        said["times"] = np.maximum(times, 1)
         tried, firsts = Tried(self.rules), Contacts(*np.full((3, count), NO_BODY))
         balls, contacts = (np.searchsorted(of, np.arange(count + 1)) for of in (island, of_near))
         for number in range(count):
@@ -378,11 +367,9 @@ class _Block:
             firsts.k[number], firsts.i[number] = k[group][0], c.i[first[0]] if first else i[group][0]
             firsts.j[number] = c.j[first[0]] if first else NO_BODY
             if number < MAX_ISLANDS and not rests[number] and len(rows) <= MAX_TOGETHER:
-                for name, value in tried.explain(
-                    Island(run, c.part(rows), k[group][0], i[group], self.undo), rows
-                ).items():
+                one_of_them = Island(run, c.part(rows), k[group][0], i[group], self.undo)
+                for name, value in tried.explain(one_of_them, rows).items():
                     said[name][number] = value
-        self.counts["islands"] += count
         right, wrong = said["cause"] == RIGHT, ~rests & (said["cause"] != RIGHT)
         taken = summed(heat, of_due), summed(rubbed, of_due)
         rest = summed(run.gain(k, i)) + taken[0] + taken[1]
@@ -433,22 +420,19 @@ class _Block:
         out, met = np.zeros(run.v0.shape, complex), np.zeros(run.v0.shape, bool)
         t = c.part(self.deepest > -run.tiny)
         n, _ = run.geometry(t.i, t.j, run.x[t.k, t.i], run.x[t.k, t.other])
-        np.add.at(out, (t.k, t.i), -n)
-        np.add.at(out, (t.k[t.pair], t.j[t.pair]), n[t.pair])
+        np.add.at(out, t.ends, np.concatenate([-n, n[t.pair]]))
         off = run.x[k + 1, i] - run.hx[k, i]
         pushed = dot(off, out[k, i]) > 0.7 * np.abs(off) * np.abs(out[k, i])
-        both = c.pair & self.active[c.k, c.i] & self.active[c.k, c.other]
-        some = c.part(both | (self.deepest > -run.tiny))
-        met[some.k, some.i] = met[some.k[some.pair], some.j[some.pair]] = True
+        met[c.part(c.all_in(self.active) | (self.deepest > -run.tiny)).ends] = True
         k1, i1 = k[self.kicked[k, i]], i[self.kicked[k, i]]
         dv = run.v[1:] - run.hv
         w, p = (of(run, k1, i1, self.way[k1, i1], margin) for of in (near_walls, near_pairs_of))
         n, _ = run.geometry(w.i, w.j, run.x[w.k + 1, w.i], np.zeros(len(w.k), complex))
         away = -dot(dv[w.k, w.i], n) > 0.7 * np.abs(dv[w.k, w.i])
-        met[w.k[away], w.i[away]] = True
+        met[w.part(away).ends] = True
         between = run.x[p.k + 1, p.j] - run.x[p.k + 1, p.i]
         apart = (dot(dv[p.k, p.i], between) < 0) & (dot(dv[p.k, p.j], between) > 0)
-        met[p.k[apart], p.i[apart]] = met[p.k[apart], p.j[apart]] = True
+        met[p.part(apart).ends] = True
         return pushed & (out[k, i] != 0), met[k, i]
 
     # What did not happen, and flights
@@ -474,20 +458,18 @@ class _Block:
         _, depth = run.geometry(ends.i, ends.j, x, to)
         is_arena = ~ends.pair & (wall < ARENA_COUNT)
         beyond = np.where(is_arena, depth > run.r[ends.i], dot((run.start + run.end)[wall] / 2 - x, n) <= 0)
-        passed = np.where(ends.pair, (depth <= 0) | (ends.k + 1 < run.steps), beyond) & ~np.isin(
-            keys_of(ends, run) + 1, resolved
-        )
+        passed = np.where(ends.pair, (depth <= 0) | (ends.k + 1 < run.steps), beyond)
+        passed &= ~np.isin(keys_of(ends, run) + 1, resolved)
         first, n, closing = first.part(passed), n[passed], closing[passed]
         e = run.e[first.i] * np.where(first.pair, run.e[first.other], run.wall_e[np.where(first.pair, 0, ~first.j)])
         reduced = 1 / (1 / run.m[first.i] + np.where(first.pair, 1 / run.m[first.other], 0))
         impulse, balls = (1 + e) * reduced * closing, (first.i, first.other)
         given = [sign * impulse * n / run.m[b] for b, sign in zip(balls, (-1, 1), strict=True)]
-        should = [by_gravity(run.flights(first.k, b)) + dv for b, dv in zip(balls, given, strict=True)]
         flown = [run.x[first.k + 1, b] - run.x[first.k, b] for b in balls]
         self.ledger.enter(
             first, cause=Cause.MISSED, law=np.where(first.pair, "passed", "through"), value=np.abs(flown).max(axis=0),
             speed=impulse / reduced, momentum=impulse,
-            should=np.stack([pairs(v) for v in should], axis=1), should_normal=pairs(n),
+            should=self._exact_ends(first, given), should_normal=pairs(n),
             spin_should=np.stack([run.w[first.k, b] for b in balls], axis=1),
         )  # fmt: skip
 
@@ -521,19 +503,18 @@ class _Block:
             rest -= of_all
         self.ledger.rightful(Cause.ROUNDING, rest)
         if is_soft:
-            self.ledger.rightful(Cause.SOFT, run.gain(*np.indices(run.v0.shape).reshape(2, -1)))
+            self.ledger.rightful(Cause.SOFT, run.gain(*run.every))
 
     def mark_overlaps(self, errors: Errors) -> None:
         """Blame on an overlap at the start what balls do until it ends: no step led them into each other."""
-        run, deep = self.run, self.c.part(self.run.depth(self.c, self.run.x[:-1]) > self.run.tiny)
+        run, deep = self.run, self.c.part(self.before > self.run.tiny)
         keys = np.sort(keys_of(deep, run))
         begins = np.flatnonzero(np.diff(keys, prepend=-9) != 1)
         of_start = np.repeat(keys[begins] % (run.steps + 1) == 0, np.diff(np.append(begins, len(keys))))
         deep = deep.part(np.isin(keys_of(deep, run), keys[of_start]))
         _, depth = run.geometry(deep.i, deep.j, run.x[0, deep.i], run.x[0, deep.other])
-        overlaps, pair = np.zeros(run.v0.shape), deep.pair
-        overlaps[deep.k, deep.i] = depth
-        overlaps[deep.k[pair], deep.j[pair]] = depth[pair]
+        overlaps = np.zeros(run.v0.shape)
+        overlaps[deep.ends] = np.concatenate([depth, depth[deep.pair]])
         second = np.where((errors["second"] >= 0) & (errors["second"] != NO_BODY), errors["second"], errors["first"])
         step = errors["step"] - 1
         most = SEVERAL * np.minimum(overlaps[step, errors["first"]], overlaps[step, second])
@@ -558,10 +539,7 @@ class _Block:
 def _fly(run: Run, free: Bools, damping: float) -> Habit:
     """Find how the engine flies, and set it in the run."""
     habit = habit_of(run, free, damping)
-    k, i = np.indices(run.v0.shape).reshape(2, -1)
-    hx, hv = (part.reshape(run.v0.shape) for part in habit.end(run.flights(k, i)))
-    pull = run.g
-    if habit.speed.cause is Cause.GRAVITY:
-        pull = complex(*habit.speed.values[:2])
+    hx, hv = (part.reshape(run.v0.shape) for part in habit.end(run.flights(*run.every)))
+    pull = complex(*habit.speed.values[:2]) if habit.speed.cause is Cause.GRAVITY else run.g
     run.fly(hx, hv, pull, habit.kept, habit.place.clock)
     return habit

@@ -66,7 +66,7 @@ class Ledger:
         self.sums[0, cause] += np.sum(energy)
         self.sums[3, cause] += times
 
-    def enter(self, c: Contacts, **columns: Any) -> Errors:
+    def enter(self, c: Contacts, **columns: Any) -> None:
         """Enter errors of contacts, (k,), or of balls in flight, whose j is NO_BODY, with columns by name."""
         run, rows = self.run, np.zeros(len(c.k), ERROR)
         second = np.where((c.j < 0) | (c.j == NO_BODY), c.i, c.j)
@@ -79,7 +79,6 @@ class Ledger:
         for name, values in columns.items():
             rows[name] = values
         self.rows.append(rows)
-        return rows
 
     def gained(self, k: Integers, i: Integers) -> Floats:
         """Return what balls gain besides their own flights, of momentum and of angular momentum: (k, 3)."""

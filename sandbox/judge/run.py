@@ -5,6 +5,7 @@ product as its real and the cross product as its imaginary part, and `1j * n` is
 tangent. A contact is a ball i and a body j, a ball or ~wall, in step k, which leads from row k of the states to k + 1.
 """
 
+from functools import cached_property
 from typing import Final, NamedTuple, Self
 
 import numpy as np
@@ -62,6 +63,21 @@ class Contacts(NamedTuple):
         """Return several one after another."""
         return cls(*map(np.concatenate, zip(*parts, strict=True)))
 
+    @property
+    def ends(self) -> tuple[Integers, Integers]:
+        """The steps and the balls of all: of each its first, and then of the pairs their second."""
+        return np.concatenate([self.k, self.k[self.pair]]), np.concatenate([self.i, self.j[self.pair]])
+
+    def any_in(self, marked: Bools) -> Bools:
+        """Return which have a ball that is marked. marked: (steps, n)."""
+        some: Bools = marked[self.k, self.i] | (self.pair & marked[self.k, self.other])
+        return some
+
+    def all_in(self, marked: Bools) -> Bools:
+        """Return which are of two balls that are both marked. marked: (steps, n)."""
+        every: Bools = self.pair & marked[self.k, self.i] & marked[self.k, self.other]
+        return every
+
     def nodes(self, n: int) -> tuple[Integers, Integers]:
         """Return numbers for the ball of each contact in its step, of n balls, and for its second ball, if any."""
         return self.k * n + self.i, self.k * n + np.where(self.pair, self.j, self.i)
@@ -117,6 +133,12 @@ class Run:
         self.hx, self.hv, self.pull, self.kept, self.flown = hx, hv, pull, kept, self.dt * clock
         dt = self.flown[:, None]
         self.u = (hx - self.x[:-1]) / dt - pull * dt / 2
+
+    @cached_property
+    def every(self) -> tuple[Integers, Integers]:
+        """Each step and ball, (steps n,) both."""
+        k, i = np.indices(self.v0.shape).reshape(2, -1)
+        return k, i
 
     def flights(self, k: Integers, i: Integers) -> Flights:
         """Return balls at the start of steps."""

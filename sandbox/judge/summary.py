@@ -15,7 +15,7 @@ from sandbox.state import Floats
 
 
 class Judged(NamedTuple):
-    """A block of steps, judged. errors: in order; sums: of what is right, (4, causes); balls: steps of a ball in it.
+    """A block of steps, judged. errors: in order; sums: of what is right, (4, causes); seconds: that the steps take.
 
     contacts: how many it has; flights: sentences of how the engine flies; is_spinless: whether nothing ever turns.
     """
@@ -44,7 +44,7 @@ class CauseOfError:
 class Verdict:
     """What is wrong with a run.
 
-    causes: the largest share of its error first; errors: ERROR, in order; sentences: of the first errors, by row;
+    causes: the largest share of its error first; errors: ERROR, in order; flights: sentences of how the engine flies;
     ledger: every change of energy, momentum and places; gained: (steps, 3), see `ledger`, up to each step;
     is_spinless: whether an engine reports no spin of a scene whose balls turn.
     """

@@ -13,7 +13,7 @@ from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension, Units
 from sandbox.state import Floats
 
-OF_STEPS: Final = {  # what no law of contacts is the cause of; {v} is a speed
+OF_STEPS: Final = {  # what no law of contacts is the cause of; {v} is how fast or how far a ball flies
     "passed": "Two balls passed through each other without a contact; one flew {v} in the step.",
     "through": "A ball went through a wall without a contact: it flew {v} in the step.",
     "several": "Several contacts at once, which are not judged.",
