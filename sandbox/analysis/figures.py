@@ -16,7 +16,6 @@ from sandbox.analysis.misreports import Misreport
 from sandbox.judge.causes import Cause, Entry
 from sandbox.judge.summary import CauseOfError
 from sandbox.quantity import length
-from sandbox.scene.model import Scene
 from sandbox.state import Bools, Contacts, Floats, State
 
 
@@ -41,12 +40,6 @@ class Figures:
     first_difference: Difference | None  # from the reference
     causes: tuple[CauseOfError, ...]  # what is wrong with its steps, the largest share first
     ledger: tuple[Entry, ...]  # every change of energy, momentum and positions, by its cause
-
-
-def keeps_energy(scene: Scene) -> bool:
-    """Return whether no contact of a scene takes or gives energy, so that it is known beyond every horizon."""
-    factors = [*(wall.elasticity for wall in scene.surfaces), *scene.bodies.elasticity]
-    return all(factor == 1 for factor in factors) and not scene.bodies.friction.any()
 
 
 class Escape(NamedTuple):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from sandbox.analysis.difference import Difference, difference_at_start, differences, passages
 from sandbox.analysis.energy_scale import EnergyScale
 from sandbox.analysis.expectations import Score, overlap_in, score
-from sandbox.analysis.figures import Course, Escape, Run, keeps_energy
+from sandbox.analysis.figures import Course, Escape, Run
 from sandbox.analysis.gas import TheoryRow, measure_gas, why_lawless, why_no_gas
 from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, impacts_in
 from sandbox.analysis.misreports import Misreport, misreports
@@ -163,7 +163,7 @@ class Measurement:
         final = self.states.state(0, scene.clock.time(self._entered)).copy()
         energy_scale = reference.energy_scale if reference else self.scale.value
         trusted = math.inf if trusted_until is None else trusted_until
-        means_energy = math.inf if keeps_energy(scene) and not disturbed else trusted
+        means_energy = math.inf if scene.keeps_energy and not disturbed else trusted
         return Run(
             **vars(course),
             energy_scale=energy_scale,

@@ -9,7 +9,7 @@ import numpy as np
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import contact_name, pair_name
 from sandbox.analysis.expectations import overlap_in, worst
-from sandbox.analysis.figures import Figures, Run, keeps_energy
+from sandbox.analysis.figures import Figures, Run
 from sandbox.analysis.gas import TheoryRow
 from sandbox.engines import REFERENCE, TUNED, settings_in
 from sandbox.judge.causes import NEGLIGIBLE, Cause
@@ -261,7 +261,7 @@ def _error(row: TheoryRow) -> float:
 def is_heap(comparison: Comparison) -> bool:
     """Return whether balls come to rest on each other after the reference's paths have lost their meaning."""
     scene = comparison.scene
-    return comparison.trusted_until is not None and any(scene.gravity) and not keeps_energy(scene)
+    return comparison.trusted_until is not None and any(scene.gravity) and not scene.keeps_energy
 
 
 def _changes(comparison: Comparison, run: Run) -> Floats:
@@ -315,7 +315,7 @@ def key_figures(comparison: Comparison) -> Iterator[list[str]]:
     if any(firsts):
         yield ["first difference", *(f"{first.time:.3f} s" if first else "-" for first in firsts)]
         yield ["  cause", *(first.cause_label if first else "-" for first in firsts)]
-    ends = dict.fromkeys(OF_PATHS if keeps_energy(comparison.scene) else OF_PATHS + OF_ENERGY, MARK)
+    ends = dict.fromkeys(OF_PATHS if comparison.scene.keeps_energy else OF_PATHS + OF_ENERGY, MARK)
     if is_heap(comparison):
         ends |= dict.fromkeys(OF_ENERGY, f" until {comparison.trusted_until:.2f} s")
     for label, ((template, dimension), figure) in ROWS.items():

@@ -112,12 +112,14 @@ class _Block:
 
     c: all contacts that may happen, with touch, s, before and deepest, px; contacts: how many do; active: (steps, n),
     which balls do not fly as the engine does; kicked: whose velocity or spin is not as in its flights; done: which are
-    explained.
+    explained; own: the line of what the scene takes where balls rest or several exact contacts follow one another.
     """
 
     def __init__(self, run: Run, damping: float) -> None:
         self.run, self.ledger = run, Ledger(run)
         self.contacts, self.flights = 0, dict[str, str]()
+        takes = Cause.FRICTION if run.scene.is_rough else Cause.ELASTICITY
+        self.own = Cause.ROUNDING if run.scene.keeps_energy else takes
         self.rules: list[Shown] = []
         self.undo: complex = 1.0
         self.way = way_of(run)
@@ -164,7 +166,7 @@ class _Block:
         self._singles(some.part(single), self.touch[acts][single])
         at_rest = some.part(alone & rest)
         self.done[at_rest.k, at_rest.i] = True
-        self.ledger.rightful(Cause.FRICTION if run.scene.is_rough else Cause.ROUNDING, run.gain(at_rest.k, at_rest.i))
+        self.ledger.rightful(self.own, run.gain(at_rest.k, at_rest.i))
         self._early(nodes)
         left_out = self._islands()
         dropped |= np.isin(keys, left_out) & self.is_due
@@ -375,7 +377,7 @@ class _Block:
         rest = summed(run.gain(k, i)) + taken[0] + taken[1]
         ledger.rightful(Cause.ELASTICITY, -taken[0], int((heat > 0).sum()))
         ledger.rightful(Cause.FRICTION, -taken[1], int((rubbed > 0).sum()))
-        ledger.rightful(Cause.ROUNDING, rest[right | rests])
+        ledger.rightful(self.own, rest[right | rests])
         gained = np.stack([summed(part) for part in ledger.gained(k, i).T], axis=1)
         gained[summed(~c.pair[near], of_near) > 0] = 0.0
         ledger.enter(
@@ -520,7 +522,7 @@ class _Block:
         most = SEVERAL * np.minimum(overlaps[step, errors["first"]], overlaps[step, second])
         puts = np.isin(errors["cause"], [Cause.POSITION_CORRECTION, Cause.TELEPORTED])
         size = np.where(puts, errors["displacement"], np.fmax(errors["depth"], 0.0))
-        blamed = (size < most) & np.isin(errors["cause"], OF_OVERLAP)
+        blamed = (size < most) & np.isin(errors["cause"], OF_OVERLAP) & (errors["place"] != "flight")
         errors["cause"][blamed], errors["law"][blamed], errors["place"][blamed] = Cause.OVERLAPPED, "overlap", ""
 
     def close(self, errors: Errors) -> None:

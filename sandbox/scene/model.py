@@ -415,6 +415,12 @@ class Scene(Model):
         balls = np.count_nonzero(self.bodies.friction)
         return bool(balls > 1 or (balls == 1 and any(wall.friction for wall in self.surfaces)))
 
+    @cached_property
+    def keeps_energy(self) -> bool:
+        """Whether no contact takes or gives energy, so that it is known beyond every horizon."""
+        factors = [*(wall.elasticity for wall in self.surfaces), *self.bodies.elasticity]
+        return all(factor == 1 for factor in factors) and not self.bodies.friction.any()
+
     @property
     def turns(self) -> bool:
         """Whether balls can turn: they do at the start, or friction can make them."""

@@ -53,12 +53,13 @@ def test_the_lines_add_up_to_the_whole_change(name: str) -> None:
         assert remainder(run) < 1e-9, engine
         if engine in OWN and name != "funnel":  # exact keeps discs at rest in a heap without contacts
             assert Cause.UNREPORTED not in energies, engine
+            rounding = abs(energies.get(Cause.ROUNDING, 0.0))
+            assert rounding < 1e-3 * np.abs(run.energy).max(), engine  # most in the hops of a heap
 
 
 def test_small_bounces_of_an_exact_ball_take_energy_by_its_elasticity_alone() -> None:
     run, ledger = ledger_of(load("bouncing"), "exact")
-    assert set(ledger) <= {"elasticity", "rounding", "unknown"}
-    assert ledger["elasticity"].energy == pytest.approx(run.energy[-1] - run.energy[0], rel=0.01)
+    assert all(abs(entry.energy) < 1e-9 * run.energy[0] for key, entry in ledger.items() if key != "elasticity")
 
 
 number = st.floats(0.05, 1.0)
@@ -190,7 +191,7 @@ def test_a_ball_that_slides_and_then_rolls_is_braked_by_rightful_friction_alone(
         more="gravity = [0, 600]\nseconds = 1",
     )
     _, ledger = ledger_of(scene, engine)
-    late = 0.2 if engine == "pymunk" else 0.01  # which falls a step long before it meets the floor
+    late = 0.15 if engine == "pymunk" else 0.01  # which falls a step long before it meets the floor
     assert ledger["friction"].energy == pytest.approx(-(90**2) / 6, rel=late)
     assert ledger["spin"].energy == pytest.approx(60**2 / 4, rel=0.01)
     assert not {"friction_small", "friction_large", "velocity", "untold"} & set(ledger)
@@ -274,7 +275,7 @@ def test_with_fresh_impulses_and_many_iterations_pymunk_keeps_the_energy_of_a_de
     assert not {"stale", "unconverged"} & set(ledger)
 
 
-@pytest.mark.parametrize("name", ["heavy-on-light-at-a-wall", "light-between-heavy"])
+@pytest.mark.parametrize("name", ["heavy-on-light-at-a-wall", "light-between-heavy", "slot"])
 def test_the_reference_is_not_accused_of_sequences_of_impacts_that_it_sums_up(name: str) -> None:
     """What an unending sequence takes is the scene's own: all that is left is rounding, 1e-9 of the energy."""
     run = compare(load(f"truths/{name}"), ["exact"]).runs["exact"]
