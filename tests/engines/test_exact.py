@@ -300,8 +300,8 @@ def full_row_under_a_heap(count: int, heap: int, friction: float, seed: int) -> 
 @pytest.mark.wide
 @pytest.mark.parametrize(
     ("count", "heap", "friction", "seed"),
-    [(2, 4, 0.0, 2), (5, 7, 0.0, 1), (5, 7, 0.5, 0)],
-    ids=["two", "five", "friction"],
+    [(2, 4, 0.0, 0), (2, 4, 0.0, 2), (5, 7, 0.0, 1), (5, 7, 0.5, 0)],
+    ids=["balls between walls beside each other", "two", "five", "friction"],
 )
 def test_full_row_under_a_heap_comes_to_rest_at_bounded_cost(count: int, heap: int, friction: float, seed: int) -> None:
     """Those on top press the row together, or part it and fall back into no room at all."""
