@@ -13,9 +13,9 @@ from sandbox.view import Layer
 Action = Enum(
     "Action",
     "GO_TO_START STEP_BACK PAUSE STEP GO_TO_END SECOND_BACK SECOND_FORWARD PREVIOUS_CONTACT NEXT_CONTACT "
-    "RESTART SLOWER FASTER "
+    "RESTART DISCARD_EDITS SLOWER FASTER "
     "PICK_SCENE PREVIOUS_SCENE NEXT_SCENE NEXT_SEED SAVE_SCENE SAVE_INPUTS COPY_CODE "
-    "UNDO REDO ADD_BALL DELETE_BALL NEXT_TOOL USE_IMPULSE SELECT_PREVIOUS SELECT_NEXT "
+    "UNDO REDO ADD_BALL DELETE_BALL NEXT_TOOL SELECT_PREVIOUS SELECT_NEXT "
     "NEXT_CHART SCALE SHOW_ALL ZOOM_IN ZOOM_OUT "
     "LARGER_TEXT SMALLER_TEXT THEME COLUMN PLAIN SAVE_PICTURE RECORD FULL_SCREEN HELP ESCAPE",
 )
@@ -72,7 +72,8 @@ CONTROLS: Final = (
     _control(Action.SECOND_FORWARD, "Page Down", "go one second forward, at most to the latest step", repeats=True),
     _control(Action.PREVIOUS_CONTACT, "<", "go to the previous contact that differs", repeats=True),
     _control(Action.NEXT_CONTACT, ">", "go to the next contact that differs, and draw it", repeats=True),
-    _control(Action.RESTART, "R", "restart and clear edits"),
+    Control(Action.RESTART, "R", "restart; edits stay, and are made at the start", (pygame.K_r,)),
+    Control(Action.DISCARD_EDITS, "Shift R", "restart without edits; undo brings them back", (pygame.K_r,), shift=True),
     Control(Action.SLOWER, "-", "slower, down to 1/100", (pygame.K_KP_MINUS,), "-"),
     Control(Action.FASTER, "+", "faster, up to as fast as possible", (pygame.K_KP_PLUS,), "+="),
     _control(Action.PICK_SCENE, "/, Ctrl O", "choose a scene"),
@@ -97,7 +98,6 @@ CONTROLS: Final = (
         (pygame.K_DELETE, pygame.K_BACKSPACE),
     ),
     _control(Action.NEXT_TOOL, "F", "next tool: hand, move, ball, wall, erase"),
-    _control(Action.USE_IMPULSE, "I", "replace article by impulse"),
     _control(Action.SELECT_PREVIOUS, ",", "select the previous ball; in Balls, walls too", repeats=True),
     _control(Action.SELECT_NEXT, ".", "select the next ball; in Balls, walls too", repeats=True),
     _control(Layer.VELOCITY, "V", "velocity arrows, to where a ball would be in 0.2 s"),
@@ -127,7 +127,7 @@ CONTROLS: Final = (
 OF_ACTION: Final[dict[object, Control]] = {control.action: control for control in CONTROLS}
 EDITS: Final = (  # they apply to the balls at the current step
     *(Action.UNDO, Action.REDO, Action.ADD_BALL, Action.DELETE_BALL, Action.NEXT_TOOL),
-    *(Action.USE_IMPULSE, Action.SELECT_PREVIOUS, Action.SELECT_NEXT),
+    *(Action.SELECT_PREVIOUS, Action.SELECT_NEXT),
 )
 HELP: Final = (
     ("Left drag", "pull a ball or a wall; if paused, set a velocity"),

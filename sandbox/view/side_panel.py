@@ -199,6 +199,7 @@ class ScenePage:
         self._steps = Slider("steps", RATES, editor.rate, editor.set_rate, unit=" per second")
         self._buttons = [
             action_button("Restart", Action.RESTART, do),
+            action_button("Discard edits", Action.DISCARD_EDITS, do),
             action_button("Next seed", Action.NEXT_SEED, do),
         ]
 

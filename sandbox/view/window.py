@@ -77,7 +77,7 @@ class Window:
         self.notice = Notice()
         self.guard = Guard(self.notice)
         self.playback = Playback(SessionView(scene, engines, inputs, beside=beside), self.notice, self.show_progress)
-        self.editor = Editor(self.playback, self.notice, self._replace_engines)
+        self.editor = Editor(self.playback, self.notice)
         self.mouse = MouseTool(self.playback, self.editor, lambda: self.layout)
         self.scenes = SceneLoader(scene, engines, self.begin, self.notice)
         self.line_up = LineUp(self.playback, self.notice, self.use_engines)
@@ -130,22 +130,16 @@ class Window:
             layer for layer in before ^ opens_with(len(scene.bodies)) if (layer in before) == (layer in self.showing)
         }
         self.editor.select(None)
-        self.editor.forget_engines()
         self.mouse.reset()
         self.notice.clear()
         self.guard.try_again()
 
     def use_engines(self, names: Sequence[str]) -> None:
         """Let other engines run instead, from now on in every scene; if one refuses this run, show why."""
-        if self._replace_engines(names):
-            self.scenes.engines = names
-            self.editor.forget_engines()
-            self.notice.go_stale()  # such as the error of a name typed wrongly before
-
-    def _replace_engines(self, names: Sequence[str]) -> bool:
-        """Let other engines run in this run. Return whether they do."""
         self.mouse.release()
-        return self.playback.use_engines(names)
+        if self.playback.use_engines(names):
+            self.scenes.engines = names
+            self.notice.go_stale()  # such as the error of a name typed wrongly before
 
     def _fit_column(self) -> None:
         self.panel.fit(is_wide=self.screen.get_width() >= WIDE * self.text_height)
@@ -171,7 +165,8 @@ class Window:
             Action.GO_TO_END: lambda: self.playback.seek(self.playback.session.end),
             Action.SECOND_BACK: partial(self.playback.skip, -1),
             Action.SECOND_FORWARD: partial(self.playback.skip, 1),
-            Action.RESTART: lambda: self.begin(self.scene, self.view.session.names),
+            Action.RESTART: partial(self._restart, keep=True),
+            Action.DISCARD_EDITS: partial(self._restart, keep=False),
             Action.SLOWER: self.playback.slower,
             Action.FASTER: self.playback.faster,
             Action.PICK_SCENE: self.scenes.open_picker,
@@ -181,12 +176,11 @@ class Window:
             Action.SAVE_SCENE: lambda: self.saver.save_scene(self.mouse.pane or 0),
             Action.SAVE_INPUTS: self.saver.save_inputs,
             Action.COPY_CODE: lambda: self.saver.copy_code(self.mouse.pane or 0),
-            Action.UNDO: self.editor.undo,
-            Action.REDO: self.editor.redo,
+            Action.UNDO: self.playback.undo,
+            Action.REDO: self.playback.redo,
             Action.ADD_BALL: self.mouse.add_ball,
             Action.DELETE_BALL: self.mouse.delete_ball,
             Action.NEXT_TOOL: self.mouse.choose_next,
-            Action.USE_IMPULSE: self.line_up.use_impulse,
             Action.SHOW_ALL: self.mouse.show_all,
             Action.ZOOM_IN: partial(self.mouse.zoom_by, ZOOM_FACTOR),
             Action.ZOOM_OUT: partial(self.mouse.zoom_by, 1 / ZOOM_FACTOR),
@@ -348,6 +342,12 @@ class Window:
                 return action is self.panel.open
             case _:
                 return action in self._is_on and self._is_on[action]()
+
+    def _restart(self, *, keep: bool) -> None:
+        """Run the scene again from its start. keep: whether the edits stay."""
+        self.mouse.reset()
+        self.guard.try_again()
+        self.playback.restart(keep=keep)
 
     def _change_chart(self, change: Callable[[], None]) -> None:
         self.showing |= {Layer.CHARTS}
