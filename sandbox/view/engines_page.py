@@ -14,9 +14,9 @@ from sandbox.run.edits import Edit, edited_scenes
 from sandbox.scene.model import PymunkSettings, Scene
 from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.playback import Playback
-from sandbox.view.theme import chart_palette, theme
+from sandbox.view.theme import chart_palette
 from sandbox.view.widgets import Widget, Words
-from sandbox.view.widgets.buttons import Heading, TextButton
+from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.fields import Field, Slider
 from sandbox.view.widgets.group import rows_of
 
@@ -146,13 +146,6 @@ class LineUp:
         names.insert(pane + by, names.pop(pane))
         self._use(names)
 
-    def use_impulse(self) -> None:
-        """Let impulse run in place of article."""
-        if "article" in self.names:
-            self._use(list(dict.fromkeys("impulse" if name == "article" else name for name in self.names)))
-        else:
-            self._notice.show("article does not run here, so impulse cannot replace it")
-
     def _change(self, pane: int, spec: str, replaced: int) -> None:
         """Put an engine in place of as many from a pane on."""
         others = [*self.names]
@@ -256,20 +249,20 @@ class EnginesPage:
 
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets, from the top, as they are now."""
-        names, colours = self._line_up.names, chart_palette()
-        lines = colours.engines(names)
+        names = self._line_up.names
+        lines = chart_palette().engines(names)
         self._open = self._open if self._open < len(names) else NONE
         rows: list[Sequence[Widget]] = []
         for pane, name in enumerate(names):
             heading = self._heading(pane)
-            heading.text, heading.colour, heading.ground = name, lines[name], colours.ground
-            heading.is_open = pane == self._open
-            rows += [[heading], *(self._unfolded() if heading.is_open else [])]
+            heading.text, heading.dots = name, (lines[name],)
+            heading.marked = pane == self._open
+            rows += [[heading], *(self._unfolded() if heading.marked else [])]
         full = FULL if len(names) >= MAX_PANES else ""
         return [*rows, [self._to_add], *self._choice_rows(self._add, full), [self._typed]]
 
-    def _make_heading(self, pane: int) -> Heading:
-        return Heading("", theme.ink, theme.ground, partial(self._fold, pane), "show or hide its settings")
+    def _make_heading(self, pane: int) -> Words:
+        return Words("", do=partial(self._fold, pane), does="show or hide its settings")
 
     def _unfolded(self) -> Sequence[Sequence[Widget]]:
         rows: list[Sequence[Widget]] = [self._buttons]

@@ -23,6 +23,7 @@ from window_driver import (
     shown,
     slider,
     tool,
+    use,
 )
 
 from sandbox.run.edits import AddBall, AddWall, ChangeBall, ChangeWall, DeleteBall, DeleteWall, SetVelocity
@@ -30,10 +31,9 @@ from sandbox.run.inputs import Grab
 from sandbox.view.balls_page import NUMBER, PER_LINE, BallTable
 from sandbox.view.controls import Panel
 from sandbox.view.editor import ARENA_WALL
-from sandbox.view.move_tool import Tool
 from sandbox.view.theme import theme
 from sandbox.view.widgets import Widget, Words
-from sandbox.view.widgets.buttons import Swatch
+from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.fields import Field
 from sandbox.view.window import Window
 
@@ -46,7 +46,7 @@ def desk(memory_screen: None) -> Window:
     """Open a window with three balls and a wall, paused at step 0, with the page of the balls and the tool Move."""
     window = Window(scene_of(*THREE_BALLS, more=WALL), ["pymunk", "impulse"])
     press(window, "p", "k")
-    window.mouse.choose(Tool.MOVE)
+    use(window, "Move")
     return window
 
 
@@ -318,7 +318,7 @@ def test_a_new_ball_has_the_size_that_was_chosen(desk: Window) -> None:
 
 def test_a_swatch_sets_the_colour(desk: Window) -> None:
     click(desk, point(desk, 600, 100))
-    click(desk, find(desk, lambda one: isinstance(one, Swatch) and one.colour == "#cc79a7"))
+    click(desk, find(desk, lambda one: isinstance(one, TextButton) and one.does == "#cc79a7"))
     assert desk.view.moment.scene.colors[2] == "#cc79a7"
     assert value(desk, "colour") == "#cc79a7"
 

@@ -31,8 +31,8 @@ from sandbox.scene.fields import rgb
 from sandbox.state import State
 from sandbox.view import Layer
 from sandbox.view.cards import ball_table
+from sandbox.view.drags import ball_at
 from sandbox.view.layout import GAP, Layout, Lens
-from sandbox.view.mouse_tool import ball_at
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")

@@ -22,9 +22,9 @@ from sandbox.state import State
 from sandbox.view.case import Case, case_of
 from sandbox.view.case_so_far import DIED, CaseWorker
 from sandbox.view.contact_mark import NORMAL
+from sandbox.view.controls import RIGHT
 from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.view.theme import palette
-from sandbox.view.toolbars import RIGHT
 from sandbox.view.widgets import Bar, Widget, Words
 from sandbox.view.window import Window
 
@@ -372,7 +372,7 @@ def test_the_page_never_speaks_of_engines_that_were_replaced(article: Window) ->
     article.why.choose("article")
     assert any(text.startswith("What article lost") for text in words(article))
     place = place_of(article, expected(article).engines["article"].lines[0])
-    article.line_up.use_impulse()
+    article.use_engines(["pymunk", "impulse"])
     click(article, place)
     assert "article" not in " ".join(words(article))
     article.draw()
