@@ -156,9 +156,7 @@ class Shift(Drag):
         is_new = ball is None and wall is None
         self._from = bench.scene.arena.nearest_inside(spot.position) if is_new else spot.position
         self._at: Vector | None = None  # px of the scene, where the mouse has dragged it
-        if wall is not None:
-            bench.editor.select_wall(len(ARENA_WALLS) + wall)
-        else:
+        if wall is None:
             bench.editor.select(ball, spot.pane)
 
     def move(self, point: ScreenPoint) -> None:

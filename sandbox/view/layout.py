@@ -109,9 +109,12 @@ class Layout:
 
     @cached_property
     def timeline(self) -> Rect:
-        """The place of the timeline, of which a picture has only the chart; the chart has what the panes leave."""
-        place = self._least_timeline
-        if self.has_controls and place.height > 2 * self.side:
+        """The place of the timeline, of which a picture has only the chart.
+
+        The chart has what the panes leave, unless a column above it needs that.
+        """
+        place, is_free = self._least_timeline, self._column_is_whole or not self.has_column
+        if self.has_controls and is_free and place.height > 2 * self.side:
             top = min(place.y, self.palette.bottom + self.side + GAP)
             return Rect(place.x, top, place.width, place.bottom - top)
         return place
@@ -151,7 +154,7 @@ class Layout:
     def timeline_share_at(self, y: int) -> float:
         """Return the share of the window's height that the timeline has if its upper edge is dragged to y, px."""
         least = (MIN_CHART * self.text_height + self._tall_buttons + 1) / self.window[1]
-        return min(max((self.window[1] - y - GAP) / self.window[1], least), MAX_TIMELINE_SHARE)
+        return min(max((self.window[1] - y - GAP - GAP // 2) / self.window[1], least), MAX_TIMELINE_SHARE)
 
     @cached_property
     def transport(self) -> Rect:

@@ -59,6 +59,14 @@ class Tool:
     def draw(self, surface: Surface, layout: Layout, spot: Spot) -> None:
         """Show what a press at a spot would do."""
 
+    def select_wall(self, spot: Spot) -> int | None:
+        """Select the wall at a spot, or nothing; return its number among the scene's own, unless the arena has it."""
+        self.bench.editor.select(None, spot.pane)
+        wall = wall_at(self.bench.scene, spot)
+        if wall is not None:
+            self.bench.editor.select_wall(wall)
+        return self.bench.editor.own_wall
+
     def ball(self, spot: Spot) -> tuple[int, float]:
         """Return the ball nearest to a spot, and how far its edge is, px."""
         view = self.bench.playback.view
@@ -77,11 +85,8 @@ class Hand(Tool):
         ball, distance = self.ball(spot)
         if distance <= spot.reach:
             return Aim(self.bench, spot, ball) if self.bench.playback.paused else Pull(self.bench, spot, ball)
-        self.bench.editor.select(None, spot.pane)
-        if (wall := wall_at(self.bench.scene, spot)) is None:
-            return None
-        self.bench.editor.select_wall(wall)
-        return Push(self.bench, spot, wall=wall - len(ARENA_WALLS)) if wall >= len(ARENA_WALLS) else None
+        wall = self.select_wall(spot)
+        return None if wall is None else Push(self.bench, spot, wall=wall)
 
     def grips(self, spot: Spot) -> bool:
         """Return whether there is a ball, or a wall of the scene."""
@@ -107,12 +112,11 @@ class MoveTool(Tool):
         """Hold what is at the spot."""
         self.bench.playback.paused = True
         ball, wall = self._at(spot)
-        if wall is not None:
-            return Shift(self.bench, spot, wall=wall, ends=ends_at(self.bench.scene.walls[wall], spot))
         if ball is not None:
             return Shift(self.bench, spot, ball=ball)
-        self.bench.editor.select(None, spot.pane)
-        return None
+        if self.select_wall(spot) is None or wall is None:
+            return None
+        return Shift(self.bench, spot, wall=wall, ends=ends_at(self.bench.scene.walls[wall], spot))
 
     def grips(self, spot: Spot) -> bool:
         """Return whether something is there."""
@@ -167,11 +171,12 @@ class Eraser(Tool):
 
     def press(self, spot: Spot) -> Drag | None:
         """Delete the ball, or else the wall."""
-        (ball, distance), wall = self.ball(spot), wall_at(self.bench.scene, spot)
-        if distance > 0 and wall is not None:
-            self.bench.editor.select_wall(wall)
-        if distance <= 0 or wall is not None:
-            self.bench.editor.delete(ball if distance <= 0 else None)
+        ball, distance = self.ball(spot)
+        if distance <= 0:
+            self.bench.editor.delete(ball)
+        elif wall_at(self.bench.scene, spot) is not None:
+            self.select_wall(spot)
+            self.bench.editor.delete(None)
         return None
 
 

@@ -306,10 +306,9 @@ def card(
     if place.bottom > within.bottom:
         place.bottom = beside.y - pad
     place.clamp_ip(within)
-    above, left, right = place.copy(), place.copy(), place.copy()
-    above.bottom, left.right, right.left = beside.y - pad, beside.x - pad, beside.right + pad
-    places = [place, above, left, right] if kept_free else [place]
-    fits = (at for at in places if within.contains(at) and at.collidelist(kept_free) < 0)
+    others = [place.move(0, y - place.y) for y in (beside.y - pad - place.height, *(at.bottom for at in kept_free))]
+    sides = [Rect((x, beside.y), place.size) for x in (beside.x - pad - place.width, beside.right + pad)]
+    fits = (at for at in (place, *others, *sides) if within.contains(at) and at.collidelist(kept_free) < 0)
     place = next(fits, place)
     panel(surface, place)
     for number, row in enumerate(lines):

@@ -24,7 +24,6 @@ from window_driver import (
 
 from sandbox.run.edits import AddBall, DeleteBall, DeleteWall, SetElasticity, SetGravity, SetRate
 from sandbox.run.inputs import Grab, Release
-from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
 from sandbox.view.window import Window
 
@@ -174,20 +173,6 @@ def test_an_engine_leaves_its_pane_if_impulse_runs_already() -> None:
     window.editor.set_gravity(900.0)
     assert [pane.name for pane in window.view.panes] == ["impulse"]
     assert "article cannot run this, and has left its pane" in window.status
-
-
-def test_impulse_replaces_article_with_all_that_was_done(window: Window) -> None:
-    window.begin(scene_of("radius = 20\nposition = [200, 300]\nvelocity = [60, 30]"), ["article", "impulse", "exact"])
-    run(window, 5)
-    window.editor.set_velocity(0, (0.0, 90.0))
-    run(window, 5)
-    window.playback.seek(8)
-    press(window, "i", "i")
-    assert [pane.name for pane in window.view.panes] == ["impulse", "exact"]
-    assert "cannot replace" in window.status
-    assert (step(window), len(given(window))) == (8, 1)
-    replay = simulate(window.scene, "impulse", steps=8, inputs=given(window))
-    assert np.array_equal(replay.position[-1], window.view.panes[0].state.position)
 
 
 def test_undo_and_redo_treat_a_throw_as_one_edit(window: Window) -> None:
