@@ -199,7 +199,8 @@ class RunningComparison:
     """A comparison that goes on: engines run to any step, and are compared as far as they have come.
 
     Arguments and errors are those of `compare`; planned: how many steps are expected; kept: where to keep the positions
-    of the reference, (planned + 1, n, 2) px.
+    of the reference, (planned + 1, n, 2) px. suspends: whether an engine that cannot run an edited scene has no run
+    until it can, and does not raise Refused.
     """
 
     def __init__(
@@ -210,8 +211,10 @@ class RunningComparison:
         inputs: Sequence[Input],
         planned: int,
         kept: Floats | None = None,
+        *,
+        suspends: bool = False,
     ) -> None:
-        self._scene, self._engines, self._against = scene, dict(engines), against
+        self._scene, self._engines, self._against, self._suspends = scene, dict(engines), against, suspends
         self._planned, self._kept = planned, kept
         self._failed: dict[str, EngineError] = {}
         self._ended: LimitReached | None = None
@@ -260,7 +263,8 @@ class RunningComparison:
         """Begin at the first step, with the engines that can be built."""
         self._segment: _Segment | None = None
         try:
-            self._lockstep = Lockstep(self._scene, self._engines, self.inputs)
+            reference = self._against if self._suspends else None
+            self._lockstep = Lockstep(self._scene, self._engines, self.inputs, reference=reference)
         except EngineError as error:
             self._leave_out(error)
             self._begin()

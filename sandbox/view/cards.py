@@ -100,8 +100,6 @@ class Cards:
         """Draw everything. placed: the widgets; free_point: where the mouse is, unless a list is open there."""
         self._messages.draw(surface, layout)
         self._draw_ball(surface, layout)
-        if free_point:
-            self._playback.view.draw_title_card(surface, layout, free_point)
         if self._scenes.error:
             draw_error_card(surface, layout, self._scenes.error)
         if self.help_open:

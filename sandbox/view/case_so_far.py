@@ -80,7 +80,7 @@ class CaseSoFar:
     """What a worker finds out about the run of a session, part by part, while the run goes on.
 
     case: the latest, None until there is one; compared: the run that it is about; is_current: whether that is all of
-    the run. error: why there is no newer one. is_warm: whether the worker has answered once.
+    the run. error: why there is no newer one.
     """
 
     def __init__(self, notice: Notice, worker: CaseWorker | None = None) -> None:
@@ -90,7 +90,6 @@ class CaseSoFar:
         self._page = ""  # the file that it writes meanwhile
         self._page_wanted = ""  # the file to be written next
         self._asked_at = self._rests_until = 0.0  # s
-        self.is_warm = False
         self.forget()
 
     def forget(self) -> None:
@@ -117,11 +116,7 @@ class CaseSoFar:
         """Note what the worker has found, and let it go on. Return whether that is news."""
         before, now = (self.case, self.error, self.is_making_page), RunSoFar.of(session)
         if self._asked and (answer := self._worker.poll()):
-            was_warm, self.is_warm = self.is_warm, True
-            if was_warm or self._page or 2 * self._asked.steps >= now.steps:
-                self._note(self._asked, answer)
-            else:  # the worker was loaded meanwhile, which took longer than the run so far
-                self._asked = None
+            self._note(self._asked, answer)
         if self.compared and not self.compared.is_beginning_of(now):
             self.forget()
         if self._asked and not self._page and not self._asked.is_beginning_of(now):
@@ -160,4 +155,4 @@ class CaseSoFar:
     def stop(self) -> None:
         """End what the worker does."""
         self._worker.stop()
-        self._asked, self._page, self.is_warm = None, "", False
+        self._asked, self._page = None, ""

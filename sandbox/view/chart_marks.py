@@ -106,6 +106,18 @@ def spread(wanted: Sequence[float], sizes: Sequence[float], low: float, high: fl
     return begin
 
 
+def draw_axis_below(
+    surface: Surface, plot: Rect, places: Floats, texts: Sequence[str], ink: Color, height: int
+) -> None:
+    """Write texts below a chart at some columns, px, each under a tick. height: of the text."""
+    right = surface.get_width()
+    for x, text in zip(np.rint(places).astype(int).tolist(), texts, strict=True):
+        pygame.draw.line(surface, ink, (x, plot.bottom), (x, plot.bottom + height // 3))
+        number = lettering(text, ink, height)
+        at = min(x - number.get_width() // 2, right - number.get_width())
+        surface.blit(number, (at, plot.bottom + height // 3))
+
+
 MARK_DISTANCE: Final = 4  # px between the pointer and a mark that it points at
 NOT_COMPARABLE: Final = "no longer comparable"
 SENTENCES: Final = {  # what the ends of the reference's trust mean

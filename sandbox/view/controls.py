@@ -14,6 +14,7 @@ from sandbox.view import Layer
 LEFT: Final = "\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}"
 RIGHT: Final = "\N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}"
 ZOOM_FACTOR: Final = 1.25  # by which a notch of the wheel enlarges what the panes show, or the charts' time
+_CODES: Final = {"Esc": "ESCAPE", "Shift Z": "z", "Shift R": "r"}  # of keys whose names are others in pygame
 
 
 class Panel(Enum):
@@ -80,7 +81,7 @@ class Control:
     def keys(self) -> tuple[int, ...]:
         """The codes of its keys."""
         named = (name for name in self._keys if len(name) > 1 and not name.startswith("Ctrl "))
-        codes = ({"Esc": "ESCAPE", "Shift Z": "z"}.get(name, name.upper().replace(" ", "")) for name in named)
+        codes = (_CODES.get(name, name.upper().replace(" ", "")) for name in named)
         return (*(getattr(pygame, f"K_{code}") for code in codes), *self.more_keys)
 
 
@@ -104,11 +105,13 @@ class Action(Enum):
         Topic.FIRST, "Space, P", "Play", "pause or resume", lambda w: w.playback.pause(), lambda w: w.playback.paused
     )
     STEP = Control(Topic.FIRST, "Right, O", RIGHT, "pause and do one step", lambda w: w.playback.step(), repeats=True)
-    RESTART = Control(Topic.FIRST, "R", "Restart", "restart and clear edits", lambda w: w.restart())
+    RESTART = Control(
+        Topic.FIRST, "R", "Restart", "restart; edits stay, and are made at the start", lambda w: w.restart(keep=True)
+    )
     PICK_SCENE = Control(
         Topic.FIRST, "/, Ctrl O", "Open\N{HORIZONTAL ELLIPSIS}", "choose a scene", lambda w: w.scenes.open_picker()
     )
-    UNDO = Control(Topic.FIRST, "U, Ctrl Z", "Undo", "undo the last throw or edit", lambda w: w.editor.undo())
+    UNDO = Control(Topic.FIRST, "U, Ctrl Z", "Undo", "undo the last throw or edit", lambda w: w.playback.undo())
     WHY = _page(Panel.WHY, "F5, W", "why engines differ: verdict, contacts and causes")
     SAVE_SCENE = Control(
         Topic.FIRST, "S, Ctrl S", "Scene", "save the balls as they are as a scene",
@@ -156,7 +159,11 @@ class Action(Enum):
     GHOSTS = _layer(Layer.GHOSTS, "G", "outlines of exact", "outlines of the balls in exact")
     CHARTS = _layer(Layer.CHARTS, "H", "chart", "charts")
 
-    REDO = Control(Topic.EDIT, "Y, Ctrl Y", "Redo", "redo what was undone", lambda w: w.editor.redo())
+    REDO = Control(Topic.EDIT, "Y, Ctrl Y", "Redo", "redo what was undone", lambda w: w.playback.redo())
+    DISCARD_EDITS = Control(
+        Topic.EDIT, "Shift R", "Discard edits", "restart without edits; undo brings them back",
+        lambda w: w.restart(keep=False),
+    )  # fmt: skip
     ADD_BALL = Control(Topic.EDIT, "A", "", "add a ball at the mouse, or near the middle", lambda w: w.mouse.add_ball())
     DELETE_BALL = Control(
         Topic.EDIT, "Delete, Backspace", "", "delete the ball at the mouse, or the selected one",
@@ -263,7 +270,7 @@ def action_of(event: Event) -> Action | None:
     """Return the action whose key a key-down event is about."""
     character, shift = event.unicode.lower(), bool(event.mod & pygame.KMOD_SHIFT)
     ctrl = bool(event.mod & pygame.KMOD_CTRL)
-    for action in Action:
+    for action in sorted(Action, key=lambda action: not action.value.shift):  # R types the same with Shift
         control = action.value
         by_key = event.key in control.keys and (shift == control.shift or ctrl) and ctrl == control.ctrl
         if by_key or (character and character in control.typed and not (ctrl and character.isprintable())):

@@ -1,12 +1,10 @@
 """Edits of a running scene: balls added, deleted and thrown, and what applies to all of them."""
 
 import math
-from collections.abc import Callable, Sequence
 from typing import Final
 
 import numpy as np
 
-from sandbox.engines import refusal
 from sandbox.errors import SandboxError
 from sandbox.quantity import length
 from sandbox.run.edits import (
@@ -23,13 +21,12 @@ from sandbox.run.edits import (
     SetVelocity,
 )
 from sandbox.scene.fields import PALETTE, Vector
-from sandbox.scene.model import ARENA_WALLS, Scene
+from sandbox.scene.model import ARENA_WALLS
 from sandbox.scene.walls import segment_distance
 from sandbox.session.history import Moment
 from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
 
-REPLACEMENT: Final = "impulse"  # runs every scene of discs and walls
 NOTHING_SELECTED: Final = "no ball is selected: pause and click one, or use , and ."
 ARENA_WALL: Final = (
     "the arena's walls cannot be changed here: they stand at its edges, with the elasticity and friction "
@@ -49,11 +46,9 @@ class Editor:
 
     new_thickness = 4.0
 
-    def __init__(self, playback: Playback, notice: Notice, use_engines: Callable[[Sequence[str]], bool]) -> None:
+    def __init__(self, playback: Playback, notice: Notice) -> None:
         self._playback = playback
         self._notice = notice
-        self._use_engines = use_engines
-        self._replaced: list[tuple[int, Sequence[str]]] = []  # engines, and how many edits the run had with them
         self.new_ball: dict[str, float] = {}
         self.select(None)
 
@@ -162,69 +157,16 @@ class Editor:
         elif self.own_wall is not None:
             self._give(ChangeWall(step=self._step, wall=self.own_wall, **values))
 
-    # Engines that cannot run an edited scene
-
     def give(self, edit: Edit) -> None:
-        """Edit the run. An engine that cannot run the edited scene is replaced by impulse, or leaves its pane."""
+        """Edit the run; show a notice if that is not possible."""
         with self._notice.reporting():
             self._give(edit)
 
     def _give(self, edit: Edit) -> None:
-        """Do the same, but raise SandboxError if the edit itself is not valid."""
+        """Edit the run. Raises SandboxError if the edit itself is not valid."""
         self._playback.settle()
-        before = self._playback.session.names
-        names, said = self._names_for(edit.change_scene(self._moment.scene), before)
-        edits = self._edits
-        if names != before and not self._use_engines(names):
-            return
+        edit.change_scene(self._moment.scene)
         self._playback.give(edit)
-        if names != before and self._edits > edits:
-            self._note_replaced(edits, before, said)
-
-    def _note_replaced(self, edits: int, engines: Sequence[str], said: str) -> None:
-        self._replaced.append((edits, engines))
-        self._notice.show(f"{said}. Undo brings it back.")
-
-    @staticmethod
-    def _names_for(scene: Scene, names: Sequence[str]) -> tuple[list[str], str]:
-        """Return the engines for an edited scene, and what is said if some of them are others than before."""
-        kept, said = list[str](), list[str]()
-        for name in names:
-            why = refusal(name, scene)
-            if not why:
-                kept.append(name)
-            elif REPLACEMENT not in (*names, *kept) and not refusal(REPLACEMENT, scene):
-                kept.append(REPLACEMENT)
-                said.append(f"{name} cannot run this, so {REPLACEMENT} runs instead")
-            else:
-                said.append(f"{name} cannot run this, and has left its pane")
-        return (kept, "; ".join(said)) if kept else (list(names), "")
-
-    @property
-    def _edits(self) -> int:
-        return sum(isinstance(each, Edit) for each in self._playback.session.inputs)
-
-    def undo(self) -> None:
-        """Undo the last throw or edit. If it had replaced engines, they run again."""
-        self._playback.undo()
-        if self._replaced and self._edits <= self._replaced[-1][0]:
-            self._use_engines(self._replaced.pop()[1])
-
-    def redo(self) -> None:
-        """Redo what was undone last, in engines that can run it."""
-        before = self._playback.session.names
-        edit, names, said = self._playback.session.next_redo, before, ""
-        if isinstance(edit, Edit):
-            with self._notice.reporting():
-                names, said = self._names_for(edit.change_scene(self._moment.scene), before)
-        edits = self._edits
-        if names != before and self._use_engines(names):
-            self._note_replaced(edits, before, said)
-        self._playback.redo()
-
-    def forget_engines(self) -> None:
-        """Another run begins, or other engines were chosen: none are brought back."""
-        self._replaced.clear()
 
     # What applies to all balls
 

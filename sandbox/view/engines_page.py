@@ -10,7 +10,6 @@ from typing import Final
 from sandbox.engines import BUILT_IN, TUNED, check_name, known, refusal, resolved, settings_in, with_settings
 from sandbox.engines.pymunk import settings_of
 from sandbox.errors import SandboxError
-from sandbox.run.edits import Edit, edited_scenes
 from sandbox.scene.model import PymunkSettings, Scene
 from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.playback import Playback
@@ -171,14 +170,12 @@ class LineUp:
 
         While Pymunk runs, another one has other settings.
         """
-        session = self._playback.session
-        wanted = session.start, [one for one in session.inputs if isinstance(one, Edit)], session.names
+        wanted = self.scene, self.names
         if wanted != self._choices_for:
             self._choices_for = wanted
-            scenes = list(edited_scenes(session.start, session.inputs))
-            names = dict.fromkeys([*known(), *self._ever, *session.names])
+            names = dict.fromkeys([*known(), *self._ever, *self.names])
             self._ever = [name for name in names if not has_settings(name)]
-            self._choices = [Choice(spec, self._refusal(spec, scenes)) for spec in (self._another(), *self._ever)]
+            self._choices = [Choice(spec, self._refusal(spec)) for spec in (self._another(), *self._ever)]
         return self._choices
 
     def _another(self) -> str:
@@ -187,7 +184,8 @@ class LineUp:
         tuned = (with_setting(TUNED, self.scene, "substeps", number) for number in chain(OTHER_SUBSTEPS, count(1)))
         return next(spec for spec in chain([TUNED], tuned) if spec not in running)
 
-    def _refusal(self, spec: str, scenes: Sequence[Scene]) -> str:
+    def _refusal(self, spec: str) -> str:
+        """Return why an engine cannot be added to the run; one that cannot run an edited scene stands still then."""
         if spec in self.names:
             return f"{spec} runs already"
         try:
@@ -196,7 +194,7 @@ class LineUp:
             return str(error)
         if settings_in(spec)[0] not in BUILT_IN:  # others are imported when they run, and refuse scenes then
             return ""
-        return next(filter(None, (refusal(spec, scene) for scene in scenes)), "")
+        return (refusal(spec, self.scene) or "").partition("; use --")[0]
 
 
 class EnginesPage:

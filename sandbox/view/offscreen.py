@@ -19,7 +19,7 @@ from sandbox.run.inputs import Input
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.session.history import Moment
+from sandbox.session.history import Moment, Reading
 from sandbox.state import no_contacts
 from sandbox.view import Layer
 from sandbox.view.layout import Layout
@@ -197,9 +197,9 @@ def record(
             for step in track(steps_of_frames(scene, video.fps)):
                 camera.go_to(step)
                 video.add(camera.draw())
-    for pane in camera.view.panes:
-        if isinstance(pane.failure, EngineError):
-            raise pane.failure
+    for error in camera.view.session.lockstep.standing().values():
+        if isinstance(error, EngineError):
+            raise error
 
 
 def check_recording(path: str, size: tuple[int, int]) -> None:
@@ -221,18 +221,12 @@ def draw_picture(comparison: Comparison) -> Surface:
         step=len(comparison.time) - 1,
         time=float(comparison.time[-1]),
         scene=scene,
-        states={name: run.final for name, run in comparison.runs.items()},
-        contacts=dict.fromkeys(comparison.runs, no_contacts()),
-        counts={},
-        energy={},
-        work={},
+        engines={name: Reading(run.final, no_contacts(), 0, 0.0, 0.0, 0.0) for name, run in comparison.runs.items()},
         balls=tuple(range(len(scene.bodies))),
         held=None,
         target=(0.0, 0.0),
-        wall_impulse={},
-        energy_scale=comparison.energy_scale,
     )
-    panes = [Pane(end, name, create(name, scene, run.final)) for name, run in comparison.runs.items()]
+    panes = [Pane([end], name, create(name, scene, run.final)) for name, run in comparison.runs.items()]
     draw_panes(surface, layout, panes, (), comparison.against, end.states.get(comparison.against))
     caption = f"{scene.title or scene.name}    seed {scene.seed}    {comparison.time[-1]:.2f} s"
     write(surface, caption, layout.status, theme.dim, layout.text_height)

@@ -167,7 +167,9 @@ class ScenePage:
             "elasticity", ELASTICITIES, editor.elasticity, editor.set_elasticity, "of any two that meet"
         )
         self._steps = Slider("steps", RATES, editor.rate, editor.set_rate, unit=" per second")
-        self._buttons = [action_button(action, do) for action in (Action.RESTART, Action.NEXT_SEED)]
+        self._buttons = [
+            action_button(action, do) for action in (Action.RESTART, Action.DISCARD_EDITS, Action.NEXT_SEED)
+        ]
 
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets."""

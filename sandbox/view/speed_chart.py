@@ -14,6 +14,7 @@ from sandbox.report.scales import round_up
 from sandbox.scene.units import PIXELS, Dimension, Units
 from sandbox.session.history import Moment
 from sandbox.state import Floats
+from sandbox.view.chart_marks import draw_axis_below
 from sandbox.view.instruments import LAW
 from sandbox.view.primitives import lettering
 from sandbox.view.theme import Palette
@@ -137,13 +138,12 @@ class SpeedChart:
             place = number.get_rect(right=plot.x - height // 2, centery=y)
             surface.blit(number, place.clamp(place.x, plot.y - 2, place.width, plot.height + 4))
         interval = round_up(fastest * 5 * height / plot.width)
-        for k in range(int(fastest / interval) + 1):
-            x = plot.x + round(k * interval / fastest * (plot.width - 1))
+        speeds = np.arange(0.0, fastest, interval)
+        places = plot.x + speeds / fastest * (plot.width - 1)
+        for x in np.rint(places).astype(int).tolist():
             pygame.draw.line(surface, colours.faint, (x, plot.y), (x, plot.bottom))
-            last = (k + 1) * interval > fastest
-            number = lettering(f"{k * interval:g} {unit}" if last else f"{k * interval:g}", colours.ink, height)
-            at = number.get_rect(centerx=x, top=plot.bottom + height // 4).clamp(surface.get_rect())
-            surface.blit(number, at)
+        texts = [f"{speed:g} {unit}" if k == len(speeds) - 1 else f"{speed:g}" for k, speed in enumerate(speeds)]
+        draw_axis_below(surface, plot, places, texts, colours.ink, height)
 
     def _write_names(self, surface: Surface, plot: Rect, found: Histogram, height: int) -> None:
         """Write the name of each line at the upper right, where the law leaves room."""

@@ -8,12 +8,10 @@ from typing import Any, Final
 import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.run.edits import Edit
-from sandbox.run.inputs import Grab
 from sandbox.scene.model import Scene
 from sandbox.view.charts import Charts
 from sandbox.view.controls import Action, tip_of
-from sandbox.view.instruments import MEANINGS, OF_BALL, Instrument
+from sandbox.view.instruments import OTHERS, TABS, Instrument
 from sandbox.view.layout import GAP, TIME_LETTERS, Layout
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.playback import SPEEDS, Playback, speed_text
@@ -76,20 +74,17 @@ def tool_palette(mouse: MouseTool, playback: Playback, do: Do) -> WidgetRow:
         for tool in mouse.tools
     ]
 
-    def why_no_undo() -> str:
-        done = (isinstance(given, Edit | Grab) for given in playback.session.given())
-        return "" if any(done) else "there is nothing to undo here"
-
-    undo = action_button(Action.UNDO, do, refusal=why_no_undo)
+    undo = action_button(
+        Action.UNDO, do, refusal=lambda: "" if playback.session.can_undo else "there is nothing to undo here"
+    )
     redo = action_button(
-        Action.REDO, do, refusal=lambda: "" if playback.session.next_redo else "there is nothing to redo"
+        Action.REDO, do, refusal=lambda: "" if playback.session.can_redo else "there is nothing to redo"
     )
     zoom = Words("", said=lambda: f"{100 * mouse.lens.zoom:.0f} %", widest="5000 %", colour=theme.dim)
     zooms = (action_button(action, do) for action in (Action.ZOOM_OUT, Action.SHOW_ALL, Action.ZOOM_IN))
     return WidgetRow([*tools, undo, redo], [zoom, *zooms])
 
 
-TABS: Final = (Instrument.ENERGY, Instrument.GAP, Instrument.MOMENTUM, Instrument.SPEEDS)  # the others are in a menu
 WIDEST: Final = "1\N{MULTIPLICATION SIGN} (0.88\N{MULTIPLICATION SIGN})"
 THICKNESS: Final = 4  # px
 MARK: Final = 2  # px, half of the width of the gap round a mark
@@ -118,7 +113,6 @@ class Timeline:
             said=lambda: "logarithmic" if self._charts.is_logarithmic else "linear",
             refusal=lambda: self._charts.why_one_scale,
         )  # fmt: skip
-        self._of_ball = Menu(lambda: OF_BALL[self._charts.of_ball][0], self._choices_of_ball, "what of the ball")
         self._tabs = WidgetRow([*tabs, more], [self._scale])
 
     # What its widgets do
@@ -138,8 +132,9 @@ class Timeline:
         def show() -> None:
             self._charts.show(instrument)
 
-        name, meaning = instrument.value.capitalize(), MEANINGS[instrument]
-        return TextButton(name, show, meaning, lambda: self._charts.instrument is instrument)
+        return TextButton(
+            instrument.name.capitalize(), show, instrument.meaning, lambda: self._charts.instrument is instrument
+        )
 
     def _tab(self, instrument: Instrument) -> TextButton:
         item = self._item(instrument)
@@ -147,20 +142,13 @@ class Timeline:
         return item
 
     def _others(self) -> list[TextButton]:
-        return [self._item(instrument) for instrument in Instrument if instrument not in TABS]
-
-    def _choices_of_ball(self) -> list[TextButton]:
-        charts = self._charts
-        return [
-            TextButton(name, partial(charts.show_of_ball, quantity), is_on=partial(eq, quantity, charts.of_ball))
-            for quantity, (name, _) in OF_BALL.items()
-        ]
+        return [self._item(instrument) for instrument in OTHERS]
 
     def _shows_other(self) -> bool:
-        return self._charts.instrument not in TABS
+        return self._charts.instrument in OTHERS
 
     def _more_text(self) -> str:
-        return self._charts.instrument.value.capitalize() if self._shows_other() else "More"
+        return self._charts.instrument.name.capitalize() if self._shows_other() else "More"
 
     # Places and drawing
 
@@ -170,7 +158,6 @@ class Timeline:
 
     def placed(self, layout: Layout) -> list[Placed]:
         """Return its widgets with their places."""
-        self._tabs.right = [self._of_ball] if self._charts.instrument is Instrument.BALL else [self._scale]
         rows = ((self._before, layout.transport), (self._after, layout.transport), (self._tabs, layout.tabs))
         return [placed for row, place in rows for placed in row.placed(place, layout.text_height, layout.side)]
 

@@ -17,7 +17,7 @@ from sandbox.view.layout import Layout
 from sandbox.view.playback import Playback
 from sandbox.view.run_so_far import Marks
 from sandbox.view.saver import Saver
-from sandbox.view.session_view import IT_SHOULD_HAVE, MIN_CHANGE, amount_text
+from sandbox.view.session_view import IT_SHOULD_HAVE, MIN_ERROR, amount_text
 from sandbox.view.theme import chart_palette, palette, theme
 from sandbox.view.toolbars import action_button
 from sandbox.view.widgets import Bar, Widget, Words
@@ -28,7 +28,6 @@ LISTED: Final = 12  # contacts at once: the newest, or those around the one that
 BUTTONS_IN_ROW: Final = 3
 NOTHING_YET: Final = "Nothing has happened yet."
 COMPARING: Final = "Comparing …"
-FIRST_COMPARING: Final = f"{COMPARING} The first time after an installation, this takes a minute or two."
 LEGEND: Final = (
     "{colours}. Lines are the normal, dashed ones that of first touch. Thin arrows, which end at their ball, are "
     "velocities before the contact, thick ones those after it."
@@ -199,10 +198,10 @@ class WhyPage:
     def _headline_text(self) -> str:
         """How much energy is missing, or is too much, in the engine that the page speaks of."""
         view = self._playback.view
-        error, scale = view.energy_errors.get(self.engine, 0.0), view.moment.energy_scale
-        if abs(error) < MIN_CHANGE:
+        error = view.energy_errors.get(self.engine, 0.0)
+        if abs(error) < MIN_ERROR:
             return "The energy is as it should be"
-        amount = amount_text(error, scale, view.moment.scene.units)
+        amount = amount_text(error)
         if view.beside != IT_SHOULD_HAVE:
             return f"{amount} {'less' if error < 0 else 'more'} energy than {view.beside}"
         of_energy = "" if "energy" in amount else " of the energy"
@@ -237,7 +236,7 @@ class WhyPage:
         if self.case.error:
             return self.case.error
         if case is None or compared is None:
-            return (COMPARING if self.case.is_warm else FIRST_COMPARING) if session.end else NOTHING_YET
+            return COMPARING if session.end else NOTHING_YET
         edited = f" Times count from the last edit, at {case.since:.2f} s." if case.since else ""
         so_far = "" if self.case.is_current else " so far"
         return f"Compared with {compared.against} up to {compared.clock.time(compared.steps):.2f} s{so_far}.{edited}"

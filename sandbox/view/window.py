@@ -78,7 +78,7 @@ class Window:
         self.notice = Notice()
         self.guard = Guard(self.notice)
         self.playback = Playback(SessionView(scene, engines, inputs, beside=beside), self.notice, self.show_progress)
-        self.editor = Editor(self.playback, self.notice, self._replace_engines)
+        self.editor = Editor(self.playback, self.notice)
         self.mouse = MouseTool(self.playback, self.editor, lambda: self.layout)
         self.scenes = SceneLoader(scene, engines, self.begin, self.notice)
         self.line_up = LineUp(self.playback, self.notice, self.use_engines)
@@ -131,26 +131,22 @@ class Window:
             layer for layer in before ^ opens_with(len(scene.bodies)) if (layer in before) == (layer in self.showing)
         }
         self.editor.select(None)
-        self.editor.forget_engines()
         self.mouse.reset()
         self.notice.clear()
         self.guard.try_again()
 
-    def restart(self) -> None:
-        """Run the scene from its start."""
-        self.begin(self.scene, self.view.session.names)
+    def restart(self, *, keep: bool) -> None:
+        """Run the scene again from its start. keep: whether the edits stay."""
+        self.mouse.reset()
+        self.guard.try_again()
+        self.playback.restart(keep=keep)
 
     def use_engines(self, names: Sequence[str]) -> None:
         """Let other engines run instead, from now on in every scene; if one refuses this run, show why."""
-        if self._replace_engines(names):
-            self.scenes.engines = names
-            self.editor.forget_engines()
-            self.notice.go_stale()  # such as the error of a name typed wrongly before
-
-    def _replace_engines(self, names: Sequence[str]) -> bool:
-        """Let other engines run in this run. Return whether they do."""
         self.mouse.release()
-        return self.playback.use_engines(names)
+        if self.playback.use_engines(names):
+            self.scenes.engines = names
+            self.notice.go_stale()  # such as the error of a name typed wrongly before
 
     def _fit_column(self) -> None:
         self.panel.fit(is_wide=self.screen.get_width() >= WIDE * self.text_height)
