@@ -20,7 +20,7 @@ from sandbox.run.inputs import End, Input, load_inputs
 from sandbox.scene.model import Scene
 from sandbox.view.case import OtherContact
 from sandbox.view.case_so_far import CaseSoFar
-from sandbox.view.controls import CONTROLS, Panel
+from sandbox.view.controls import PAGES, Panel
 from sandbox.view.layout import WIDE, Layout
 from sandbox.view.widgets.fields import Slider
 from sandbox.view.widgets.group import Placed
@@ -208,7 +208,7 @@ class Mirror:
 
     def open(self, panel: Panel) -> None:
         """Open a page of the side panel, in both windows."""
-        self.press(next(control.typed for control in CONTROLS if control.action is panel))
+        self.press(PAGES[panel].value.typed)
         for _ in range(3):
             self.window.frame(1 / 60)
 

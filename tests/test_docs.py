@@ -295,7 +295,7 @@ def test_the_set_up_lines_are_those_that_ci_runs() -> None:
 
 
 def test_the_keys_are_those_of_the_window() -> None:
-    check_table("window.md", "| key | does |\n|---|---|\n", [f"| {keys} | {does} |" for keys, does in HELP])
+    check_table("window.md", "| key | does |\n|---|---|\n", [f"| {keys} | {does} |" for _, keys, does in HELP])
 
 
 @pytest.mark.parametrize(

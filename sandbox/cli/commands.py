@@ -166,7 +166,7 @@ def run(
 @grouped
 def record(
     scene: SceneArgument,
-    out: Annotated[str, file_option("A .gif, .webp or .mp4 file, or .png for the end.")],
+    out: Annotated[str, file_option("A .gif or .mp4 file, or .png for the end.")],
     *,
     engines: Engines = None,
     options: RunOptions,
@@ -175,7 +175,7 @@ def record(
 ) -> None:
     """Record a scene in real time as a video, or its end as a picture.
 
-    A GIF has 50 frames a second, as its delays are in 1/100 s; WebP and MP4 have 60.
+    A GIF has 50 frames a second, as its delays are in 1/100 s; MP4 has 60.
     """
     warn_of_pygame()
     from sandbox.view.offscreen import check_recording

@@ -248,9 +248,23 @@ class Session:
         self._undone.clear()
         self._change(Change(0, inputs, 0, Change(0, self.inputs, self.step) if inputs != self.inputs else None))
 
+    @property
+    def _has_restarted(self) -> bool:
+        return bool(self._restarts) and self.inputs == self._restarts[-1].inputs
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is an action to undo here."""
+        return self._has_restarted or self._start_of_last_action(len(self.given())) is not None
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether there is something to redo."""
+        return bool(self._undone)
+
     def undo(self) -> bool:
         """Undo the last action, and go to where it began. Return whether there was one."""
-        if self._restarts and self.inputs == self._restarts[-1].inputs:
+        if self._has_restarted:
             self._undone.append(restart := self._restarts.pop())
             self._change(restart.back or restart)
             return True

@@ -6,7 +6,7 @@ from functools import cache, partial
 from typing import Final, NamedTuple
 
 import numpy as np
-from pygame import Rect, Surface
+from pygame import Color, Rect, Surface
 
 from sandbox.errors import SandboxError, shown
 from sandbox.quantity import kinetic_energies, length
@@ -17,14 +17,13 @@ from sandbox.scene.units import Dimension, Units
 from sandbox.state import Floats, State
 from sandbox.view.editor import ARENA_WALL, Editor
 from sandbox.view.instruments import ROUNDING
-from sandbox.view.mouse_tool import MouseTool
-from sandbox.view.move_tool import Tool
+from sandbox.view.mouse_tool import BallTool, MouseTool, Tool, WallTool
 from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import dot, fitting, shortened, text_width, write
 from sandbox.view.theme import chart_palette, theme
 from sandbox.view.widgets import Widget, Words
-from sandbox.view.widgets.buttons import Swatch, TextButton
+from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.fields import Field
 
 CELL_HEIGHT: Final = 1.5  # in heights of the text
@@ -75,12 +74,6 @@ class BallTable(Widget):
 
     takes_keys = False
     _line = _text_height = 1  # px
-
-    @property
-    def look(self) -> object:
-        """The step, and how it is sorted."""
-        state, scene, step = self.shown()
-        return step, id(state), id(scene), self.selected(), self.sorted_by, self.falling
 
     def height(self, width: int, text_height: int) -> int:
         """Return the height of its rows, px."""
@@ -196,8 +189,6 @@ class Inspector:
         self._dimensions: dict[Field, Dimension] = {}  # of the numbers that fields show
         self._heading = Words("", width=2.0)
         self._hint, self._nothing = Words(""), Words("")
-        self._copy = TextButton("copy", self._mouse.copy_ball, "a ball like this one, where you click next", width=1.0,
-                                is_on=lambda: mouse.copying, refusal=self._refusal)  # fmt: skip
         self._delete = TextButton("delete", lambda: editor.delete(None), "delete it", width=1.0, refusal=self._refusal)
         self._ball = {key: self._value_field(key, partial(self._value_of_ball, key)) for key in BALL_KEYS}
         self._colour = self._field("colour", self._colour_of_ball, lambda text: editor.change(color=text),
@@ -206,11 +197,11 @@ class Inspector:
         self._ends = [self._end_field(*end) for end in ENDS]
         self._wall = {key: self._value_field(key, partial(self._value_of_wall, key)) for key in WALL_KEYS}
         thickness = self._number_field(
-            "thickness", lambda: mouse.move.thickness, self._set_thickness, "of walls that you draw"
+            "thickness", lambda: editor.new_thickness, self._set_thickness, "of walls that you draw"
         )
-        self._new: dict[Tool, list[Widget]] = {  # what is added next
-            Tool.BALL: [Words("new balls"), self._new_field("radius"), self._new_field("mass")],
-            Tool.WALL: [Words("new walls"), thickness],
+        self._new: dict[type[Tool], list[Widget]] = {  # what is added next
+            BallTool: [Words("new balls"), self._new_field("radius"), self._new_field("mass")],
+            WallTool: [Words("new walls"), thickness],
         }
 
     def rows(self) -> Sequence[Sequence[Widget]]:
@@ -225,13 +216,14 @@ class Inspector:
         else:
             self._hint.text = HINT
             rows = [[self._hint]]
-        return [*rows, *([self._new[self._mouse.tool]] if self._mouse.tool in self._new else [])]
+        new = self._new.get(type(self._mouse.tool))
+        return [*rows, *([new] if new else [])]
 
     def _ball_rows(self, ball: int) -> list[Sequence[Widget]]:
         self._heading.text = f"ball {ball} in {self._playback.view.panes[self._editor.pane].name}"
         field = self._ball
         return [
-            [self._heading, self._copy, self._delete],
+            [self._heading, self._delete],
             [field["x"], field["y"]],
             [field["vx"], field["vy"]],
             [field["spin"], field["mass"]],
@@ -317,9 +309,9 @@ class Inspector:
     def _colour_of_ball(self) -> str:
         return self._playback.scene.colors[self._editor.selected or 0]
 
-    def _swatch(self, colour: str) -> Swatch:
+    def _swatch(self, colour: str) -> TextButton:
         choose = partial(self._colour.choose, colour)
-        return Swatch(colour, choose, lambda: self._colour_of_ball() == colour, self._refusal)
+        return TextButton("", choose, colour, lambda: self._colour_of_ball() == colour, self._refusal, Color(colour))
 
     def _new_field(self, key: str) -> Field:
         def choose(number: float) -> None:
@@ -332,7 +324,7 @@ class Inspector:
         return field
 
     def _set_thickness(self, thickness: float) -> None:
-        self._mouse.move.thickness = Wall(start=(0, 0), to=(1, 0), thickness=thickness).thickness
+        self._editor.new_thickness = Wall(start=(0, 0), to=(1, 0), thickness=thickness).thickness
 
 
 def _text(value: float, factor: float, decimals: int) -> str:

@@ -208,11 +208,6 @@ class ContactPicture(Widget):
             position[second] = position[found.first] + reach * np.array(normal)
             self.state = replace(self.state, position=position)
 
-    @property
-    def look(self) -> object:
-        """The contact."""
-        return self.difference, self.colour.normalize(), self.scene.arena.background
-
     def height(self, width: int, text_height: int) -> int:
         """Return its height, px."""
         return round(HEIGHT * text_height)

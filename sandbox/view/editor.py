@@ -40,8 +40,11 @@ class Editor:
     The selected ball stays selected when others are added or deleted. A wall can be selected instead; those of the
     arena cannot be changed.
 
-    new_ball: what is set of balls to be added; in everything else they are copies of the selected ball, or the last.
+    new_ball: what is set of balls to be added; in everything else they are like the selected ball, or the last.
+    new_thickness: of walls to be drawn, px.
     """
+
+    new_thickness = 4.0
 
     def __init__(self, playback: Playback, notice: Notice) -> None:
         self._playback = playback
@@ -96,19 +99,10 @@ class Editor:
         self.select(None)
         self._wall = wall
 
-    def select_next(self, by: int, *, with_walls: bool = False) -> None:
-        """Select the ball so many numbers after the selected one, or before it if negative. Walls follow the balls."""
-        balls, walls = len(self._moment.balls), self._moment.scene.wall_numbers if with_walls else range(0)
-        here = -1 if by > 0 else 0
-        if self.selected is not None:
-            here = self.selected
-        elif self.selected_wall is not None and self.selected_wall in walls:
-            here = balls + walls.index(self.selected_wall)
-        at = (here + by) % (balls + len(walls))
-        if at < balls:
-            self.select(at, by_key=True)
-        else:
-            self.select_wall(walls[at - balls])
+    def select_next(self, by: int) -> None:
+        """Select the ball so many numbers after the selected one, or before it if negative."""
+        here = self.selected if self.selected is not None else -1 if by > 0 else 0
+        self.select((here + by) % len(self._moment.balls), by_key=True)
 
     def set_velocity(self, ball: int, velocity: Vector) -> None:
         """Set a ball's velocity, px/s."""
@@ -136,35 +130,19 @@ class Editor:
 
     @property
     def _constants_of_new(self) -> dict[str, float]:
-        model = len(self._moment.balls) - 1 if self.selected is None else self.selected
-        return self._constants(model) | self.new_ball
-
-    def _constants(self, ball: int) -> dict[str, float]:
-        bodies = self._moment.scene.bodies
-        return {key: float(getattr(bodies, key)[ball]) for key in CONSTANTS}
+        model, bodies = (
+            len(self._moment.balls) - 1 if self.selected is None else self.selected,
+            self._moment.scene.bodies,
+        )
+        return {key: float(getattr(bodies, key)[model]) for key in CONSTANTS} | self.new_ball
 
     def add(self, position: Vector | None) -> None:
         """Add a ball at rest at a position (px), moved into the arena, or else near the arena's middle."""
-        colour = PALETTE[len(self._moment.balls) % len(PALETTE)]
-        self._add(position, color=colour, **self._constants_of_new)
-
-    def copy(self, position: Vector) -> None:
-        """Add a copy of the selected ball at a position (px), with its velocity and spin, and select it."""
-        ball, balls = self.selected, len(self._moment.balls)
-        if ball is None:
-            self._notice.show(NOTHING_SELECTED)
-            return
-        state, colour = self._playback.view.panes[self.pane].state, self._moment.scene.colors[ball]
-        velocity, spin = tuple(state.velocity[ball].tolist()), float(state.spin[ball])
-        self._add(position, color=colour, velocity=velocity, spin=spin, **self._constants(ball))
-        if len(self._moment.balls) > balls:
-            self.select(balls, self.pane)
-
-    def _add(self, position: Vector | None, *, radius: float, **values: object) -> None:
-        moment = self._moment
+        moment, constants = self._moment, self._constants_of_new
+        radius, colour = constants["radius"], PALETTE[len(moment.balls) % len(PALETTE)]
         with self._notice.reporting():
             at = _near_the_middle(moment, radius) if position is None else _inside(moment, position, radius)
-            self.give(AddBall(step=moment.step, position=at, radius=radius, **values))
+            self.give(AddBall(step=moment.step, position=at, color=colour, **constants))
 
     # One ball or one wall
 

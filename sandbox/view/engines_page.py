@@ -13,9 +13,9 @@ from sandbox.errors import SandboxError
 from sandbox.scene.model import PymunkSettings, Scene
 from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.playback import Playback
-from sandbox.view.theme import chart_palette, theme
+from sandbox.view.theme import chart_palette
 from sandbox.view.widgets import Widget, Words
-from sandbox.view.widgets.buttons import Heading, TextButton
+from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.fields import Field, Slider
 from sandbox.view.widgets.group import rows_of
 
@@ -219,22 +219,22 @@ class EnginesPage:
 
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets, from the top, as they are now."""
-        names, colours = self._line_up.names, chart_palette()
-        lines = colours.engines(names)
+        names = self._line_up.names
+        lines = chart_palette().engines(names)
         self._open = self._open if self._open < len(names) else NONE
         rows: list[Sequence[Widget]] = []
         for pane, name in enumerate(names):
             heading = self._heading(pane)
-            heading.text, heading.colour, heading.ground = name, lines[name], colours.ground
-            heading.is_open = pane == self._open
-            rows += [[heading], *(self._unfolded(name) if heading.is_open else [])]
+            heading.text, heading.dots = name, (lines[name],)
+            heading.marked = pane == self._open
+            rows += [[heading], *(self._unfolded(name) if heading.marked else [])]
         buttons = [self._choice(choice.spec) for choice in self._line_up.choices]
         for button, choice in zip(buttons, self._line_up.choices, strict=True):
             button.refusal = partial(str, FULL if len(names) >= MAX_PANES else choice.refusal)
         return [*rows, [self._to_add], buttons[:1], *rows_of(buttons[1:]), [self._typed]]  # Pymunk's has a long text
 
-    def _make_heading(self, pane: int) -> Heading:
-        return Heading("", theme.ink, theme.ground, partial(self._fold, pane), "show or hide its settings")
+    def _make_heading(self, pane: int) -> Words:
+        return Words("", do=partial(self._fold, pane), does="show or hide its settings")
 
     def _make_choice(self, spec: str) -> TextButton:
         return TextButton(spec, partial(self._add, spec), f"run {spec}")

@@ -12,14 +12,14 @@ from sandbox.scene.fields import rgb
 from sandbox.view.case import Case, EngineCase, LedgerLine, OtherContact
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.contact_mark import ContactPicture, draw_contact
-from sandbox.view.controls import Action
+from sandbox.view.controls import RIGHT, Action
 from sandbox.view.layout import Layout
 from sandbox.view.playback import Playback
 from sandbox.view.run_so_far import Marks
 from sandbox.view.saver import Saver
 from sandbox.view.session_view import IT_SHOULD_HAVE, MIN_ERROR, amount_text
 from sandbox.view.theme import chart_palette, palette, theme
-from sandbox.view.toolbars import LEFT, RIGHT, action_button
+from sandbox.view.toolbars import action_button
 from sandbox.view.widgets import Bar, Widget, Words
 from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.group import rows_of
@@ -63,8 +63,8 @@ class WhyPage:
         self._page_button = TextButton("", self.make_page, does, refusal=self._why_no_page)
         self._headline = Words("", bold=True, scale=1.3)
         self._row_of_buttons = [
-            action_button(f"{LEFT} Previous", Action.PREVIOUS_CONTACT, do),
-            action_button(f"Next {RIGHT}", Action.NEXT_CONTACT, do),
+            action_button(Action.PREVIOUS_CONTACT, do),
+            action_button(Action.NEXT_CONTACT, do),
             self._page_button,
         ]
 

@@ -23,17 +23,17 @@ from window_driver import (
     shown,
     slider,
     tool,
+    use,
 )
 
-from sandbox.run.edits import AddBall, AddWall, ChangeBall, ChangeWall, DeleteBall, DeleteWall, SetVelocity
+from sandbox.run.edits import AddBall, AddWall, ChangeBall, ChangeWall, DeleteWall, SetVelocity
 from sandbox.run.inputs import Grab
 from sandbox.view.balls_page import NUMBER, PER_LINE, BallTable
-from sandbox.view.controls import Panel
+from sandbox.view.controls import PAGES, Panel
 from sandbox.view.editor import ARENA_WALL
-from sandbox.view.move_tool import Tool
 from sandbox.view.theme import theme
 from sandbox.view.widgets import Widget, Words
-from sandbox.view.widgets.buttons import Swatch
+from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.fields import Field
 from sandbox.view.window import Window
 
@@ -46,7 +46,7 @@ def desk(memory_screen: None) -> Window:
     """Open a window with three balls and a wall, paused at step 0, with the page of the balls and the tool Move."""
     window = Window(scene_of(*THREE_BALLS, more=WALL), ["pymunk", "impulse"])
     press(window, "p", "k")
-    window.mouse.choose(Tool.MOVE)
+    use(window, "Move")
     return window
 
 
@@ -93,7 +93,7 @@ def test_a_key_opens_a_page_and_closes_it_and_the_tabs_change_it(window: Window,
     press(window, key)
     assert window.panel.open is None
     window.panel.show(Panel.SCENE)
-    click(window, button(window, panel))
+    click(window, button(window, PAGES[panel]))
     assert window.panel.open is panel
 
 
@@ -288,20 +288,6 @@ def test_a_wall_is_not_there_before_it_was_drawn(desk: Window, pane: int) -> Non
     assert colour_at(desk, 700, 400, pane) == before
 
 
-def test_a_copy_is_placed_by_the_next_click_and_is_like_the_ball(desk: Window) -> None:
-    click(desk, point(desk, 600, 100))
-    type_into(desk, "friction", "0.5")
-    push(desk, "copy")
-    click(desk, point(desk, 300, 200))
-    edit = given(desk)[-1]
-    assert isinstance(edit, AddBall)
-    assert (edit.velocity, edit.radius, edit.friction, edit.color) == ((60, -30), 10, 0.5, desk.scene.colors[2])
-    assert desk.editor.selected == 3
-    push(desk, "delete")
-    assert given(desk)[-1] == DeleteBall(step=0, ball=3)
-    assert len(desk.view.moment.balls) == 3
-
-
 def test_a_new_ball_has_the_size_that_was_chosen(desk: Window) -> None:
     push(desk, "Ball")
     type_into(desk, "radius", "-3")
@@ -318,28 +304,9 @@ def test_a_new_ball_has_the_size_that_was_chosen(desk: Window) -> None:
 
 def test_a_swatch_sets_the_colour(desk: Window) -> None:
     click(desk, point(desk, 600, 100))
-    click(desk, find(desk, lambda one: isinstance(one, Swatch) and one.colour == "#cc79a7"))
+    click(desk, find(desk, lambda one: isinstance(one, TextButton) and one.does == "#cc79a7"))
     assert desk.view.moment.scene.colors[2] == "#cc79a7"
     assert value(desk, "colour") == "#cc79a7"
-
-
-def test_walls_are_selected_and_deleted_by_keys(desk: Window) -> None:
-    """They follow the balls: first the arena's, then the scene's own."""
-    press(desk, *"....")
-    assert heading(desk) == "the left wall"
-    press(desk, *",,")
-    assert heading(desk) == "ball 1 in pymunk"
-    press(desk, "k", ".", ".", "k")  # of balls only
-    assert heading(desk) == "ball 0 in pymunk"
-    press(desk, ",")
-    assert heading(desk) == "wall 0"
-    press(desk, "k")
-    desk.draw()
-    assert [colour_at(desk, 300, 400, pane) for pane in (0, 1)] == [tuple(theme.accent)[:3]] * 2
-    press(desk, "Delete")
-    assert [type(one) for one in given(desk)] == [DeleteWall]
-    press(desk, "k", ".")
-    assert heading(desk) == "ball 0 in pymunk"
 
 
 @pytest.mark.parametrize("paused", [True, False])
@@ -356,8 +323,6 @@ def test_the_arena_s_walls_are_read_and_not_changed(desk: Window, paused: bool) 
     press(desk, "Delete")
     assert "under [arena] in the scene's file" in desk.notice.text
     assert given(desk) == []
-    press(desk, ".")
-    assert heading(desk) == "the bottom wall"
 
 
 def test_walls_that_do_not_stand_are_not_selected(desk: Window) -> None:

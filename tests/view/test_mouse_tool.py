@@ -10,6 +10,7 @@ from pygame import Color, Surface
 from pygame.event import Event
 from window_driver import (
     THREE_BALLS,
+    click,
     colour_at,
     drag,
     given,
@@ -31,8 +32,10 @@ from sandbox.scene.fields import rgb
 from sandbox.state import State
 from sandbox.view import Layer
 from sandbox.view.cards import ball_table
+from sandbox.view.controls import Panel
+from sandbox.view.drags import ball_at
 from sandbox.view.layout import GAP, Layout, Lens
-from sandbox.view.mouse_tool import ball_at
+from sandbox.view.widgets.fields import Slider
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -153,18 +156,47 @@ def test_an_arrow_that_leaves_its_pane_is_not_clipped(window: Window) -> None:
     assert tuple(window.screen.get_at((beyond[0] - 12, y)))[:3] == (0, 0, 0)
 
 
-def test_no_tip_is_drawn_while_the_mouse_holds_something(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_tip_leaves_at_a_press_and_after_4_s_and_does_not_appear_in_a_drag(
+    window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
     tips: list[str] = []
     monkeypatch.setattr("sandbox.view.widgets.group.card", lambda _, lines, *__: tips.append(lines[0][0]))
+
+    def count() -> int:
+        tips.clear()
+        window.draw()
+        return len(tips)
+
     press(window, "p")
     mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
-    mouse(window, pygame.MOUSEMOTION, point(window, 600, 200))
-    mouse(window, pygame.MOUSEMOTION, tool(window, "Undo"))
-    window.draw()
-    assert tips == []
-    mouse(window, pygame.MOUSEBUTTONUP, tool(window, "Undo"))
-    window.draw()
-    assert len(tips) == 1
+    mouse(window, pygame.MOUSEMOTION, tool(window, "Fit"))
+    assert count() == 0
+    mouse(window, pygame.MOUSEBUTTONUP, tool(window, "Fit"))
+    assert count() == 0
+    hover(window, tool(window, "Open\N{HORIZONTAL ELLIPSIS}"))
+    window.frame(3.0)
+    assert count() == 1
+    window.frame(1.1)
+    assert count() == 0
+    hover(window, tool(window, "Fit"))
+    assert count() == 1
+    click(window, tool(window, "Fit"))
+    assert count() == 0
+
+
+def test_a_tip_covers_no_title_and_no_slider(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+    places: list[pygame.Rect] = []
+    monkeypatch.setattr("sandbox.view.primitives.panel", lambda _, place: places.append(place))
+    for size in ((1440, 900), (1024, 640)):
+        window.screen = pygame.display.set_mode(size)
+        window.panel.show(Panel.SCENE)
+        kept = [window.layout.title(pane) for pane in (0, 1)]
+        kept += [place for widget, place in window._placed if isinstance(widget, Slider)]
+        for widget, at in window._placed:
+            hover(window, at.center)
+            window.widgets.draw_tip(window.screen, window._placed, kept[:2])
+            if places and widget.tip:
+                assert places[-1].collidelist(kept) < 0, widget.tip
 
 
 def test_a_held_ball_is_released_before_the_step_changes(window: Window) -> None:
@@ -287,18 +319,29 @@ def test_the_wheel_zooms_all_panes_about_the_pointer_and_a_key_shows_all(window:
     assert window.layout == whole
 
 
-def test_the_middle_button_moves_what_is_shown_within_the_arena(window: Window) -> None:
-    at = point(window, 400, 300)
+def test_a_drag_of_empty_ground_moves_what_is_shown_within_the_arena(window: Window) -> None:
+    at = point(window, 400, 450)
     zoom(window, at, 4)
-    window.on_event(Event(pygame.MOUSEBUTTONDOWN, pos=at, button=2))
-    window.on_event(Event(pygame.MOUSEMOTION, pos=(at[0] - 40, at[1] + 10), buttons=(0, 1, 0)))
-    assert point(window, 400, 300) == pytest.approx((at[0] - 40, at[1] + 10), abs=1)
-    window.on_event(Event(pygame.MOUSEMOTION, pos=(at[0] - 9000, at[1]), buttons=(0, 1, 0)))
-    window.on_event(Event(pygame.MOUSEBUTTONUP, pos=(at[0] - 9000, at[1]), button=2))
-    assert point(window, 800, 300)[0] == pytest.approx(window.layout.arenas[0].right, abs=1)
+    drag(window, at, (at[0] - 40, at[1] + 10))
+    assert point(window, 400, 450) == pytest.approx((at[0] - 40, at[1] + 10), abs=1)
+    drag(window, at, (at[0] - 9000, at[1]))
     hover(window, at)
     assert point(window, 800, 300)[0] == pytest.approx(window.layout.arenas[0].right, abs=1)
     assert given(window) == []
+
+
+def test_the_splitter_shares_the_height_between_panes_and_chart(window: Window) -> None:
+    window.screen = pygame.display.set_mode((1400, 900))
+    chart, pane, at = window.layout.strip.height, window.layout.arenas[0].height, window.layout.splitter.center
+    hover(window, at)
+    window.draw()
+    assert window._cursor == pygame.SYSTEM_CURSOR_SIZENS
+    drag(window, at, (at[0], at[1] - 150))
+    assert window.layout.strip.height == pytest.approx(chart + 150, abs=3)
+    assert window.layout.arenas[0].height < pane - 100
+    drag(window, window.layout.splitter.center, (at[0], 890))
+    assert window.layout.arenas[0].height > pane
+    assert 0 < window.layout.strip.height < chart  # a chart that is dragged away would not come back
 
 
 def test_the_wheel_zooms_the_charts_or_the_panes_whichever_it_is_over(window: Window) -> None:

@@ -13,14 +13,13 @@ from typing import Final
 import numpy as np
 import pygame
 import pytest
-from window_driver import WorkerHere, hover, mouse, point, press, run
+from window_driver import WorkerHere, hover, mouse, point, press, run, use
 
 from sandbox.scene.files import load
 from sandbox.view import Layer
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Panel
 from sandbox.view.instruments import SPEEDS
-from sandbox.view.move_tool import Tool
 from sandbox.view.window import Window
 
 DOCS: Final = Path(__file__).parents[2] / "docs"
@@ -56,7 +55,7 @@ def balls() -> Window:
     """A ball is selected, and moved by the mouse."""
     window = window_of("billiards", ["pymunk", "exact"], 40)
     press(window, "k")
-    window.mouse.choose(Tool.MOVE)
+    use(window, "Move")
     x, y = window.view.panes[0].state.position[0].tolist()
     hover(window, point(window, x, y))
     mouse(window, pygame.MOUSEBUTTONDOWN, point(window, x, y))

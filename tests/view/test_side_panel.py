@@ -72,7 +72,7 @@ class Desk:
 
     def drawn(self) -> Surface:
         surface = Surface((960, 400))
-        self.panel.draw(surface, PLACE, TEXT_HEIGHT)
+        self.panel.draw(surface, PLACE, TEXT_HEIGHT, self.panel.placed(PLACE, TEXT_HEIGHT))
         return surface
 
 
@@ -83,10 +83,9 @@ def test_an_open_panel_takes_its_place_from_panes_and_charts_and_nothing_else() 
     )
     assert not closed.panel.width
     assert opened.header == closed.header
-    assert opened.timeline == closed.timeline
-    for place in (*opened.arenas, *(opened.title(pane) for pane in range(2)), opened.palette):
+    for place in (*opened.arenas, *(opened.title(pane) for pane in range(2)), opened.palette, opened.timeline):
         assert place.right <= opened.panel.x
-    assert opened.panel.bottom < opened.timeline.top
+    assert opened.panel.bottom == opened.timeline.bottom == closed.timeline.bottom
 
 
 def test_widgets_stand_in_their_rows_inside_the_panel_and_do_not_overlap() -> None:

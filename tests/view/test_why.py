@@ -22,9 +22,9 @@ from sandbox.state import State
 from sandbox.view.case import Case, case_of
 from sandbox.view.case_so_far import DIED, CaseWorker
 from sandbox.view.contact_mark import NORMAL
+from sandbox.view.controls import RIGHT
 from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.view.theme import palette
-from sandbox.view.toolbars import RIGHT
 from sandbox.view.widgets import Bar, Widget, Words
 from sandbox.view.window import Window
 

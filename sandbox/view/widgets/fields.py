@@ -37,11 +37,6 @@ class Field(Widget):
 
     takes_text = True
 
-    @property
-    def look(self) -> object:
-        """The value, and what is typed."""
-        return self.name, self.value(), self.unit, self.typed, self.refusal()
-
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
         """Draw name, value and unit, smaller if need be; what is typed has a cursor behind it."""
         draw_ground(surface, place, theme.raised, text_height, hot=hot)
@@ -121,11 +116,6 @@ class Slider(Widget):
     def _value_text(self) -> str:
         value = self.value() if self.dragged is None else self.values[self.dragged]
         return f"{value:g}{self.unit}"
-
-    @property
-    def look(self) -> object:
-        """The value shown."""
-        return self.value(), self.unit, self.dragged
 
     def height(self, width: int, text_height: int) -> int:
         """Return the height of its text and its track, px."""

@@ -1,7 +1,7 @@
 """Widgets together: they share the mouse and the keyboard, and stand in rows."""
 
-from collections.abc import Callable, Container, Sequence
-from typing import TypeVar
+from collections.abc import Sequence
+from typing import Final
 
 import pygame
 from pygame import Rect, Surface
@@ -11,22 +11,20 @@ from sandbox.view.layout import BETWEEN, in_rows
 from sandbox.view.primitives import card
 from sandbox.view.widgets import Widget
 from sandbox.view.widgets.buttons import Menu
+from sandbox.view.widgets.fields import Slider
 
+TIP_SECONDS: Final = 4.0  # that a tip is shown
 Placed = tuple[Widget, Rect]
-Result = TypeVar("Result")
 
 
 class WidgetGroup:
-    """Which widget the mouse is over, which one it holds down, and which one the keyboard is on.
-
-    at_work: the widget that handles an event; it remains so if that fails.
-    """
+    """Which widget the mouse is over, which one it holds down, and which one the keyboard is on."""
 
     def __init__(self) -> None:
         self.over: Widget | None = None
         self.held: Widget | None = None
         self.focus: Widget | None = None
-        self.at_work: Widget | None = None
+        self._tip_seconds = 0.0  # that the tip is still shown
         self._text_height = 14
         self._within = Rect(0, 0, 1, 1)
 
@@ -39,11 +37,6 @@ class WidgetGroup:
         """Return the menu whose list is open."""
         return next((widget for widget, _ in placed if isinstance(widget, Menu) and widget.is_open), None)
 
-    def draw_list(self, surface: Surface, placed: Sequence[Placed]) -> None:
-        """Draw the list of the menu that is open."""
-        if menu := self.open_menu(placed):
-            menu.draw_list(surface, dict(placed)[menu], self._text_height)
-
     @property
     def is_typed_into(self) -> bool:
         """Whether keys are typed into a widget."""
@@ -55,73 +48,87 @@ class WidgetGroup:
 
     def on_event(self, event: Event, placed: Sequence[Placed]) -> bool:
         """Handle an event. Return whether a widget uses it. placed: all widgets that are shown, with their places."""
-        self.at_work, places = None, dict(placed)
-        self._forget_all_but(places)
+        places = dict(placed)
+        if self.focus not in places:
+            self._move_focus(None)
+        self.over = self.over if self.over in places else None
+        self.held = self.held if self.held in places else None
         menu = self.open_menu(placed)
-        if menu and self._let(menu, menu.on_event, event, places[menu], self._text_height, self._within):
+        if menu and menu.on_event(event, places[menu], self._text_height, self._within):
             return True
         if event.type == pygame.KEYDOWN:
             return self._on_key(event, placed)
         if event.type == pygame.MOUSEMOTION:
-            self.over = widget_at(event.pos, placed)
+            over = widget_at(event.pos, placed)
+            if over is not self.over:
+                self.over, self._tip_seconds = over, 0.0 if any(event.buttons) else TIP_SECONDS
             if self.held is not None and self.held.follows_mouse:
-                self._let(self.held, self.held.press, places[self.held], event.pos)
+                self.held.press(places[self.held], event.pos)
             return self.held is not None
+        if event.type == pygame.MOUSEBUTTONDOWN:
+            self._tip_seconds = 0.0
         if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
             self.held = pressed = widget_at(event.pos, placed)
             self._move_focus(pressed if pressed and pressed.takes_text else None)
             if pressed:
-                self._let(pressed, pressed.press, places[pressed], event.pos)
+                pressed.press(places[pressed], event.pos)
             return pressed is not None
         if event.type == pygame.WINDOWLEAVE:
             self.over = None
         if event.type == pygame.WINDOWFOCUSLOST or (event.type == pygame.MOUSEBUTTONUP and event.button == 1):
             held, self.held = self.held, None
             if held:
-                self._let(held, held.release)
+                held.release()
         return False
-
-    def _let(self, widget: Widget, do: Callable[..., Result], *given: object) -> Result:
-        self.at_work = widget
-        result = do(*given)
-        self.at_work = None
-        return result
-
-    def _forget_all_but(self, shown: Container[Widget | None]) -> None:
-        if self.focus not in shown:
-            self._move_focus(None)
-        self.over = self.over if self.over in shown else None
-        self.held = self.held if self.held in shown else None
 
     def _move_focus(self, widget: Widget | None) -> None:
         if self.focus is not None and self.focus is not widget:
-            self._let(self.focus, self.focus.leave)
+            self.focus.leave()
         self.focus = widget
 
     def _on_key(self, event: Event, placed: Sequence[Placed]) -> bool:
-        if self.focus is not None and self._let(self.focus, self.focus.key, event):
+        if self.focus is not None and self.focus.key(event):
             return True
         if event.key == pygame.K_TAB:
             widgets, by = [w for w, _ in placed if w.takes_keys], -1 if event.mod & pygame.KMOD_SHIFT else 1
             here = min(0, -by) if self.focus is None else widgets.index(self.focus)
             self._move_focus(widgets[(here + by) % len(widgets)])
+            self._tip_seconds = TIP_SECONDS
             return True
         if self.focus is not None and event.key == pygame.K_ESCAPE:
             self._move_focus(None)
             return True
         return False
 
+    def wait(self, seconds: float) -> bool:
+        """Let some seconds pass. Return whether a tip has left in them."""
+        was_shown = self._tip_seconds > 0
+        self._tip_seconds -= seconds
+        return was_shown and self._tip_seconds <= 0
+
+    # Drawing
+
     def draw(self, surface: Surface, placed: Sequence[Placed], text_height: int) -> None:
         """Draw widgets at their places."""
         for widget, place in placed:
-            widget.draw(surface, place, text_height, hot=self.is_hot(widget))
+            if widget.seen_in is None or widget.seen_in.colliderect(place):
+                surface.set_clip(widget.seen_in)
+                widget.draw(surface, place, text_height, hot=self.is_hot(widget))
+        surface.set_clip(None)
 
-    def draw_tip(self, surface: Surface, placed: Sequence[Placed], text_height: int) -> None:
-        """Draw the tip of the widget that the mouse or the keyboard is on, but not over what is typed."""
+    def draw_list(self, surface: Surface, placed: Sequence[Placed]) -> None:
+        """Draw the list of the menu that is open."""
+        if menu := self.open_menu(placed):
+            menu.draw_list(surface, dict(placed)[menu], self._text_height)
+
+    def draw_tip(self, surface: Surface, placed: Sequence[Placed], titles: Sequence[Rect]) -> None:
+        """Draw the tip of the widget that the mouse or the keyboard is on, off sliders, titles, and what is typed."""
         hot = None if self.is_typed_into else self.over or self.focus
-        if hot and hot.tip and (place := dict(placed).get(hot)):
+        place = next((place for widget, place in placed if widget is hot), None)
+        if hot and hot.tip and place and self._tip_seconds > 0:
+            sliders = [where for widget, where in placed if isinstance(widget, Slider)]
             lines = [[line] for line in hot.tip.splitlines()]
-            card(surface, lines, place.bottomleft, text_height, surface.get_rect())
+            card(surface, lines, place, self._text_height, surface.get_rect(), [*titles, *sliders, place])
 
 
 def widget_at(point: tuple[int, int], placed: Sequence[Placed]) -> Widget | None:
