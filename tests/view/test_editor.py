@@ -140,41 +140,6 @@ def test_the_keyboard_sets_gravity_and_rate_and_time_goes_on(window: Window) -> 
     assert window.view.moment.time == pytest.approx(1.5, abs=0.02)
 
 
-@pytest.mark.parametrize("name", ["gravity", "elasticity", "mass", "radius", "friction"])
-def test_an_engine_that_cannot_run_a_change_is_replaced_and_undo_brings_it_back(name: str) -> None:
-    balls = (f"radius = 20\nposition = [{x}, 300]\nvelocity = [60, 30]" for x in (200, 400))
-    window = Window(scene_of(*balls), None)
-    run(window, 30)
-    before = shown(window)
-    assert [pane.name for pane in window.view.panes] == ["pymunk", "article"]
-    if name == "gravity":
-        window.editor.set_gravity(900.0)
-    elif name == "elasticity":
-        window.editor.set_elasticity(0.5)
-    else:
-        window.editor.select(0)
-        window.editor.change(**{name: 0.5})
-    assert [pane.name for pane in window.view.panes] == ["pymunk", "impulse"]
-    assert "article cannot run this, so impulse runs instead. Undo brings it back" in window.status
-    assert len(given(window)) == 1
-    run(window, 3)
-    press(window, "u")
-    assert [pane.name for pane in window.view.panes] == ["pymunk", "article"]
-    assert (step(window), shown(window), given(window)) == (30, before, [])
-    press(window, "y")
-    assert [pane.name for pane in window.view.panes] == ["pymunk", "impulse"]
-    assert len(given(window)) == 1
-    press(window, "u")
-    assert (shown(window), given(window)) == (before, [])
-
-
-def test_an_engine_leaves_its_pane_if_impulse_runs_already() -> None:
-    window = Window(scene_of("radius = 20\nposition = [200, 300]"), ["article", "impulse"])
-    window.editor.set_gravity(900.0)
-    assert [pane.name for pane in window.view.panes] == ["impulse"]
-    assert "article cannot run this, and has left its pane" in window.status
-
-
 def test_undo_and_redo_treat_a_throw_as_one_edit(window: Window) -> None:
     pull(window, (600, 100), (-5, 4), steps=20)
     thrown = shown(window)
