@@ -150,7 +150,11 @@ def test_the_wheel_scrolls_no_further_than_the_scenes(window: Window) -> None:
             window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=notches))
         assert index in dict(picker.places())
         window.draw()
-    bar = [tuple(theme.dim)[:3] == tuple(window.screen.get_at((picker.view.right + 2, y)))[:3] for y in (60, 500)]
+    right = picker.view.right + 2
+    bar = [
+        tuple(theme.dim)[:3] == tuple(window.screen.get_at((right, y)))[:3]
+        for y in (picker.view.y + 2, picker.view.bottom - 2)
+    ]
     assert bar == [False, True]
 
 
