@@ -57,9 +57,8 @@ class Charts:
         """Show an instrument."""
         self.instrument = instrument
         self._columns = instrument.columns(self.samples)
-        unit = f" {instrument.unit_in(self._units)}"
         logarithmic = instrument.logarithmic if self.is_logarithmic else None
-        self._scale = logarithmic(self._units) if logarithmic else Even(unit)
+        self._scale = logarithmic(self._units) if logarithmic else Even()
         self._remark = ""
         self._remarked: Scene | None = None  # the scene of the remark
         self._drawn: Surface | None = None

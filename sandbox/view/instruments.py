@@ -135,12 +135,7 @@ INSTRUMENTS: Final = (*TABS, *OTHERS)
 
 @dataclass(frozen=True)
 class Even:
-    """A linear axis from 0, or from the lowest value if that is negative, with ticks at round numbers.
-
-    unit: written at the highest tick.
-    """
-
-    unit: str = ""
+    """A linear axis from 0, or from the lowest value if that is negative, with ticks at round numbers."""
 
     def position(self, value: Floats) -> Floats:
         """Return the values."""
@@ -164,5 +159,4 @@ class Even:
         numbers = 0.0 + step * np.arange(np.ceil(span[0] / step - 1e-9), np.floor(span[1] / step + 1e-9) + 1)
         lowest, *others = numbers.tolist()
         between = sorted(others[:-1], key=lambda at: (at != 0, -at))
-        ordered = [*others[-1:], lowest, *between]
-        return [(at, f"{at:,.6g}{self.unit if at == ordered[0] else ''}") for at in ordered]
+        return [(at, f"{at:,.6g}".replace("e+0", "e")) for at in [*others[-1:], lowest, *between]]

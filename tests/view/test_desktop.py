@@ -23,7 +23,7 @@ from sandbox.scene.fields import rgb
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn
 from sandbox.view.controls import Panel
-from sandbox.view.instruments import Instrument
+from sandbox.view.instruments import SPEEDS
 from sandbox.view.theme import LIGHT
 from sandbox.view.widgets.fields import Slider
 
@@ -230,7 +230,7 @@ def look_around(desktop: Desktop, mirror: Mirror) -> None:
     """Read what the scene is about, choose a histogram, enlarge a part, and show all again."""
     mirror.press("F1", "F1")
     mirror.click("Speeds")
-    assert mirror.window.view.charts.instrument is Instrument.SPEEDS
+    assert mirror.window.view.charts.instrument is SPEEDS
     mirror.click("Energy")
     mirror.check_picture()
     x, y = mirror.window.layout.arenas[0].center

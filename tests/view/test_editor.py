@@ -140,6 +140,43 @@ def test_the_keyboard_sets_gravity_and_rate_and_time_goes_on(window: Window) -> 
     assert window.view.moment.time == pytest.approx(1.5, abs=0.02)
 
 
+@pytest.mark.parametrize("name", ["gravity", "elasticity", "mass", "radius", "friction"])
+def test_an_engine_that_cannot_run_a_change_keeps_its_pane_and_returns(name: str) -> None:
+    balls = (f"radius = 20\nposition = [{x}, 300]\nvelocity = [60, 30]" for x in (200, 400))
+    window = Window(scene_of(*balls), None)
+    run(window, 30)
+    before = shown(window)
+    for value in (0.5, {"gravity": 0, "friction": 0, "radius": 20}.get(name, 1)):
+        if name in ("gravity", "elasticity"):
+            getattr(window.editor, f"set_{name}")(value)
+        else:
+            window.editor.select(0)
+            window.editor.change(**{name: value})
+        assert [pane.name for pane in window.view.panes] == ["pymunk", "article"]
+        assert window.view.panes[1].is_suspended == (value == 0.5)
+        window.draw()
+    article, exact = (window.view.moment.states[engine] for engine in ("article", "exact"))
+    assert article.position.tobytes() == exact.position.tobytes()
+    press(window, "u")
+    assert window.view.panes[1].is_suspended
+    press(window, "u")
+    assert (step(window), shown(window), given(window)) == (30, before, [])
+
+
+@pytest.mark.parametrize(("shift", "gravity"), [(False, 900), (True, 0)])
+def test_a_restart_keeps_edits_or_discards_them_and_undo_comes_back(shift: bool, gravity: int) -> None:
+    window = Window(scene_of("radius = 20\nposition = [200, 300]"), ["pymunk"])
+    run(window, 20)
+    window.editor.set_gravity(900)
+    run(window, 10)
+    before = shown(window)
+    window.on_event(Event(pygame.KEYDOWN, key=pygame.K_r, unicode="", mod=pygame.KMOD_LSHIFT if shift else 0))
+    assert (step(window), window.editor.gravity(), len(given(window))) == (0, gravity, 1 - shift)
+    run(window, 5)
+    press(window, "u")
+    assert (step(window), shown(window)) == (30, before)
+
+
 def test_undo_and_redo_treat_a_throw_as_one_edit(window: Window) -> None:
     pull(window, (600, 100), (-5, 4), steps=20)
     thrown = shown(window)

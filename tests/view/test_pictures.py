@@ -19,7 +19,7 @@ from sandbox.scene.files import load
 from sandbox.view import Layer
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Panel
-from sandbox.view.instruments import Instrument
+from sandbox.view.instruments import SPEEDS
 from sandbox.view.window import Window
 
 DOCS: Final = Path(__file__).parents[2] / "docs"
@@ -66,7 +66,7 @@ def balls() -> Window:
 def gas() -> Window:
     """A gas with the histogram of its speeds, which has no marks."""
     window = window_of("gas-1000", None, 240, compared=False)
-    window.view.charts.show(Instrument.SPEEDS)
+    window.view.charts.show(SPEEDS)
     return window
 
 
