@@ -106,8 +106,9 @@ class Action(Enum):
     )
     STEP = Control(Topic.FIRST, "Right, O", RIGHT, "pause and do one step", lambda w: w.playback.step(), repeats=True)
     RESTART = Control(
-        Topic.FIRST, "R", "Restart", "restart; edits stay, and are made at the start", lambda w: w.restart(keep=True)
-    )
+        Topic.FIRST, "R", "Restart", "restart; edits stay, and are made at the start", lambda w: w.restart(keep=True),
+        more_keys=(pygame.K_r,),
+    )  # fmt: skip
     PICK_SCENE = Control(
         Topic.FIRST, "/, Ctrl O", "Open\N{HORIZONTAL ELLIPSIS}", "choose a scene", lambda w: w.scenes.open_picker()
     )

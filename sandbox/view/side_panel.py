@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from itertools import accumulate, pairwise
 from typing import Final, Protocol
 
 import pygame
@@ -17,7 +16,7 @@ from sandbox.view.toolbars import Do, action_button
 from sandbox.view.widgets import Widget, Words
 from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.fields import Slider
-from sandbox.view.widgets.group import Placed, WidgetGroup, rows_of
+from sandbox.view.widgets.group import Placed, WidgetGroup, draw_scroll_bar, rows_of, stacked
 
 SCROLLED_LINES: Final = 4  # by a notch of the wheel
 ELASTICITIES: Final = tuple(k / 20 for k in range(21))
@@ -97,13 +96,13 @@ class SidePanel:
         if self.open is None:
             return []
         body = _body(place, text_height)
-        rows, height = _stacked(self._pages[self.open].rows(), body.width, text_height)
+        rows, height = stacked(self._pages[self.open].rows(), body.width, text_height)
         for widget, _ in rows:
             widget.seen_in = body
         lines = max(0, height - body.height) / text_height
         self._scrolled = min(max(self._scrolled, 0), lines)
         y = body.y - round(self._scrolled * text_height)
-        head, _ = _stacked([self._tabs], body.width, text_height)
+        head, _ = stacked([self._tabs], body.width, text_height)
         top = place.y + text_height // 3
         return [
             *((widget, where.move(body.x, top)) for widget, where in head),
@@ -119,33 +118,14 @@ class SidePanel:
         self._group.draw(surface, placed, text_height)
         body = _body(place, text_height)
         surface.fill(theme.line, (body.x, body.y - text_height // 3, body.width, 1))
-        height = placed[-1][1].bottom + round(self._scrolled * text_height) - body.y
-        if height > body.height:
-            share, above = body.height / height, self._scrolled * text_height / height
-            bar = Rect(body.right + 2, body.y + above * body.height, max(2, text_height // 5), share * body.height)
-            surface.fill(theme.dim, bar)
+        bottom = placed[-1][1].bottom + round(self._scrolled * text_height)
+        draw_scroll_bar(surface, body, bottom - body.y, self._scrolled * text_height, text_height)
 
 
 def _body(place: Rect, text_height: int) -> Rect:
     """Return where the rows of a page are, below its title."""
     pad, head = round(0.8 * text_height), round(2.9 * text_height)
     return Rect(place.x + pad, place.y + head, place.width - 2 * pad, max(1, place.height - head - pad))
-
-
-def _stacked(rows: Sequence[Sequence[Widget]], width: int, text_height: int) -> tuple[list[Placed], int]:
-    """Return widgets with their places, row by row from the point 0, 0, and the height of all rows, px."""
-    gap = max(4, text_height // 3)
-    placed: list[Placed] = []
-    y = 0
-    for row in rows:
-        room, whole = width - gap * (len(row) - 1), sum(widget.width for widget in row)
-        ends = [round(room * end / whole) for end in accumulate((widget.width for widget in row), initial=0.0)]
-        widths = [end - start for start, end in pairwise(ends)]
-        height = max(widget.height(w, text_height) for widget, w in zip(row, widths, strict=True))
-        lefts = accumulate((w + gap for w in widths), initial=0)
-        placed += [(widget, Rect(x, y, w, height)) for widget, w, x in zip(row, widths, lefts, strict=False)]
-        y += height + gap
-    return placed, y
 
 
 class ScenePage:

@@ -177,7 +177,7 @@ Waiting = Queue[tuple[Surface, float] | None]  # frames, and how long each is sh
 class Recorder:
     """Records the window as a GIF while it is not paused: a thread encodes the frames, and leaves out what is too much.
 
-    seconds: the length of what is recorded so far; None while nothing is being recorded.
+    seconds: that have been recorded so far; None while nothing is being recorded.
     """
 
     def __init__(self, notice: Notice) -> None:
@@ -208,13 +208,13 @@ class Recorder:
         """Record the window as it is now, some seconds after the last call; a change of its size ends the recording."""
         if self.seconds is None:
             return
-        self._unseen += seconds
+        self.seconds, self._unseen = self.seconds + seconds, self._unseen + seconds
         hundredths = int(100 * self._unseen + 1e-9)
         if self._error or self._video.size != screen.get_size():
             self.stop()
         elif hundredths >= 100 // Gif.fps and not self._waiting.full():
             self._waiting.put((screen.copy(), hundredths / 100))
-            self.seconds, self._unseen = self.seconds + hundredths / 100, self._unseen - hundredths / 100
+            self._unseen -= hundredths / 100
 
     def stop(self) -> None:
         """Save the recording, if there is one."""

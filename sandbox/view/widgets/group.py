@@ -1,6 +1,7 @@
 """Widgets together: they share the mouse and the keyboard, and stand in rows."""
 
 from collections.abc import Sequence
+from itertools import accumulate, pairwise
 from typing import Final
 
 import pygame
@@ -9,6 +10,7 @@ from pygame.event import Event
 
 from sandbox.view.layout import BETWEEN, in_rows
 from sandbox.view.primitives import card
+from sandbox.view.theme import theme
 from sandbox.view.widgets import Widget
 from sandbox.view.widgets.buttons import Menu
 from sandbox.view.widgets.fields import Slider
@@ -166,3 +168,26 @@ class WidgetRow:
 def rows_of(widgets: Sequence[Widget], per_row: int = 2) -> list[Sequence[Widget]]:
     """Return widgets in rows of the column."""
     return [widgets[k : k + per_row] for k in range(0, len(widgets), per_row)]
+
+
+def stacked(rows: Sequence[Sequence[Widget]], width: int, text_height: int, gap: int = 0) -> tuple[list[Placed], int]:
+    """Return widgets with their places, row by row from the point 0, 0, and the height of all rows, px."""
+    gap = gap or max(4, text_height // 3)
+    placed: list[Placed] = []
+    y = 0
+    for row in rows:
+        room, whole = width - gap * (len(row) - 1), sum(widget.width for widget in row)
+        ends = [round(room * end / whole) for end in accumulate((widget.width for widget in row), initial=0.0)]
+        widths = [end - start for start, end in pairwise(ends)]
+        height = max(widget.height(w, text_height) for widget, w in zip(row, widths, strict=True))
+        lefts = accumulate((w + gap for w in widths), initial=0)
+        placed += [(widget, Rect(x, y, w, height)) for widget, w, x in zip(row, widths, lefts, strict=False)]
+        y += height + gap
+    return placed, y
+
+
+def draw_scroll_bar(surface: Surface, body: Rect, height: int, scrolled: float, text_height: int) -> None:
+    """Draw at the right of a place which part of its content is seen. height: of the content; scrolled: px of it."""
+    if height > body.height:
+        top, share = body.y + scrolled / height * body.height, body.height / height
+        surface.fill(theme.dim, Rect(body.right + 2, top, max(2, text_height // 5), share * body.height))
