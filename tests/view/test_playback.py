@@ -198,7 +198,7 @@ def test_a_window_marks_what_the_last_steps_show(memory_screen: None) -> None:
         "radius = 20\npositions = [[300, 279], [300, 321]]",
     )
     window = Window(scene_of(*balls), ["pymunk", "exact"])
-    window.why.case = CaseSoFar(window.notice, WorkerHere())
+    window.why.case = CaseSoFar(WorkerHere())
     run(window, 50)
     window.playback.paused = True
     for _ in range(3):
