@@ -213,7 +213,9 @@ class ContactPicture(Widget):
         return round(HEIGHT * text_height)
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
-        """Draw the bodies, and the contact over them."""
+        """Draw the bodies, and the contact over them, unless a part of the place is not seen."""
+        if not surface.get_clip().contains(place):
+            return
         scene, balls = self.scene, self.difference.balls
         picture = Surface(place.size)
         picture.fill(palette(scene.arena.background).ground)

@@ -5,13 +5,14 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
+from itertools import compress, pairwise
 from typing import Final
 
 import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
+from sandbox.quantity import length
 from sandbox.report.scales import round_up
 from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
@@ -26,6 +27,7 @@ MAX_NUMBERED: Final = 1_000  # balls; their numbers would hide them, and take ha
 MAX_RING: Final = 200  # px; larger outlines are drawn without smooth edges
 MIN_NUMBERED: Final = 1.4  # diameter of a ball that its number is written on, in heights of that
 MIN_CONTRAST: Final = 3.0  # of an outline with its ground
+MIN_APART: Final = 1.5  # px of the screen between a ball and its outline; closer ones would only fray it
 MIN_CELL: Final = 40  # px of the screen between two lines of the grid
 MAX_POSITIONS: Final = 90  # kept of a ball
 MAX_POSITIONS_OF_ALL: Final = 20_000  # kept of all balls together
@@ -227,12 +229,13 @@ class Overlay:
             self.surface.blit(text, text.get_rect(center=centre))
 
     def ghosts(self) -> None:
-        """Draw the outlines of the reference's balls."""
+        """Draw the outlines of the reference's balls, except those that lie on their ball."""
         if self._ghosts is None:
             return
         centres, width, inside = self._at(self._ghosts.position), max(2, self.width), self.surface.get_rect()
+        apart = length(centres - self._at(self._state.position)) > MIN_APART
         balls = zip(centres.round().astype(int).tolist(), self.scene.bodies.radius, self.scene.colors, strict=True)
-        for centre, radius, colour in balls:
+        for centre, radius, colour in compress(balls, apart):
             px = max(2, round(radius * self._scale))
             visible = self._visible(colour)
             if px > MAX_RING:

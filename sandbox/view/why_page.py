@@ -33,11 +33,12 @@ LEGEND: Final = (
     "velocities before the contact, thick ones those after it."
 )
 
+OF_ALL: Final = "in % of the largest kinetic energy of all that is compared"
 OF_SCENE: Final = "What the scene and the mouse took or gave, rightly:"
 SCENES_OWN: Final = tuple(  # labels of the causes that no engine is blamed for
     cause.label for cause in (Cause.ELASTICITY, Cause.FRICTION, Cause.SPIN, Cause.APPLIED)
 )
-MIN_SHARE: Final = 1e-4  # of the energy; smaller ones are written with more than two decimals
+MIN_SHARE: Final = 1e-4  # smaller ones are written with more than two decimals
 
 Row = Sequence[Widget]
 
@@ -170,29 +171,36 @@ class WhyPage:
             rows.append([self._headline])
         self._page_button.text = "making it …" if self.case.is_making_page else "Report"
         rows += [words(self._status, theme.dim), self._row_of_buttons]
+        if self.contact:
+            rows += [self._contact_row(self.contact, words), [self._picture(self.contact.difference)]]
+            rows += [words(line, theme.dim) for line in self._details(self.contact)]
         if of_engine and of_engine.ledger:
             rows += self._ledger_rows(of_engine.ledger, words)
         for line in (*of_engine.lines, *case.besides) if case and of_engine else ():
             rows.append(words(line))
-        if count := len(self._contacts):
-            others = f"{count} contacts differ" if count > 1 else "1 contact differs"
-            most = ", and more" if count == MAX_DIFFERENCES else ""
-            newest = "; the newest first:" if self._are_listed else f" {RIGHT}"
-            title = f"{others} from {self._playback.session.reference}{most}{newest}"
-            rows.append(words(title, theme.dim, self._toggle_list))
-        for contact in self._listed if self._are_listed else ():
-            is_shown = contact == self.contact
-            one = words(contact.sentence, do=None if is_shown else partial(self.show, contact))
-            colours = self._playback.scene.colors
-            balls = (ball for ball in contact.difference.balls if ball < len(colours))  # that are still there
-            one[0].marked, one[0].dots = is_shown, tuple(Color(*rgb(colours[ball])) for ball in balls)
-            rows.append(one)
-            if is_shown:
-                rows.append([self._picture(contact.difference)])
-                rows += [words(line, theme.dim) for line in self._details(contact)]
-        if self._are_listed and (left := count - len(self._listed)):
-            rows.append(words(f"and {left} more, which < and > go to", theme.dim))
+        if self._contacts:
+            rows.append(words(f"{self._list_title}{':' if self._lists else f' {RIGHT}'}", theme.dim, self._toggle_list))
+        if self._lists:
+            rows += [self._contact_row(contact, words) for contact in self._listed if contact != self.contact]
+            if left := len(self._contacts) - len(self._listed):
+                rows.append(words(f"and {left} more, which < and > go to", theme.dim))
         return rows
+
+    @property
+    def _list_title(self) -> str:
+        contacts, reference = self._contacts, self._playback.session.reference
+        if len(contacts) == MAX_DIFFERENCES:
+            until = f"up to {contacts[-1].time:.3f} s"
+            return f"The first {MAX_DIFFERENCES} contacts that differ from {reference}, {until}; the last of them first"
+        return f"{len(contacts)} contacts differ from {reference}" if len(contacts) > 1 else "1 contact differs"
+
+    def _contact_row(self, contact: OtherContact, words: Callable[..., list[Words]]) -> Row:
+        """Return the sentence of a contact, after the colours of its balls; a click goes to it."""
+        is_shown, colours = contact == self.contact, self._playback.scene.colors
+        [sentence] = words(contact.sentence, do=None if is_shown else partial(self.show, contact))
+        balls = (ball for ball in contact.difference.balls if ball < len(colours))  # that are still there
+        sentence.marked, sentence.dots = is_shown, tuple(Color(*rgb(colours[ball])) for ball in balls)
+        return [sentence]
 
     @property
     def _headline_text(self) -> str:
@@ -204,7 +212,7 @@ class WhyPage:
         amount = amount_text(error)
         if view.beside != IT_SHOULD_HAVE:
             return f"{amount} {'less' if error < 0 else 'more'} energy than {view.beside}"
-        of_energy = "" if "energy" in amount else " of the energy"
+        of_energy = "" if "energy" in amount else " of the energy so far"
         return f"{amount}{of_energy} is missing" if error < 0 else f"{amount} too much energy"
 
     def _ledger_rows(
@@ -212,7 +220,7 @@ class WhyPage:
     ) -> Iterator[Row]:
         """Yield the engine's own errors as bars, and then what the scene takes and gives."""
         largest = max(abs(line.share) for line in lines)
-        titles = {False: f"What {self.engine} lost or made, in % of the energy:", True: OF_SCENE}
+        titles = {False: f"What {self.engine} lost or made, {OF_ALL}:", True: OF_SCENE}
         for is_of_scene, title in titles.items():
             some = [line for line in lines if (line.cause in SCENES_OWN) == is_of_scene]
             if some:
@@ -222,12 +230,7 @@ class WhyPage:
                 yield [Bar(line.cause, text, line.share / (largest or 1.0), self._colours[self.engine])]
 
     def _toggle_list(self) -> None:
-        self._lists = not self._are_listed
-
-    @property
-    def _are_listed(self) -> bool:
-        """Whether contacts are listed, as they are while one of them is shown."""
-        return self._lists or self.contact is not None
+        self._lists = not self._lists
 
     @property
     def _status(self) -> str:

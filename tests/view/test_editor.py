@@ -167,7 +167,7 @@ def test_a_restart_keeps_edits_or_discards_them_and_undo_comes_back(shift: bool,
     window.editor.set_gravity(900)
     run(window, 10)
     before = shown(window)
-    window.on_event(Event(pygame.KEYDOWN, key=pygame.K_r, unicode="", mod=pygame.KMOD_LSHIFT if shift else 0))
+    window.on_event(Event(pygame.KEYDOWN, key=pygame.K_r, unicode="rR"[shift], mod=pygame.KMOD_LSHIFT * shift))
     assert (step(window), window.editor.gravity(), len(given(window))) == (0, gravity, 1 - shift)
     run(window, 5)
     press(window, "u")
