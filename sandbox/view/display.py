@@ -77,11 +77,15 @@ class PendingEvents:
 
     def _collect(self) -> None:
         for event in self._get():
-            before = self._waiting[-1] if self._waiting else None
-            same = before and event.type == before.type
-            if (same and event.type == pygame.MOUSEMOTION and event.buttons == before.buttons) or (
-                same and event.type == pygame.KEYDOWN and event.key == before.key
-            ):
+            if self._waiting and _replaces(event, self._waiting[-1]):
                 self._waiting[-1] = event
             else:
                 self._waiting.append(event)
+
+
+def _replaces(event: Event, before: Event) -> bool:
+    """Return whether an event goes on with the one before it: the mouse moves, or a key is still held."""
+    if event.type != before.type or event.type not in (pygame.MOUSEMOTION, pygame.KEYDOWN):
+        return False
+    is_move = event.type == pygame.MOUSEMOTION
+    return bool(event.buttons == before.buttons if is_move else event.key == before.key)
