@@ -165,7 +165,7 @@ class Action(Enum):
         Topic.EDIT, "Shift R", "Discard edits", "restart without edits; undo brings them back",
         lambda w: w.restart(keep=False),
     )  # fmt: skip
-    ADD_BALL = Control(Topic.EDIT, "A", "", "add a ball at the mouse, or near the middle", lambda w: w.mouse.add_ball())
+    ADD_BALL = Control(Topic.EDIT, "A", "", "add a ball at the mouse", lambda w: w.mouse.add_ball())
     DELETE_BALL = Control(
         Topic.EDIT, "Delete, Backspace", "", "delete the ball at the mouse, or the selected one",
         lambda w: w.mouse.delete_ball(),

@@ -13,7 +13,7 @@ from sandbox.quantity import length
 from sandbox.run.edits import AddWall, ChangeBall, ChangeWall, Edit, edited
 from sandbox.run.inputs import Grab, Move, Release
 from sandbox.scene.fields import Vector
-from sandbox.scene.model import ARENA_WALLS, Scene, Wall
+from sandbox.scene.model import Scene, Wall
 from sandbox.scene.units import Dimension
 from sandbox.scene.walls import segment_distance
 from sandbox.state import Floats, State
@@ -24,8 +24,8 @@ from sandbox.view.playback import Playback
 from sandbox.view.primitives import arrow, circle, draw_wall, label
 from sandbox.view.theme import palette, theme
 
-Line = tuple[Vector, Vector, float]  # the ends of a wall and its thickness, px
 CLICK_DISTANCE: Final = 4  # px of the screen that the mouse may move in a click
+WALL_THICKNESS: Final = 4.0  # px of the scene, of new walls
 HANDLE: Final = 0.45  # radius of the rings at a wall's ends, in heights of the text
 SHARES: Final = (1.0, 0.5, 0.25, 0.125, 0.0625)  # of a pushed wall's way in a step, tried where balls are in its way
 
@@ -156,7 +156,9 @@ class Shift(Drag):
         is_new = ball is None and wall is None
         self._from = bench.scene.arena.nearest_inside(spot.position) if is_new else spot.position
         self._at: Vector | None = None  # px of the scene, where the mouse has dragged it
-        if wall is None:
+        if wall is not None:
+            bench.editor.select_wall(wall)
+        else:
             bench.editor.select(ball, spot.pane)
 
     def move(self, point: ScreenPoint) -> None:
@@ -171,7 +173,7 @@ class Shift(Drag):
         if edit is not None:
             self.bench.editor.give(edit)
         if len(self.bench.scene.walls) > walls:
-            self.bench.editor.select_wall(len(ARENA_WALLS) + walls)
+            self.bench.editor.select_wall(walls)
 
     @property
     def is_there(self) -> bool:
@@ -191,7 +193,7 @@ class Shift(Drag):
                 x, y = scene.arena.nearest_inside((x, y), float(scene.bodies.radius[self._ball]))
             return ChangeBall(step=step, ball=self._ball, x=x, y=y)
         if self._wall is None:
-            return AddWall(step=step, start=self._from, to=at, thickness=self.bench.editor.new_thickness)
+            return AddWall(step=step, start=self._from, to=at, thickness=WALL_THICKNESS)
         wall = scene.walls[self._wall]
         return ChangeWall(
             step=step, wall=self._wall, **{end: _shifted(getattr(wall, end), self._from, at) for end in self._ends}
@@ -281,15 +283,10 @@ def ball_at(state: State, radius: Floats, position: Vector) -> tuple[int, float]
 
 
 def wall_at(scene: Scene, spot: Spot) -> int | None:
-    """Return the number of the wall at a spot, see `Scene.wall_numbers`, or None."""
-    away = {wall: _distance(scene.wall_line(wall), spot.position) for wall in scene.wall_numbers}
-    return min((wall for wall in away if away[wall] <= spot.reach), key=away.__getitem__, default=None)
-
-
-def _distance(line: Line, position: Vector) -> float:
-    """Return how far a position is from a wall's face, px, negative inside the wall."""
-    start, to, thickness = line
-    return float(segment_distance(np.array(position), start, to)) - thickness / 2
+    """Return the number of the scene's wall at a spot, or None."""
+    here = np.array(spot.position)
+    away = [float(segment_distance(here, wall.start, wall.to)) - wall.thickness / 2 for wall in scene.walls]
+    return min((k for k, distance in enumerate(away) if distance <= spot.reach), key=away.__getitem__, default=None)
 
 
 def ends_at(wall: Wall, spot: Spot) -> Sequence[str]:
@@ -304,13 +301,12 @@ def ends_at(wall: Wall, spot: Spot) -> Sequence[str]:
 # Drawing
 
 
-def mark_wall(surface: Surface, layout: Layout, scene: Scene, wall: int) -> None:
-    """Draw a line along a wall in every pane, and a ring at each of its ends, which can be dragged unless it stands."""
-    (start, to, thickness), has_handles = scene.wall_line(wall), wall >= len(ARENA_WALLS)
-    thinnest = 0 if has_handles else layout.text_height / 2 / layout.scale  # of which half is in the pane
+def mark_wall(surface: Surface, layout: Layout, wall: Wall) -> None:
+    """Draw a line along a wall in every pane, and a ring at each of its ends, which can be dragged."""
     for inside in map(surface.subsurface, layout.arenas):
-        draw_wall(inside, theme.accent, (start, to), max(thickness / 3, thinnest), layout.scale, layout.origin)
-        for end in (start, to) if has_handles else ():
+        ends = wall.start, wall.to
+        draw_wall(inside, theme.accent, ends, wall.thickness / 3, layout.scale, layout.origin)
+        for end in ends:
             ring(inside, layout, end, HANDLE * layout.text_height / layout.scale, theme.accent)
 
 

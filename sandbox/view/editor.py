@@ -1,6 +1,5 @@
-"""Edits of a running scene: balls added, deleted and thrown, and what applies to all of them."""
+"""Edits of a running scene: balls added, deleted and thrown, walls, and what applies to all balls."""
 
-import math
 from typing import Final
 
 import numpy as np
@@ -21,35 +20,25 @@ from sandbox.run.edits import (
     SetVelocity,
 )
 from sandbox.scene.fields import PALETTE, Vector
-from sandbox.scene.model import ARENA_WALLS
 from sandbox.scene.walls import segment_distance
 from sandbox.session.history import Moment
 from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
 
 NOTHING_SELECTED: Final = "no ball is selected: pause and click one, or use , and ."
-ARENA_WALL: Final = (
-    "the arena's walls cannot be changed here: they stand at its edges, with the elasticity and friction "
-    "under [arena] in the scene's file"
-)
+NOWHERE: Final = "move the mouse to where the ball is to be"
 
 
 class Editor:
     """Edits the run at its current step, in every engine.
 
-    The selected ball stays selected when others are added or deleted. A wall can be selected instead; those of the
-    arena cannot be changed.
-
-    new_ball: what is set of balls to be added; in everything else they are like the selected ball, or the last.
-    new_thickness: of walls to be drawn, px.
+    The selected ball stays selected when others are added or deleted. A wall of the scene can be selected instead.
+    by_key: whether a key selected it.
     """
-
-    new_thickness = 4.0
 
     def __init__(self, playback: Playback, notice: Notice) -> None:
         self._playback = playback
         self._notice = notice
-        self.new_ball: dict[str, float] = {}
         self.select(None)
 
     @property
@@ -60,7 +49,7 @@ class Editor:
     def _step(self) -> int:
         return self._playback.session.step
 
-    # The selected ball
+    # What is selected
 
     @property
     def selected(self) -> int | None:
@@ -85,17 +74,11 @@ class Editor:
 
     @property
     def selected_wall(self) -> int | None:
-        """The number of the selected wall, see `Scene.wall_numbers`, if it stands."""
-        return self._wall if self._wall in self._moment.scene.wall_numbers else None
-
-    @property
-    def own_wall(self) -> int | None:
-        """The number of the selected wall among the scene's own, unless it is one of the arena's."""
-        wall = self.selected_wall
-        return wall - len(ARENA_WALLS) if wall is not None and wall >= len(ARENA_WALLS) else None
+        """The number of the selected wall, if it is there."""
+        return self._wall if self._wall is not None and self._wall < len(self._moment.scene.walls) else None
 
     def select_wall(self, wall: int) -> None:
-        """Select a wall by its number, see `Scene.wall_numbers`."""
+        """Select a wall of the scene by its number."""
         self.select(None)
         self._wall = wall
 
@@ -104,58 +87,7 @@ class Editor:
         here = self.selected if self.selected is not None else -1 if by > 0 else 0
         self.select((here + by) % len(self._moment.balls), by_key=True)
 
-    def set_velocity(self, ball: int, velocity: Vector) -> None:
-        """Set a ball's velocity, px/s."""
-        with self._notice.reporting():
-            self.give(SetVelocity(step=self._step, ball=ball, velocity=velocity))
-
-    # Balls that come and go
-
-    def delete(self, ball: int | None) -> None:
-        """Delete a ball, or else the selected one, or the selected wall."""
-        ball = self.selected if ball is None else ball
-        if ball is None and self.own_wall is not None:
-            self.give(DeleteWall(step=self._step, wall=self.own_wall))
-            self.select(None)
-        elif ball is None and self.selected_wall is not None:
-            self._notice.show(ARENA_WALL)
-        elif ball is None:
-            self._notice.show(NOTHING_SELECTED)
-        else:
-            self.give(DeleteBall(step=self._step, ball=ball))
-
-    def size_of_new(self, key: str) -> float:
-        """Return the radius (px) or the mass (kg) of a ball to be added."""
-        return self._constants_of_new[key]
-
-    @property
-    def _constants_of_new(self) -> dict[str, float]:
-        model, bodies = (
-            len(self._moment.balls) - 1 if self.selected is None else self.selected,
-            self._moment.scene.bodies,
-        )
-        return {key: float(getattr(bodies, key)[model]) for key in CONSTANTS} | self.new_ball
-
-    def add(self, position: Vector | None) -> None:
-        """Add a ball at rest at a position (px), moved into the arena, or else near the arena's middle."""
-        moment, constants = self._moment, self._constants_of_new
-        radius, colour = constants["radius"], PALETTE[len(moment.balls) % len(PALETTE)]
-        with self._notice.reporting():
-            at = _near_the_middle(moment, radius) if position is None else _inside(moment, position, radius)
-            self.give(AddBall(step=moment.step, position=at, color=colour, **constants))
-
-    # One ball or one wall
-
-    def change(self, **values: object) -> None:
-        """Change values of the selected ball or wall, by the names that `ChangeBall` or `ChangeWall` has for them.
-
-        Raises SandboxError, with nothing changed, if a value is not valid.
-        """
-        self._playback.settle()
-        if self.selected is not None:
-            self._give(ChangeBall(step=self._step, ball=self.selected, **values))
-        elif self.own_wall is not None:
-            self._give(ChangeWall(step=self._step, wall=self.own_wall, **values))
+    # Edits
 
     def give(self, edit: Edit) -> None:
         """Edit the run; show a notice if that is not possible."""
@@ -167,6 +99,53 @@ class Editor:
         self._playback.settle()
         edit.change_scene(self._moment.scene)
         self._playback.give(edit)
+
+    def change(self, **values: object) -> None:
+        """Change values of the selected ball or wall, by the names that `ChangeBall` or `ChangeWall` has for them.
+
+        Raises SandboxError, with nothing changed, if a value is not valid.
+        """
+        self._playback.settle()
+        if self.selected is not None:
+            self._give(ChangeBall(step=self._step, ball=self.selected, **values))
+        elif self.selected_wall is not None:
+            self._give(ChangeWall(step=self._step, wall=self.selected_wall, **values))
+
+    def set_velocity(self, ball: int, velocity: Vector) -> None:
+        """Set a ball's velocity, px/s."""
+        with self._notice.reporting():
+            self.give(SetVelocity(step=self._step, ball=ball, velocity=velocity))
+
+    def delete(self, ball: int | None) -> None:
+        """Delete a ball, or else the selected one, or the selected wall."""
+        ball = self.selected if ball is None else ball
+        if ball is not None:
+            self.give(DeleteBall(step=self._step, ball=ball))
+        elif self.selected_wall is not None:
+            self.give(DeleteWall(step=self._step, wall=self.selected_wall))
+            self.select(None)
+        else:
+            self._notice.show(NOTHING_SELECTED)
+
+    @property
+    def new_ball(self) -> dict[str, float]:
+        """The radius (px), mass (kg) and so on of a ball to be added: of the selected one, or else the last."""
+        model, bodies = self.selected, self._moment.scene.bodies
+        model = len(bodies) - 1 if model is None else model
+        return {key: float(getattr(bodies, key)[model]) for key in CONSTANTS}
+
+    def add(self, position: Vector | None) -> None:
+        """Add a ball at rest at a position (px), moved into the arena."""
+        moment, constants = self._moment, self.new_ball
+        if position is None:
+            self._notice.show(NOWHERE)
+            return
+        with self._notice.reporting():
+            at = moment.scene.arena.nearest_inside(position, constants["radius"])
+            if not _is_free(moment, at, constants["radius"]):
+                raise SandboxError("there is no room for a ball there")
+            colour = PALETTE[len(moment.balls) % len(PALETTE)]
+            self.give(AddBall(step=moment.step, position=at, color=colour, **constants))
 
     # What applies to all balls
 
@@ -200,27 +179,6 @@ class Editor:
     def set_rate(self, rate: float) -> None:
         """Set the steps per second."""
         self.give(SetRate(step=self._step, rate=round(rate)))
-
-
-def _inside(moment: Moment, position: Vector, radius: float) -> Vector:
-    """Return the position inside the arena that is nearest to a position. Raises SandboxError if something is there."""
-    inside = moment.scene.arena.nearest_inside(position, radius)
-    if not _is_free(moment, inside, radius):
-        raise SandboxError("there is no room for a ball there")
-    return inside
-
-
-def _near_the_middle(moment: Moment, radius: float) -> Vector:
-    """Return a free position near the arena's middle. Raises SandboxError if the arena is full."""
-    width, height = moment.scene.arena.size
-    columns, rows = (
-        np.arange(radius, side - radius * (1 - 1e-9), max(radius, side / 100)).tolist() for side in (width, height)
-    )
-    positions = sorted(((x, y) for x in columns for y in rows), key=lambda at: math.dist(at, (width / 2, height / 2)))
-    for position in positions:
-        if _is_free(moment, position, radius):
-            return position
-    raise SandboxError("there is no room for another ball")
 
 
 def _is_free(moment: Moment, position: Vector, radius: float) -> bool:

@@ -1,7 +1,7 @@
 """What the mouse does in the panes and in the charts: its tools, a class each, and what a press begins."""
 
-import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import ClassVar, Final
 
 import pygame
@@ -10,7 +10,6 @@ from pygame.event import Event
 
 from sandbox.run.inputs import Release
 from sandbox.scene.fields import Vector
-from sandbox.scene.model import ARENA_WALLS
 from sandbox.view.controls import ZOOM_FACTOR
 from sandbox.view.drags import (
     Aim,
@@ -32,18 +31,22 @@ from sandbox.view.editor import Editor
 from sandbox.view.layout import TIMELINE_SHARE, Layout, Lens, ScreenPoint
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import circle
-from sandbox.view.theme import palette, theme
+from sandbox.view.theme import palette
 
 GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it grabs
 
 
 class Tool:
-    """What a press in a pane does: here, nothing. pauses: what it does needs a run that stands still."""
+    """What a press in a pane does.
+
+    pauses: it needs a run that stands still. holds: it takes hold of balls and walls; a drag of anything else moves
+    what the panes show.
+    """
 
     name: ClassVar[str]
     does: ClassVar[str]
     pauses: ClassVar[bool] = False
-    pointer: ClassVar[int] = pygame.SYSTEM_CURSOR_CROSSHAIR
+    holds: ClassVar[bool] = False
 
     def __init__(self, bench: Bench) -> None:
         self.bench = bench
@@ -52,25 +55,16 @@ class Tool:
         """Do it at a spot; return what the mouse holds from then on."""
         raise NotImplementedError
 
-    def grips(self, spot: Spot) -> bool:
-        """Return whether a press at a spot would hold something."""
-        return False
-
     def draw(self, surface: Surface, layout: Layout, spot: Spot) -> None:
         """Show what a press at a spot would do."""
 
-    def select_wall(self, spot: Spot) -> int | None:
-        """Select the wall at a spot, or nothing; return its number among the scene's own, unless the arena has it."""
-        self.bench.editor.select(None, spot.pane)
-        wall = wall_at(self.bench.scene, spot)
-        if wall is not None:
-            self.bench.editor.select_wall(wall)
-        return self.bench.editor.own_wall
-
-    def ball(self, spot: Spot) -> tuple[int, float]:
-        """Return the ball nearest to a spot, and how far its edge is, px."""
-        view = self.bench.playback.view
-        return ball_at(view.panes[spot.pane].state, view.moment.scene.bodies.radius, spot.position)
+    def at(self, spot: Spot) -> tuple[int | None, int | None]:
+        """Return the ball or the wall of the scene within reach of a spot."""
+        view, wall = self.bench.playback.view, wall_at(self.bench.scene, spot)
+        ball, distance = ball_at(view.panes[spot.pane].state, view.moment.scene.bodies.radius, spot.position)
+        if distance > 0 and wall is not None:
+            return None, wall
+        return (ball if distance <= spot.reach else None), None
 
 
 class Hand(Tool):
@@ -78,19 +72,15 @@ class Hand(Tool):
 
     name = "Hand"
     does = "Pull a ball or push a wall while time passes; set a ball's velocity while it stands still"
-    pointer = pygame.SYSTEM_CURSOR_ARROW
+    holds = True
 
     def press(self, spot: Spot) -> Drag | None:
-        """Hold the nearest ball, or else a wall; or select what cannot be held."""
-        ball, distance = self.ball(spot)
-        if distance <= spot.reach:
-            return Aim(self.bench, spot, ball) if self.bench.playback.paused else Pull(self.bench, spot, ball)
-        wall = self.select_wall(spot)
-        return None if wall is None else Push(self.bench, spot, wall=wall)
-
-    def grips(self, spot: Spot) -> bool:
-        """Return whether there is a ball, or a wall of the scene."""
-        return self.ball(spot)[1] <= spot.reach or (wall_at(self.bench.scene, spot) or 0) >= len(ARENA_WALLS)
+        """Hold what is at the spot."""
+        ball, wall = self.at(spot)
+        if wall is not None:
+            return Push(self.bench, spot, wall=wall)
+        kind = Aim if self.bench.playback.paused else Pull
+        return None if ball is None else kind(self.bench, spot, ball)
 
 
 class MoveTool(Tool):
@@ -98,39 +88,20 @@ class MoveTool(Tool):
 
     name = "Move"
     does = "Move a ball, a wall, or the end of a wall, in every engine; pauses"
-    pauses = True
-    pointer = pygame.SYSTEM_CURSOR_ARROW
-
-    def _at(self, spot: Spot) -> tuple[int | None, int | None]:
-        """Return the ball or the wall of the scene that is nearest, within reach."""
-        (ball, distance), wall = self.ball(spot), wall_at(self.bench.scene, spot)
-        if wall is not None and wall >= len(ARENA_WALLS) and distance > 0:
-            return None, wall - len(ARENA_WALLS)
-        return (ball if distance <= spot.reach else None), None
+    pauses = holds = True
 
     def press(self, spot: Spot) -> Drag | None:
         """Hold what is at the spot."""
         self.bench.playback.paused = True
-        ball, wall = self._at(spot)
-        if ball is not None:
-            return Shift(self.bench, spot, ball=ball)
-        if self.select_wall(spot) is None or wall is None:
-            return None
-        return Shift(self.bench, spot, wall=wall, ends=ends_at(self.bench.scene.walls[wall], spot))
-
-    def grips(self, spot: Spot) -> bool:
-        """Return whether something is there."""
-        return self._at(spot) != (None, None)
+        ball, wall = self.at(spot)
+        if wall is not None:
+            return Shift(self.bench, spot, wall=wall, ends=ends_at(self.bench.scene.walls[wall], spot))
+        return None if ball is None else Shift(self.bench, spot, ball=ball)
 
     def draw(self, surface: Surface, layout: Layout, spot: Spot) -> None:
-        """Mark what would be held."""
-        ball, wall = self._at(spot)
-        if wall is not None:
-            mark_wall(surface, layout, self.bench.scene, len(ARENA_WALLS) + wall)
-        for pane, arena in enumerate(layout.arenas) if ball is not None else ():
-            position = self.bench.playback.view.panes[pane].state.position[ball].tolist()
-            radius = float(self.bench.scene.bodies.radius[ball])
-            ring(surface.subsurface(arena), layout, position, radius, theme.accent)
+        """Mark the wall that would be held."""
+        if (wall := self.at(spot)[1]) is not None:
+            mark_wall(surface, layout, self.bench.scene.walls[wall])
 
 
 class BallTool(Tool):
@@ -146,7 +117,7 @@ class BallTool(Tool):
 
     def draw(self, surface: Surface, layout: Layout, spot: Spot) -> None:
         """Draw its outline."""
-        radius, ink = self.bench.editor.size_of_new("radius"), palette(self.bench.scene.arena.background).ink
+        radius, ink = self.bench.editor.new_ball["radius"], palette(self.bench.scene.arena.background).ink
         circle(surface, ink, spot.point, radius * layout.scale, max(2, round(layout.text_height / 7)))
 
 
@@ -171,12 +142,11 @@ class Eraser(Tool):
 
     def press(self, spot: Spot) -> Drag | None:
         """Delete the ball, or else the wall."""
-        ball, distance = self.ball(spot)
-        if distance <= 0:
+        ball, wall = self.at(spot)
+        if wall is not None:
+            self.bench.editor.select_wall(wall)
+        if ball is not None or wall is not None:
             self.bench.editor.delete(ball)
-        elif wall_at(self.bench.scene, spot) is not None:
-            self.select_wall(spot)
-            self.bench.editor.delete(None)
         return None
 
 
@@ -239,8 +209,7 @@ class MouseTool:
     def ball(self) -> int | None:
         """The ball under the mouse."""
         spot = self._spot(self.point)
-        ball, distance = self.tool.ball(spot) if spot else (0, math.inf)
-        return ball if distance <= 0 else None
+        return self.tool.at(replace(spot, reach=0.0))[0] if spot else None
 
     @property
     def cursor(self) -> int:
@@ -250,9 +219,10 @@ class MouseTool:
             return pygame.SYSTEM_CURSOR_SIZENS
         if self.holds:
             return pygame.SYSTEM_CURSOR_SIZEALL
-        if spot is None:
-            return pygame.SYSTEM_CURSOR_ARROW
-        return pygame.SYSTEM_CURSOR_HAND if self.tool.grips(spot) else self.tool.pointer
+        if spot and not self.tool.holds:
+            return pygame.SYSTEM_CURSOR_CROSSHAIR
+        is_near = spot is not None and self.tool.at(spot) != (None, None)
+        return pygame.SYSTEM_CURSOR_HAND if is_near else pygame.SYSTEM_CURSOR_ARROW
 
     @property
     def holds(self) -> bool:
@@ -307,9 +277,12 @@ class MouseTool:
         elif layout.splitter.collidepoint(point):
             return Slide(self.bench, point, self._split)
         elif spot:
-            self._panned_from = point
             drag = self.tool.press(spot)
-            return drag or (Slide(self.bench, point, self._pan) if self.tool in self.tools[:2] else None)
+            if drag or not self.tool.holds:
+                return drag
+            self._editor.select(None, spot.pane)
+            self._panned_from = point
+            return Slide(self.bench, point, self._pan)
         return None
 
     def _zooms_charts(self, event: Event) -> bool:
@@ -381,7 +354,7 @@ class MouseTool:
             if self.aimed or self._playback.paused:
                 draw_velocity(surface, self.bench, ball, self.aimed)
         if (wall := self._editor.selected_wall) is not None:
-            mark_wall(surface, layout, scene, wall)
+            mark_wall(surface, layout, scene.walls[wall])
         if self.drag:
             self.drag.draw(surface, layout)
         elif spot:

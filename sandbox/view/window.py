@@ -21,7 +21,7 @@ from sandbox.view.balls_page import BallsPage
 from sandbox.view.cards import Cards, MassSlider, Messages
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Action, Panel, Topic, action_of
-from sandbox.view.display import KeyRepeat, PendingEvents, Stopped, caption, open_window, set_mode
+from sandbox.view.display import PendingEvents, Stopped, caption, open_window, set_mode
 from sandbox.view.editor import Editor
 from sandbox.view.engines_page import EnginesPage, LineUp
 from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, layout_of
@@ -86,7 +86,7 @@ class Window:
         self.recorder = Recorder(self.notice)
         self.showing = opens_with(len(scene.bodies))
         self.messages = Messages(self.playback, self.notice)
-        self.key_repeat = KeyRepeat()
+        self._keys_down = set[int]()
         self.why = WhyPage(self.playback, CaseSoFar(), self.do)
         self.widgets = WidgetGroup()
         self.cards = Cards(self.playback, self.editor, self.mouse, self.scenes, self.widgets, self.messages)
@@ -96,7 +96,7 @@ class Window:
         self._mass = MassSlider(self.playback, self.editor, self.notice)
         pages: dict[Panel, Page] = {
             Panel.SCENE: ScenePage(self.playback, self.editor, self.do),
-            Panel.BALLS: BallsPage(self.playback, self.editor, self.mouse, self.notice),
+            Panel.BALLS: BallsPage(self.playback, self.editor, self.notice),
             Panel.ENGINES: EnginesPage(self.line_up),
             Panel.WHY: self.why,
             Panel.SHOW: ShowPage(self.do, self.is_on),
@@ -164,7 +164,6 @@ class Window:
                     self.on_event(event)
                 self._outdated = self.scenes.reload_if_edited() or self._outdated
                 idle = self.playback.paused and self.playback.shows_current_step and not events
-                idle = idle and self.key_repeat.held is None
                 self.frame(min(clock.tick(IDLE_RATE if idle else FRAME_RATE) / 1000, 4 / FRAME_RATE))
                 if self._frames % FRAME_RATE == 0:
                     self.messages.measure(clock.get_fps())
@@ -178,9 +177,6 @@ class Window:
     def frame(self, seconds: float) -> None:
         """Let some seconds pass, and draw what has changed."""
         playback, self._frames = self.playback, self._frames + 1
-        if again := self.key_repeat.due(seconds):
-            with self._stoppable():
-                self._on_press(again)
         if playback.paused:
             playback.wait()
         else:
@@ -217,16 +213,19 @@ class Window:
             with self.guard.reporting():
                 yield
         except Stopped:
-            self.key_repeat.held = None
             self.mouse.reset()
             self.notice.show(STOPPED)
 
     def _handle(self, event: Event) -> None:
         self.mouse.track(event)
-        self.key_repeat.track(event)
+        if event.type == pygame.WINDOWFOCUSLOST:
+            self._keys_down.clear()
         if event.type == pygame.KEYDOWN:
-            self.key_repeat.press(event, repeats=self._repeats(event))
-            self._on_press(event)
+            if event.key not in self._keys_down or self._repeats(event):
+                self._on_press(event)
+            self._keys_down.add(event.key)
+        elif event.type == pygame.KEYUP:
+            self._keys_down.discard(event.key)
         elif event.type == pygame.QUIT:
             self.running = False
         elif event.type == pygame.WINDOWSIZECHANGED:

@@ -131,7 +131,7 @@ class Monkey(RuleBasedStateMachine):
         mod = (pygame.KMOD_LSHIFT if control.shift else 0) | (pygame.KMOD_LCTRL if control.ctrl else 0)
         self.send(pygame.KEYDOWN, key=(*control.keys, 0)[0], unicode=control.typed[-1:], mod=mod)
         self.wait(1 / 30, frames)
-        self.send(pygame.KEYUP, key=0, unicode="", mod=0)
+        self.send(pygame.KEYUP, key=(*control.keys, 0)[0], unicode="", mod=0)
 
     @rule(what=places, which=numbers, x=fractions, y=fractions)
     def move(self, what: str, which: int, x: float, y: float) -> None:

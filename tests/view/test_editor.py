@@ -1,6 +1,5 @@
 """Balls are added, deleted and pushed; elasticity, gravity and rate change; edits are undone."""
 
-import numpy as np
 import pygame
 import pytest
 from conftest import scene_of
@@ -71,7 +70,7 @@ def test_a_ball_is_not_added_onto_another_or_onto_a_wall() -> None:
     assert given(window) == []
 
 
-def test_the_ball_tool_adds_where_one_clicks_and_the_key_alone_finds_room(window: Window) -> None:
+def test_the_ball_tool_adds_where_one_clicks_and_the_key_needs_a_place(window: Window) -> None:
     click(window, tool(window, "Ball"))
     hover(window, point(window, 300, 500))
     window.draw()
@@ -84,10 +83,8 @@ def test_the_ball_tool_adds_where_one_clicks_and_the_key_alone_finds_room(window
     assert len(given(window)) == 2
     window.on_event(Event(pygame.WINDOWLEAVE))
     press(window, "a")
-    assert window.view.panes[0].state.position[-1] == pytest.approx([400, 300], abs=30)
-    press(window, "a")
-    assert np.linalg.norm(window.view.panes[0].state.position[-1] - window.view.panes[0].state.position[-2]) >= 20
-    assert len(window.view.moment.balls) == 7
+    assert "move the mouse" in window.status
+    assert len(given(window)) == 2
 
 
 def test_the_eraser_deletes_the_ball_or_the_wall_that_is_clicked() -> None:
@@ -200,6 +197,7 @@ def test_edits_at_a_step_not_in_the_history_apply_to_the_balls_of_that_step(
     run(window, 100)
     press(window, ".")
     for there, key, kind in ((37, "a", AddBall), (11, "Delete", DeleteBall)):
+        hover(window, point(window, 400, 500))
         window.playback.seek(there)
         assert step(window) != there
         press(window, key)
