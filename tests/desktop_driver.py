@@ -200,7 +200,7 @@ class Mirror:
             self.window = Window(desktop.scene, engines, self.inputs)
             self.window.screen = pygame.display.set_mode(desktop.size)
         self.window.panel.open = Panel.SCENE if has_column else None
-        self.window.why.case = CaseSoFar(self.window.notice, WorkerHere())
+        self.window.why.case = CaseSoFar(WorkerHere())
         self.window.playback.paused = True
         for _ in range(steps_of(self.inputs)):
             self.window.playback.step()

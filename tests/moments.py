@@ -17,7 +17,7 @@ def moment(scene: Scene, step: int, **velocity: float) -> Moment:
 
     def reading(speed: float) -> Reading:
         position, moving = np.array([[200.0 + speed, 300.0], [600.0, 300.0]]), np.array([[speed, 0.0], [0.0, 0.0]])
-        return Reading(State(step / 60, position, moving), no_contacts(), 0, speed**2 / 2, 0.0, 0.0)
+        return Reading(State(step / 60, position, moving), no_contacts(), 0, speed**2 / 2, 0.0)
 
     engines = {name: reading(speed) for name, speed in velocity.items()}
     return Moment(step, step / 60, scene, engines, (0, 1), None, (0, 0))

@@ -40,8 +40,8 @@ class WorkerHere(CaseWorker):
         super().__init__()
         self._so_far = ComparisonSoFar()
 
-    def ask(self, run: RunSoFar, page: str | None = None) -> None:
-        self.is_busy, self._answer = True, answer(self._so_far, (run, page))
+    def ask(self, run: RunSoFar) -> None:
+        self.is_busy, self._answer = True, answer(self._so_far, run)
 
     def poll(self) -> Case | SandboxError | None:
         was_busy, self.is_busy = self.is_busy, False
@@ -54,7 +54,7 @@ class WorkerHere(CaseWorker):
 class IdleWorker(CaseWorker):
     """Compares nothing."""
 
-    def ask(self, run: RunSoFar, page: str | None = None) -> None:
+    def ask(self, run: RunSoFar) -> None:
         pass
 
 

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from threading import Event
 
-from sandbox.analysis.gas import wall_impulse
 from sandbox.run.inputs import Input
 from sandbox.run.lockstep import Lockstep
 from sandbox.session.history import Reading
@@ -25,7 +24,6 @@ class Reader:
     def __init__(self, lockstep: Lockstep) -> None:
         self._lockstep = lockstep
         self._counts = dict.fromkeys(lockstep.engines, 0)
-        self._wall_impulse = dict.fromkeys(lockstep.engines, 0.0)
         for runner in lockstep.engines.values():
             runner.record_contacts()
 
@@ -37,15 +35,12 @@ class Reader:
         for name, runner in lockstep.engines.items():
             contacts = runner.contacts()
             self._counts[name] += len(contacts)
-            if len(contacts):
-                self._wall_impulse[name] += wall_impulse(contacts, lockstep.scene.arena.size)
             readings[name] = Reading(
                 states[name],
                 no_contacts() if lockstep.edited else contacts,  # whose balls may have other numbers after an edit
                 self._counts[name],
                 energies[name],
                 lockstep.work[name],
-                self._wall_impulse[name],
                 str(standing.get(name, "")),
             )
         return readings

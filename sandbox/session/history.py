@@ -16,7 +16,7 @@ class Reading(NamedTuple):
     """An engine at a step.
 
     contacts: found in the step that led here; contact_count: so far; work: what mouse and edits have added to its
-    energy; wall_impulse: so far, see `gas.wall_impulse`, kg/s; stands: why it stands still, or nothing.
+    energy; stands: why it stands still, or nothing.
     """
 
     state: State
@@ -24,7 +24,6 @@ class Reading(NamedTuple):
     contact_count: int
     energy: float  # kg px²/s², as is the work
     work: float
-    wall_impulse: float
     stands: str = ""
 
 

@@ -1,53 +1,36 @@
 """Samples of every engine after every step, for the charts: energy, gap to the reference, momentum and more."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
 from enum import IntEnum, auto
 from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.gas import fluid_pressure, why_no_gas
-from sandbox.quantity import (
-    angular_momentum,
-    centre_of_mass,
-    height,
-    kinetic_energy,
-    length,
-    momentum,
-    spin_energy,
-)
+from sandbox.quantity import kinetic_energy, length, momentum, spin_energy
 from sandbox.scene.model import Scene
 from sandbox.session.history import History, Moment, Reading
 from sandbox.state import Floats, State
 
 CAPACITY: Final = 4096  # samples kept of a run, however long; about as many as a screen has columns
-MIN_RATE_SECONDS: Final = 1.0  # over which a rate is measured at least, s
 NEGLIGIBLE: Final = 5e-5  # of the scale of energy
-SAME_TIME: Final = 1e-9  # s, by which two times may differ that are the same
 NO_SECONDS: Final[Mapping[str, float | None]] = {}
-TIME, LOW, HIGH, PRESSURE, SCALE, FIRST = range(6)  # columns of a sample; the quantities of the engines are the last
+TIME, LOW, HIGH, SCALE, FIRST = range(5)  # columns of a sample; the quantities of the engines are the last
 
 
 class Quantity(IntEnum):
     """A quantity that is sampled of every engine. The value is its number among them.
 
     OWN: energy without what mouse and edits added; ENERGY: kinetic and potential, that from the lowest place which a
-    ball can reach; KINETIC: of flight and spin; MOMENTUM: the length of the total momentum, kg px/s; ANGULAR_MOMENTUM:
-    of flight and spin about the arena's centre, kg px²/s; HEIGHT: of the centre of mass above the arena's lower edge,
-    px; CONTACTS: their number so far; WALL_IMPULSE: the momentum per length that the arena's walls took so far, kg/s;
-    X, Y, VX, VY: of the ball that is followed, px and px/s; GAP: the largest distance of a ball from the reference's,
-    px; COST: how long a step took lately, ms. Energies are in kg px²/s².
+    ball can reach; KINETIC: of flight and spin; MOMENTUM: the length of the total momentum, kg px/s; CONTACTS: their
+    number so far; X, Y, VX, VY: of the ball that is followed, px and px/s; GAP: the largest distance of a ball from the
+    reference's, px; COST: how long a step took lately, ms. Energies are in kg px²/s².
     """
 
     OWN = 0
     ENERGY = auto()
     KINETIC = auto()
     MOMENTUM = auto()
-    ANGULAR_MOMENTUM = auto()
-    HEIGHT = auto()
     CONTACTS = auto()
-    WALL_IMPULSE = auto()
     X = auto()
     Y = auto()
     VX = auto()
@@ -71,17 +54,13 @@ def _kinetic(state: State, scene: Scene) -> float:
 
 def _measured(reading: Reading, scene: Scene) -> list[float]:
     """Return the quantities of an engine before X."""
-    state, bodies, size = reading.state, scene.bodies, scene.arena.size
-    about_centre = replace(state, position=state.position - np.divide(size, 2))
+    state = reading.state
     return [
         reading.energy - reading.work,
         reading.energy - fall(scene),
         _kinetic(state, scene),
-        float(length(momentum(state.velocity, bodies.mass))),
-        float(angular_momentum(about_centre, bodies)),
-        float(height(centre_of_mass(state.position, bodies.mass), size)),
+        float(length(momentum(state.velocity, scene.bodies.mass))),
         reading.contact_count,
-        reading.wall_impulse,
     ]
 
 
@@ -147,15 +126,14 @@ class Samples:
     ) -> None:
         self.engines = list(engines)
         self.reference = reference
-        # Time, the lowest and highest energy of the reference's own around it, a gas's pressure in theory, the scale of
-        # energy, and each quantity of each engine.
+        # Time, the lowest and highest energy of the reference's own around it, the scale of energy, and each
+        # quantity of each engine.
         self.series = Series(FIRST + len(Quantity) * len(self.engines))
         self._silent = silent
         self._history = history
         self.ball = 0  # that is followed, by its number among all that ever were in the run
         self._reached = self._completed = -1  # steps
         self._own, self._largest = np.nan, 0.0  # the reference's own energy, and its largest kinetic one so far
-        self._gas: tuple[Scene | None, bool] = None, False  # the scene of the last sample, and whether it is a gas
 
     def __len__(self) -> int:
         return len(self.series)
@@ -181,7 +159,7 @@ class Samples:
         for row in self.series.at(moment.step):
             around = [before, self._own] if before == before else [self._own]  # noqa: PLR0124 (not NaN)
             row[LOW : HIGH + 1] = min(around), max(around)
-            row[PRESSURE], row[SCALE] = self._pressure_in_theory(moment), self._largest
+            row[SCALE] = self._largest
             self._measure(row, moment, seconds)
 
     def _measure(self, row: Floats, moment: Moment, seconds: Mapping[str, float | None]) -> None:
@@ -194,7 +172,7 @@ class Samples:
                 table[: Quantity.X, k] = _measured(reading, moment.scene)
                 table[Quantity.COST, k] = 1000 * (seconds.get(name) or np.nan)
                 if name in self._silent:
-                    table[Quantity.CONTACTS : Quantity.WALL_IMPULSE + 1, k] = np.nan
+                    table[Quantity.CONTACTS, k] = np.nan
             if reading and reference:
                 table[Quantity.GAP, k] = length(reading.state.position - reference.state.position).max()
         self._measure_ball(table, moment)
@@ -234,16 +212,6 @@ class Samples:
                 self._measure_ball(table, moment)
         return True
 
-    def _pressure_in_theory(self, moment: Moment) -> float:
-        """Return the pressure that theory expects of a gas with the reference's energy, kg/s²; NaN if it is no gas."""
-        scene, reference = moment.scene, moment.running.get(self.reference)
-        if self._gas[0] is not scene:
-            self._gas = scene, not why_no_gas(scene)
-        if not self._gas[1] or reference is None:
-            return np.nan
-        kinetic = float(kinetic_energy(reference.state.velocity, scene.bodies.mass))
-        return fluid_pressure(scene.bodies.radius, kinetic, scene.arena.size)
-
     @property
     def final(self) -> int:
         """The number of samples that no later step changes any more."""
@@ -281,22 +249,6 @@ class Samples:
         """Return the error of each engine's energy at a step, or the nearest sample before it, %: see `errors`."""
         row = max(0, int(np.searchsorted(self.series.steps, step, side="right")) - 1)
         return dict(zip(self.engines, self.errors(row)[0].tolist(), strict=True))
-
-    def rate(self, quantity: Quantity, seconds: float, since: int = 0) -> Floats:
-        """Return by how much a quantity grew in a second, averaged over some seconds before each sample from one on.
-
-        NaN in the first MIN_RATE_SECONDS; then averaged over what there is: (samples, engines).
-        """
-        times, values = self.times, self.of(quantity)
-        before = np.searchsorted(times, times[since:] - seconds + SAME_TIME, side="right") - 1
-        before = np.maximum(before, 0)
-        passed = times[since:] - times[before]
-        passed[passed < MIN_RATE_SECONDS - SAME_TIME] = np.nan
-        return (values[since:] - values[before]) / passed[:, None]
-
-    def pressure_in_theory(self, since: int = 0) -> Floats:
-        """Return the pressure that theory expects in the samples from one on, kg/s²: (samples,); NaN for no gas."""
-        return self.series.rows[since:, PRESSURE]
 
     @property
     def keeps_energy(self) -> bool:

@@ -20,10 +20,9 @@ Time = TypeVar("Time", float, Floats)  # s
 
 
 class TimeAxis:
-    """Which times are shown. selection: two times (s), marked; time: at the cursor, s."""
+    """Which times are shown. time: at the cursor, s."""
 
     def __init__(self, seconds: float) -> None:
-        self.selection: tuple[float, float] | None = None
         self.time = 0.0
         self._zoom: tuple[float, float] | None = None  # start and length, s; None shows all
         self._seconds = min(seconds, MAX_FIRST_SECONDS)  # of all
@@ -55,13 +54,6 @@ class TimeAxis:
         """Make the axis longer or shorter by a factor, with a time (s) in its place; at most all is shown."""
         start, seconds = self.shown
         self._show(time - (time - start) * factor, seconds * factor)
-
-    def zoom_to_selection(self) -> None:
-        """Show what is selected; if that is a moment, show all."""
-        if self.selection:
-            first, last = sorted(self.selection)
-            self.selection = None
-            self._show(first, last - first if last - first >= MIN_SECONDS else np.inf)
 
     def _show(self, start: float, seconds: float) -> None:
         if seconds >= self._seconds:

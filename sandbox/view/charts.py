@@ -9,7 +9,6 @@ import pygame
 from pygame import Rect, Surface
 
 from sandbox.report.scales import Span, round_up
-from sandbox.scene.model import Scene
 from sandbox.scene.units import PIXELS, Units
 from sandbox.session.history import Moment
 from sandbox.session.samples import Samples
@@ -59,10 +58,8 @@ class Charts:
         self._columns = instrument.columns(self.samples)
         logarithmic = instrument.logarithmic if self.is_logarithmic else None
         self._scale = logarithmic(self._units) if logarithmic else Even()
-        self._remark = ""
-        self._remarked: Scene | None = None  # the scene of the remark
         self._drawn: Surface | None = None
-        self._drawn_as: object = None  # axes, places, drops and remark of that picture
+        self._drawn_as: object = None  # axes, places and drops of that picture
         self._count = 0  # of the samples in it
         self._seen = 0, 0  # drops of the series, and how many samples the span includes
         self._extent = NOTHING  # of those samples
@@ -157,11 +154,8 @@ class Charts:
             self._draw_speeds(surface, place, text_height, point)
             return
         self._extend_span()
-        scene = self.moment.scene if self.moment else None
-        if scene is not None and scene is not self._remarked:
-            self._remarked, self._remark = scene, self.instrument.remark(self.samples, scene)
         drops, size, final = self.samples.series.drops, place.size, self.samples.final
-        wanted = (axis.shown, self._span, tuple(plot), size, text_height, drops, self._remark)
+        wanted = (axis.shown, self._span, tuple(plot), size, text_height, drops)
         if self._drawn is None or wanted != self._drawn_as:
             self._drawn, self._count, self._drawn_as = Surface(size), 0, wanted
             self._draw_axes(self._drawn, plot, text_height)
@@ -172,12 +166,6 @@ class Charts:
         ground = surface.subsurface(place)
         self._draw_lines(ground, plot, text_height, slice(max(0, final - 1), len(self.samples)))
         self._draw_names(ground, plot, text_height)
-        if axis.selection:
-            first, last = sorted(axis.column(plot, time) for time in axis.selection)
-            veil = Surface((last - first + 1, plot.height))
-            veil.fill(self.palette.ink)
-            veil.set_alpha(40)
-            ground.blit(veil, (first, plot.y))
         chart_marks.draw_marks(ground, self._placed_marks(place, text_height), axis, plot, self.palette, text_height)
         x = axis.column(plot, axis.time)
         if plot.x <= x <= plot.right:
@@ -205,9 +193,6 @@ class Charts:
         chart_marks.draw_axis_below(surface, plot, self.axis.x(plot, times), texts, theme.dim, height)
         self._write_axis(surface, plot, height)
         write(surface, self._heading, Rect(0, 0, plot.right, round(1.5 * height)), theme.dim, height)
-        if self._remark:
-            line = lettering(self._remark, self.palette.ink, height)
-            surface.blit(line, line.get_rect(right=plot.right - 2, top=plot.y + 2))
 
     def _write_axis(self, surface: Surface, plot: Rect, height: int) -> None:
         """Write as many of the chart's values as there is room for; of evenly spaced ones all, or the ends and 0."""
@@ -259,9 +244,8 @@ class Charts:
         left, labels = max(x.values()) + height, []
         for name, y, top in zip(ends, heights, tops, strict=True):
             colour = self._colours[name]
-            if name != LAW:
-                shape = self.samples.engines.index(name)
-                draw_marker(surface, colour, (x[name], min(max(round(y), plot.y), plot.bottom)), height // 3, shape)
+            shape = self._columns[name]
+            draw_marker(surface, colour, (x[name], min(max(round(y), plot.y), plot.bottom)), height // 3, shape)
             label = lettering(shortened(name, max(1, surface.get_width() - left), height), colour, height)
             at = label.get_rect(x=left, centery=round(top + line / 2))
             surface.fill(self.palette.ground, at.inflate(4, -height // 3))  # or lines of the axis would strike it out

@@ -6,16 +6,12 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.gas import why_no_gas
 from sandbox.report.scales import BothSigns, Scale, Span, gap_scale, round_up
-from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension, Units
 from sandbox.session.samples import Quantity, Samples
 from sandbox.state import Floats
 
 LAW: Final = "theory"  # name of a law's line
-CONTACT_SECONDS: Final = 1.0  # s, over which contacts are counted
-PRESSURE_SECONDS: Final = 10.0  # s, over which the pressure is averaged: balls hit walls one at a time
 ROUNDING: Final = 1e-9  # of any unit; less is an engine's rounding error
 TICKS: Final = 6  # of a linear axis, about
 SLACK: Final = 0.05  # of the distance of two ticks, by which a line may leave the axis before that grows
@@ -25,9 +21,9 @@ SLACK: Final = 0.05  # of the distance of two ticks, by which a line may leave t
 class Instrument:
     """What the chart can show over time or, without values, of the step shown.
 
-    values: of each engine in the samples from one on, before they are scaled to the unit; a law in a further column, if
-    it has one. digits: how a value is written. logarithmic: its other scale, if it has one. is_relative: whether values
-    are against the reference, which then has no line; remark: why the chart or its law is not there, or nothing.
+    values: of each engine in the samples from one on, before they are scaled to the unit. digits: how a value is
+    written. logarithmic: its other scale, if it has one. is_relative: whether values are against the reference, which
+    then has no line.
     """
 
     name: str
@@ -38,8 +34,6 @@ class Instrument:
     logarithmic: Callable[[Units], Scale] | None = None
     is_relative: bool = False
     of_ball: bool = False
-    has_law: bool = False
-    remark: Callable[[Samples, Scene], str] = lambda samples, scene: ""
 
     def unit_in(self, units: Units) -> str:
         """Return what its numbers are."""
@@ -59,8 +53,7 @@ class Instrument:
     def columns(self, samples: Samples) -> dict[str, int]:
         """Return the column of each line by the name at its end."""
         hidden = samples.reference if self.is_relative and not samples.is_alone else None
-        law = {LAW: len(samples.engines)} if self.has_law else {}
-        return {name: k for k, name in enumerate(samples.engines) if name != hidden} | law
+        return {name: k for k, name in enumerate(samples.engines) if name != hidden}
 
     def text(self, value: float, units: Units) -> str:
         """Return a value as it is written; what is only rounding is 0."""
@@ -78,17 +71,6 @@ def _ball(name: str, quantity: Quantity, dimension: Dimension) -> Instrument:
     return Instrument(f"ball {name}", meaning, dimension, _of(quantity), "{:.4f}", of_ball=True)
 
 
-def _pressures(samples: Samples, since: int) -> Floats:
-    measured = samples.rate(Quantity.WALL_IMPULSE, PRESSURE_SECONDS, since)
-    return np.column_stack([measured, samples.pressure_in_theory(since)])
-
-
-def _why_no_pressure(_: Samples, scene: Scene) -> str:
-    if not scene.arena.walls:
-        return "no walls stand round the arena"
-    return f"no theory: {why}" if (why := why_no_gas(scene)) else ""
-
-
 ENERGY: Final = Instrument(
     "energy", "kinetic and potential, from the lowest place that a ball can reach", Dimension.ENERGY,
     _of(Quantity.ENERGY),
@@ -100,7 +82,6 @@ ERROR: Final = Instrument(
 GAP: Final = Instrument(
     "gap", "how far its balls are off, at most", Dimension.LENGTH, _of(Quantity.GAP), "{:.4g}", gap_scale,
     is_relative=True,
-    remark=lambda samples, scene: "one engine alone: nothing to be apart from" if samples.is_alone else "",
 )  # fmt: skip
 MOMENTUM: Final = Instrument(
     "momentum", "of all balls together; walls and gravity change it", Dimension.MOMENTUM, _of(Quantity.MOMENTUM)
@@ -109,21 +90,7 @@ SPEEDS: Final = Instrument("speeds", "how many balls have each speed, beside the
 TABS: Final = (ENERGY, ERROR, GAP, MOMENTUM, SPEEDS)
 OTHERS: Final = (  # in a menu
     Instrument("kinetic energy", "of flight and spin", Dimension.ENERGY, _of(Quantity.KINETIC)),
-    Instrument(
-        "angular momentum", "of flight and spin, about the arena's middle", Dimension.ANGULAR_MOMENTUM,
-        _of(Quantity.ANGULAR_MOMENTUM),
-    ),
-    Instrument(
-        "height", "of the centre of mass, above the lower edge", Dimension.LENGTH, _of(Quantity.HEIGHT), "{:.4f}"
-    ),
-    Instrument(
-        "contacts a second", "counted over the last second", "a second",
-        lambda samples, since: samples.rate(Quantity.CONTACTS, CONTACT_SECONDS, since),
-    ),
-    Instrument(
-        "pressure", "on the arena's walls over 10 s, beside theory", "kg/s²", _pressures, "{:,.5g}", has_law=True,
-        remark=_why_no_pressure,
-    ),
+    Instrument("contacts", "counted from the start", "", _of(Quantity.CONTACTS), "{:,.0f}"),
     _ball("x", Quantity.X, Dimension.LENGTH),
     _ball("y", Quantity.Y, Dimension.LENGTH),
     _ball("vx", Quantity.VX, Dimension.VELOCITY),

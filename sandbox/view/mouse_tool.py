@@ -286,22 +286,11 @@ class MouseTool:
         return None
 
     def _zooms_charts(self, event: Event) -> bool:
-        """Zoom in time with the wheel, or with a drag of the right button; return whether the event did that."""
+        """Zoom in time with the wheel; return whether the event did that."""
         layout, charts, point = self._layout(), self._playback.view.charts, self.point
-        if not layout.strip.height or point is None:
+        if event.type != pygame.MOUSEWHEEL or point is None or not charts.is_over_time(layout.strip, point):
             return False
-        axis, over_time = charts.axis, charts.is_over_time(layout.strip, point)
-        time = charts.time_at(layout.strip, layout.text_height, point[0])
-        if event.type == pygame.MOUSEWHEEL and over_time:
-            axis.zoom(time, ZOOM_FACTOR**-event.y)
-        elif event.type == pygame.MOUSEBUTTONDOWN and event.button == 3 and over_time:
-            axis.selection = time, time
-        elif event.type == pygame.MOUSEMOTION and axis.selection and event.buttons[2]:
-            axis.selection = axis.selection[0], time
-        elif event.type == pygame.MOUSEBUTTONUP and event.button == 3:
-            axis.zoom_to_selection()
-        else:
-            return False
+        charts.axis.zoom(charts.time_at(layout.strip, layout.text_height, point[0]), ZOOM_FACTOR**-event.y)
         return True
 
     def _split(self, point: ScreenPoint) -> None:

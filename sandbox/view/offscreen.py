@@ -221,7 +221,7 @@ def draw_picture(comparison: Comparison) -> Surface:
         step=len(comparison.time) - 1,
         time=float(comparison.time[-1]),
         scene=scene,
-        engines={name: Reading(run.final, no_contacts(), 0, 0.0, 0.0, 0.0) for name, run in comparison.runs.items()},
+        engines={name: Reading(run.final, no_contacts(), 0, 0.0, 0.0) for name, run in comparison.runs.items()},
         balls=tuple(range(len(scene.bodies))),
         held=None,
         target=(0.0, 0.0),

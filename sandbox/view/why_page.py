@@ -16,7 +16,6 @@ from sandbox.view.controls import RIGHT, Action
 from sandbox.view.layout import Layout
 from sandbox.view.playback import Playback
 from sandbox.view.run_so_far import Marks
-from sandbox.view.saver import Saver
 from sandbox.view.session_view import IT_SHOULD_HAVE, MIN_ERROR, amount_text
 from sandbox.view.theme import chart_palette, palette, theme
 from sandbox.view.toolbars import action_button
@@ -49,10 +48,9 @@ class WhyPage:
     do: does an action.
     """
 
-    def __init__(self, playback: Playback, saver: Saver, case: CaseSoFar, do: Callable[[Action], None]) -> None:
+    def __init__(self, playback: Playback, case: CaseSoFar, do: Callable[[Action], None]) -> None:
         self.case = case
         self._playback = playback
-        self._saver = saver
         self._chosen = ""  # engine
         self._gone_to: OtherContact | None = None
         self._lists = False  # whether contacts are listed
@@ -60,13 +58,10 @@ class WhyPage:
         self._made_of: object = None  # what the rows were made of
         self._words: dict[str, Words] = {}  # in the rows, by their text: those that stay keep the keyboard
         self._button = cache(self._make_button)
-        does = "write this comparison as a page, and open it"
-        self._page_button = TextButton("", self.make_page, does, refusal=self._why_no_page)
         self._headline = Words("", bold=True, scale=1.3)
         self._row_of_buttons = [
             action_button(Action.PREVIOUS_CONTACT, do),
             action_button(Action.NEXT_CONTACT, do),
-            self._page_button,
         ]
 
     @property
@@ -136,21 +131,11 @@ class WhyPage:
             self.show(contacts[at])
         return is_there
 
-    def make_page(self) -> None:
-        """Write the report of the run so far."""
-        self.case.make_page(self._saver.free_name(".html"))
-
-    def _why_no_page(self) -> str:
-        if self.case.is_making_page:
-            return "it is being made"
-        return "" if self._playback.session.end else NOTHING_YET
-
     # What it says
 
     def rows(self) -> Sequence[Row]:
         """Return the rows of its widgets, which are made again only if there is something else to say."""
-        case = self._case, self.case.is_making_page, self._status
-        made_of = *case, self.engine, self._gone_to, self.contact, self._lists, theme.is_dark
+        made_of = self._case, self._status, self.engine, self._gone_to, self.contact, self._lists, theme.is_dark
         if made_of != self._made_of:
             self._made_of, self._rows = made_of, self._make_rows()
         self._headline.text = self._headline_text
@@ -169,7 +154,6 @@ class WhyPage:
         if case:
             rows += self._choices(list(case.engines))
             rows.append([self._headline])
-        self._page_button.text = "making it …" if self.case.is_making_page else "Report"
         rows += [words(self._status, theme.dim), self._row_of_buttons]
         if self.contact:
             rows += [self._contact_row(self.contact, words), [self._picture(self.contact.difference)]]

@@ -87,7 +87,7 @@ class Window:
         self.showing = opens_with(len(scene.bodies))
         self.messages = Messages(self.playback, self.notice)
         self._keys_down = set[int]()
-        self.why = WhyPage(self.playback, self.saver, CaseSoFar(self.notice), self.do)
+        self.why = WhyPage(self.playback, CaseSoFar(), self.do)
         self.widgets = WidgetGroup()
         self.cards = Cards(self.playback, self.editor, self.mouse, self.scenes, self.widgets, self.messages)
         self.header = Header(lambda: self.scene, self.do, self.is_on, lambda: self.recorder.seconds)

@@ -1,6 +1,5 @@
 """Every step of a run is sampled, against the reference, and what a hand gives is not what an engine makes."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -93,7 +92,6 @@ def test_the_energy_of_balls_on_the_ground_is_0_and_a_throw_adds_to_it() -> None
     energy = session.samples.of(Quantity.ENERGY)
     assert energy[:20, 1] == pytest.approx(900 * 200)
     assert energy[20:, 1] == pytest.approx(900 * 200 + 100**2 / 2)
-    assert np.abs(session.samples.errors()).max() < 0.1
 
 
 def test_while_there_is_no_reference_nothing_is_measured_against_it(scene: Scene) -> None:
@@ -159,63 +157,11 @@ def test_without_a_reference_that_stops_the_run_goes_on_to_the_same_bits() -> No
         run(Session(load("article"), ["pymunk", "exact"]), 60)
 
 
-# What walls and spins take part in
-
-
-def test_momentum_angular_momentum_and_height_of_two_balls_are_their_closed_forms() -> None:
-    heavy = "radius = 10\nmass = 2\nposition = [100, 200]\nvelocity = [30, 40]\nspin = 3"
-    light = "radius = 20\nmass = 4\nposition = [500, 50]\nvelocity = [-10, 5]\nspin = -1"
-    samples = Session(scene_of(heavy, light), ["impulse"]).samples  # the arena is 800 x 600 px
-    p = 2 * np.array([30, 40]) + 4 * np.array([-10, 5])
-    flight = 2 * ((100 - 400) * 40 - (200 - 300) * 30) + 4 * ((500 - 400) * 5 - (50 - 300) * -10)
-    spin = 2 * 10**2 / 2 * 3 + 4 * 20**2 / 2 * -1
-    assert samples.of(Quantity.MOMENTUM)[0, 0] == pytest.approx(math.hypot(*p))
-    assert samples.of(Quantity.ANGULAR_MOMENTUM)[0, 0] == pytest.approx(flight + spin)
-    assert samples.of(Quantity.HEIGHT)[0, 0] == pytest.approx(600 - (2 * 200 + 4 * 50) / 6)
-
-
-def to_and_fro() -> Scene:
-    """Make a ball of 2 kg that meets the left or the right wall each second, at 100 px/s."""
-    ball = "radius = 10\nmass = 2\nposition = [60, 25]\nvelocity = [100, 0]"
-    return scene_of(ball, size="[120, 50]", more="seconds = 9")
-
-
-@pytest.mark.parametrize("engine", ["pymunk", "article", "impulse", "exact"])
-def test_the_pressure_of_a_ball_between_two_walls_is_its_momentum_a_second(engine: str) -> None:
-    samples = run(Session(to_and_fro(), [engine], reference="exact"), 6 * 60).samples
-    column = samples.engines.index(engine)
-    # A wall gives 2 m v in each of its contacts, and there is one a second: 400 kg px/s², over 4 times the height.
-    expected = 2 * 2 * 100 / (4 * 50)
-    at_six = samples.rate(Quantity.WALL_IMPULSE, 6.0)[-1, column]
-    assert at_six == pytest.approx(expected)
-    assert samples.rate(Quantity.CONTACTS, 2.0)[-1, column] == pytest.approx(1.0)
-
-
-def test_a_rate_is_not_known_in_the_first_second_and_then_covers_the_time_there_is() -> None:
-    samples = run(Session(to_and_fro(), ["exact"]), 4 * 60).samples
-    rate = samples.rate(Quantity.CONTACTS, 3.0)[:, 0]
-    assert np.isnan(rate[:60]).all()
-    assert rate[60] == 1  # the one at 0.5 s
-    assert rate[240] == pytest.approx(3 / 3)
-    assert np.array_equal(samples.rate(Quantity.CONTACTS, 3.0, 200)[:, 0], rate[200:])
-
-
-def test_only_a_gas_has_a_pressure_in_theory() -> None:
-    session = run(Session(load("gas-100"), ["exact"]), 1)
-    scene, states = session.start, session.shown.states["exact"]
-    kinetic = np.sum(scene.bodies.mass * np.sum(states.velocity**2, axis=1)) / 2
-    eta = np.pi * np.sum(scene.bodies.radius**2) / (800 * 600)
-    henderson = 1 + 2 * eta * (1 - 7 * eta / 16) / (1 - eta) ** 2
-    assert session.samples.pressure_in_theory() == pytest.approx(kinetic * henderson / (800 * 600))
-    assert np.isnan(Session(to_and_fro(), ["exact"]).samples.pressure_in_theory()).all()
-
-
 def test_an_engine_that_reports_no_contacts_is_not_said_to_have_none(scene: Scene) -> None:
     samples = Samples(["mine", "exact"], "exact", silent=["mine"])
     for step in range(90):
         sample(samples, scene, step, mine=60.0, exact=60.0)
-    for quantity in (Quantity.CONTACTS, Quantity.WALL_IMPULSE):
-        assert np.isnan(samples.rate(quantity, 1.0)[-1]).tolist() == [True, False]
+    assert np.isnan(samples.of(Quantity.CONTACTS)[-1]).tolist() == [True, False]
 
 
 def test_another_ball_is_sampled_as_far_back_as_the_history_goes() -> None:

@@ -318,24 +318,9 @@ def test_zooming_keeps_the_time_under_the_mouse_and_ends_where_all_is_shown(scen
     assert charts.time_at(PLACE, TEXT, left) == 0
 
 
-def test_a_selection_is_shown_alone_and_a_click_shows_all(scene: Scene) -> None:
-    charts = charts_of(scene, 8, lambda time: steady(time) | {"article": 50.0 if time < 4.5 else 20.0})
-    charts.axis.selection = 5.0, 4.0
-    charts.axis.zoom_to_selection()
-    surface = draw(charts)
-    momentum = charts.plot(PLACE, TEXT)
-    for time, speed in ((4.2, 50), (4.8, 20)):
-        x = column(charts, time, start=4, seconds=1)
-        assert np.mean(rows_of(surface, momentum, x, ARTICLE)) == pytest.approx(row(momentum, (0, 60), speed), abs=1)
-    charts.axis.selection = 4.5, 4.5
-    charts.axis.zoom_to_selection()
-    assert charts.time_at(PLACE, TEXT, momentum.right) == pytest.approx(10)
-
-
 def test_a_part_that_is_shown_follows_the_cursor_out_of_it(scene: Scene) -> None:
     charts = charts_of(scene, 8, steady)
-    charts.axis.selection = 1.0, 2.0
-    charts.axis.zoom_to_selection()
+    charts.axis.zoom(10 / 9, 0.1)
     plot = charts.plot(PLACE, TEXT)
     for time, first in ((1.5, 1.0), (1.99, 1.0), (2.1, 2.0)):
         draw(charts, time)
@@ -405,7 +390,7 @@ def test_a_click_on_a_mark_goes_to_its_time_and_the_mouse_shows_values(monkeypat
 
 
 @pytest.mark.usefixtures("memory_screen")
-def test_the_wheel_and_the_right_button_zoom_in_time(window: Window) -> None:
+def test_the_wheel_zooms_in_time(window: Window) -> None:
     run(window, 60)
     window.draw()
     charts, layout = window.view.charts, window.layout
@@ -422,15 +407,6 @@ def test_the_wheel_and_the_right_button_zoom_in_time(window: Window) -> None:
     hover(window, at(0.5))
     window.on_event(pygame.event.Event(pygame.MOUSEWHEEL, x=0, y=2))
     assert shown()[1] - shown()[0] == pytest.approx((before[1] - before[0]) / 1.25**2)
-    for what, share in ((pygame.MOUSEBUTTONDOWN, 0.5), (pygame.MOUSEBUTTONUP, 0.5)):
-        window.on_event(pygame.event.Event(what, pos=at(share), button=3))
-    assert shown() == before
-    window.on_event(pygame.event.Event(pygame.MOUSEBUTTONDOWN, pos=at(0.5), button=3))
-    window.on_event(pygame.event.Event(pygame.MOUSEMOTION, pos=at(0.2), buttons=(0, 0, 1)))
-    window.on_event(pygame.event.Event(pygame.MOUSEBUTTONUP, pos=at(0.2), button=3))
-    length = before[1] - before[0]
-    assert shown() == pytest.approx((0.2 * length, 0.5 * length), abs=0.02 * length)
-    assert step(window) == 60
 
 
 @pytest.mark.usefixtures("memory_screen")

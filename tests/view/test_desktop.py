@@ -242,7 +242,7 @@ def look_around(desktop: Desktop, mirror: Mirror) -> None:
 
 
 def ask_why(desktop: Desktop, mirror: Mirror) -> None:
-    """Go to contacts that differ, by keys and by a click; make the page."""
+    """Go to contacts that differ, by keys and by a click."""
     mirror.open(Panel.WHY)
     mirror.press("<")
 
@@ -259,13 +259,6 @@ def ask_why(desktop: Desktop, mirror: Mirror) -> None:
     mirror.click(mirror.contacts[-3].sentence)
     assert desktop.step == mirror.contacts[-3].step
     mirror.check_picture()
-    x, y = mirror.bring_into_sight("Report").center
-
-    def is_made() -> bool:
-        desktop.xdo("mousemove", "--window", desktop.window, x, y, "click", 1, "sleep", 0.5)
-        return bool(list(desktop.folder.glob("*.html")))
-
-    desktop.wait_for(is_made)
     mirror.press("w", "End")
 
 
@@ -426,7 +419,7 @@ def test_fifteen_tasks_of_a_student_need_a_few_clicks_each(display: str, tmp_pat
             assert window.view.moment.step == before + step
             student.done(task, results)
         student.slide_to("gravity", 500.0)
-        assert window.view.session.names == ["pymunk", "impulse"]
+        assert window.view.panes[1].is_suspended
         student.done("gravity up", results)
         student.click("Ball")
         student.click_at(700, 80)
@@ -443,10 +436,8 @@ def test_fifteen_tasks_of_a_student_need_a_few_clicks_each(display: str, tmp_pat
         student.click("Engines")
         student.slide_to("iterations", 30)
         student.done("other setting of Pymunk", results)
-        student.click("impulse")
-        student.click("exchange")
         student.click("exact")
-        assert window.view.session.names == ["pymunk(iterations=30)", "exact"]
+        assert window.view.session.names == ["pymunk(iterations=30)", "article", "exact"]
         student.done("other engine", results)
         student.click("+")
         student.click("+")
@@ -458,7 +449,7 @@ def test_fifteen_tasks_of_a_student_need_a_few_clicks_each(display: str, tmp_pat
         assert window.view.moment.scene.bodies.mass[-1] == 1
         student.done("undo", results)
         student.click("Why")
-        assert student.place_of("Report")
+        assert student.place_of("Next")
         results["why"], student.clicks = student.clicks, 0
         save = next(place for widget, place in window._placed if getattr(widget, "does", "").startswith("save or copy"))
         desktop.xdo("mousemove", "--window", desktop.window, *save.center, "click", 1)

@@ -33,7 +33,7 @@ def window_of(scene: str, engines: list[str] | None, steps: int, *, compared: bo
     window.screen = pygame.display.set_mode(SIZE)
     window.showing |= {Layer.GHOSTS} | ({Layer.NUMBERS} if len(window.scene.bodies) <= 30 else set())
     window.panel.show(Panel.SCENE)
-    window.why.case = CaseSoFar(window.notice, WorkerHere())
+    window.why.case = CaseSoFar(WorkerHere())
     press(window, "p")
     run(window, steps)
     for _ in range(2 if compared else 0):  # to compare, and to note what was found

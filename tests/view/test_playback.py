@@ -198,7 +198,7 @@ def test_a_window_marks_what_the_last_steps_show(memory_screen: None) -> None:
         "radius = 20\npositions = [[300, 279], [300, 321]]",
     )
     window = Window(scene_of(*balls), ["pymunk", "exact"])
-    window.why.case = CaseSoFar(window.notice, WorkerHere())
+    window.why.case = CaseSoFar(WorkerHere())
     run(window, 50)
     window.playback.paused = True
     for _ in range(3):
@@ -210,7 +210,7 @@ def test_a_window_marks_what_the_last_steps_show(memory_screen: None) -> None:
 
 
 def key(typed: str, code: int = 0) -> Event:
-    return Event(pygame.KEYDOWN, key=code, unicode=typed, mod=0)
+    return Event(pygame.KEYDOWN, key=code or ord(typed), unicode=typed, mod=0)
 
 
 ESC: Final = key("", pygame.K_ESCAPE)
@@ -250,7 +250,7 @@ def test_engines_that_take_too_long_to_come_here_are_given_up(behind: Window) ->
 
 
 def test_an_undo_that_is_not_waited_for_is_finished_in_the_next_frames(behind: Window) -> None:
-    press(behind, "a")
+    behind.editor.set_gravity(500)
     run(behind, 30)
     pygame.event.post(ESC)
     press(behind, "undo")

@@ -2,7 +2,6 @@
 
 import math
 import time
-from pathlib import Path
 
 import numpy as np
 import pygame
@@ -11,9 +10,7 @@ from conftest import scene_of
 from pygame import Color, Rect
 from window_driver import WorkerHere, click, press, run, step
 
-from sandbox.analysis.comparison import compare
 from sandbox.errors import SandboxError
-from sandbox.report.comparison_page import page
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
@@ -322,41 +319,13 @@ def test_an_engine_that_agrees_has_a_sentence_instead_of_contacts() -> None:
     assert step(window) == 60
 
 
-def test_before_the_first_step_there_is_nothing_to_say_and_no_page_to_make(window: Window, tmp_path: Path) -> None:
+def test_before_the_first_step_there_is_nothing_to_say(window: Window) -> None:
     press(window, "w")
     window.playback.paused = True
     window.frame(0.0)
     window.playback.seek(0)
     window.frame(0.0)
     assert words(window) == ["Nothing has happened yet."]
-    click(window, place_of(window, "Report"))
-    window.frame(0.0)
-    assert list(tmp_path.glob("*.html")) == []
-
-
-@pytest.mark.wide
-def test_the_page_made_is_the_report_of_the_run_so_far(article: Window, tmp_path: Path) -> None:
-    article.playback.give(SetVelocity(step=60, ball=0, velocity=(10.0, 20.0)))
-    run(article, 30)
-    click(article, place_of(article, "Report"))
-    assert "making it …" in {getattr(widget, "text", "") for widget in widgets(article)}
-    for _ in range(3):
-        article.frame(1 / 60)
-    [file] = tmp_path.glob("*.html")
-    assert f"saved {file.name} in {tmp_path}" in article.status
-    session = article.view.session
-    comparison = compare(
-        session.start.changed(seconds=1.5), ["pymunk", "article", "exact"], against="exact", inputs=session.given()
-    )
-    assert file.read_bytes() == page(comparison).encode()
-
-
-def test_a_page_that_cannot_be_written_is_reported(article: Window, tmp_path: Path) -> None:
-    article.why.case.make_page(f"{tmp_path}/none/page.html")
-    article.frame(1 / 60)
-    article.frame(1 / 60)
-    assert "cannot be written" in article.status
-    assert not article.why.case.is_making_page
 
 
 def test_the_page_never_speaks_of_engines_that_were_replaced(article: Window) -> None:
