@@ -194,7 +194,7 @@ def test_a_tip_covers_no_title_and_no_slider(window: Window, monkeypatch: pytest
         kept += [place for widget, place in window._placed if isinstance(widget, Slider)]
         for widget, at in window._placed:
             hover(window, at.center)
-            window.widgets.draw_tip(window.screen, window._placed, kept[:2])
+            window.widgets.draw_tip(window.screen, window._placed, kept[:2], 14)
             if places and widget.tip:
                 assert places[-1].collidelist(kept) < 0, widget.tip
 
