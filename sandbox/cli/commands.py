@@ -612,7 +612,7 @@ def _compare_and_draw(scene: "Scene", names: Sequence[str] | None, inputs: "Sequ
     comparison = _compare(scene, names, None, inputs)
     print_comparison(comparison, console())
     with suppress(EngineError):  # which the comparison has found too
-        record_scene(scene, names, path, DEFAULT_SIZE, (Layer.CHARTS,), inputs)
+        record_scene(scene, names, path, (DEFAULT_SIZE.width, DEFAULT_SIZE.height), (Layer.CHARTS,), inputs)
     print(f"Picture of the end: {path}")
     for error in comparison.failed.values():
         print_error(error)

@@ -160,13 +160,6 @@ def test_closing_with_edits_that_are_not_saved_asks(window: Window) -> None:
     assert "edits" not in window.status
 
 
-def test_the_size_of_the_text_changes(window: Window) -> None:
-    window.on_event(Event(pygame.KEYDOWN, key=pygame.K_PLUS, unicode="+", mod=pygame.KMOD_LCTRL))
-    assert (window.layout.text_height, window.playback.speed) == (15, 1.0)
-    window.on_event(Event(pygame.KEYDOWN, key=pygame.K_MINUS, unicode="-", mod=pygame.KMOD_LCTRL))
-    assert window.layout.text_height == 14
-
-
 def test_a_menu_is_used_by_mouse_alone_and_by_keys_alone(window: Window) -> None:
     menu, place = next((w, at) for w, at in window._placed if isinstance(w, Menu) and "fast" in w.does)
     click(window, place.center)
