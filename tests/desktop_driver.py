@@ -13,17 +13,14 @@ import numpy as np
 import pygame
 import pytest
 from pygame import Rect
-from pygame.event import Event
 from window_driver import WorkerHere, drag, hover, pixels, point, press
 
 from sandbox.run.inputs import End, Input, load_inputs
 from sandbox.scene.model import Scene
-from sandbox.view.case import OtherContact
 from sandbox.view.case_so_far import CaseSoFar
-from sandbox.view.controls import PAGES, Panel
+from sandbox.view.controls import Panel
 from sandbox.view.layout import WIDE, Layout
 from sandbox.view.widgets.fields import Slider
-from sandbox.view.widgets.group import Placed
 from sandbox.view.window import Window
 
 KEYSYMS: Final = {",": "comma", ".": "period", "<": "less", ">": "greater", "Enter": "Return"}  # by names of keys
@@ -206,12 +203,6 @@ class Mirror:
             self.window.playback.step()
         self._desktop = desktop
 
-    def open(self, panel: Panel) -> None:
-        """Open a page of the side panel, in both windows."""
-        self.press(PAGES[panel].value.typed)
-        for _ in range(3):
-            self.window.frame(1 / 60)
-
     def press(self, *keys: str, shift: bool = False) -> None:
         """Press keys in both windows."""
         self._desktop.key(*("Shift+" * shift + KEYSYMS.get(key, key) for key in keys))
@@ -224,39 +215,16 @@ class Mirror:
         press(self.window, *text)
         self.press("Enter")
 
-    @property
-    def contacts(self) -> tuple[OtherContact, ...]:
-        """The contacts that the page on why engines differ lists."""
-        why = self.window.why
-        return why.case.case.engines[why.engine].contacts if why.case.case else ()
-
     def place_of(self, text: str) -> Rect:
         """Return the place of the widget that shows a text, or has it as its name."""
-        return self._placed(text)[1]
-
-    def _placed(self, text: str) -> Placed:
         texts = ((getattr(widget, "text", ""), getattr(widget, "name", "")) for widget, _ in self.window._placed)
         number = next(k for k, shown in enumerate(texts) if text in shown)
-        return self.window._placed[number]
+        return self.window._placed[number][1]
 
     def click(self, text: str) -> None:
         """Click a widget in both windows."""
-        place = self.bring_into_sight(text).center
+        place = self.place_of(text).center
         self._drag(place, place)
-
-    def bring_into_sight(self, text: str) -> Rect:
-        """Scroll the column to a widget in both windows, if it is out of sight; return its place."""
-        widget, place = self._placed(text)
-        while widget.seen_in and not widget.seen_in.collidepoint(place.center):
-            self._turn_the_wheel(self.window.layout.panel.center, up=place.y < widget.seen_in.y)
-            widget, place = self._placed(text)
-        return place
-
-    def _turn_the_wheel(self, at: tuple[int, int], *, up: bool) -> None:
-        """Scroll what is at a point by a notch, in both windows."""
-        self._desktop.xdo("mousemove", "--window", self._desktop.window, *at, "click", 4 if up else 5)
-        hover(self.window, at)
-        self.window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=1 if up else -1, flipped=False))
 
     def click_at(self, x: float, y: float) -> None:
         """Click a place of the first pane, in both windows."""
@@ -266,22 +234,11 @@ class Mirror:
         """Drag from a place of the first pane to another, in both windows."""
         self._drag(point(self.window, *start), point(self.window, *end))
 
-    def slide(self, name: str, share: float) -> None:
-        """Drag a slider of the side panel to a share of its width, in both windows."""
-        place = self.place_of(name)
-        self._drag(place.center, (place.x + round(share * place.width), place.centery))
-
     def _drag(self, start: tuple[int, int], end: tuple[int, int]) -> None:
         xdo, window = self._desktop.xdo, self._desktop.window
         xdo("mousemove", "--window", window, *start, "mousedown", 1)
         xdo("mousemove", "--window", window, *end, "mouseup", 1)
         drag(self.window, start, end)
-
-    def save(self, pane: int) -> Path:
-        """Save the balls as they are in a pane of the desktop; return the file."""
-        place = self.window.layout.arenas[pane].center
-        self._desktop.xdo("mousemove", "--window", self._desktop.window, *place)
-        return self._desktop.save()
 
     def has_picture(self) -> bool:
         """Return whether both windows show the same, but for the status line and the toolbar."""

@@ -7,7 +7,7 @@ import faulthandler
 import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext, redirect_stdout
+from contextlib import AbstractContextManager, nullcontext, redirect_stdout, suppress
 from dataclasses import asdict
 from enum import StrEnum
 from functools import partial
@@ -53,7 +53,7 @@ from sandbox.cli.options import (
     warn_of_pygame,
 )
 from sandbox.cli.progress import progress_bar, sweep_with_bar, terminal_bar
-from sandbox.errors import SandboxError
+from sandbox.errors import EngineError, SandboxError
 from sandbox.files import STANDARD_OUTPUT, check_outputs, write_text
 from sandbox.text import console, counted, json_text, printable
 from sandbox.view import Layer
@@ -605,13 +605,14 @@ def print_schema(
 
 def _compare_and_draw(scene: "Scene", names: Sequence[str] | None, inputs: "Sequence[Input]") -> None:
     from sandbox.report.tables import print_comparison
-    from sandbox.view.offscreen import draw_picture, save_picture
+    from sandbox.view.offscreen import record as record_scene
 
     path = f"{scene.name}-{scene.seed}-{scene.steps:06}.png"
     check_outputs({"Picture": path})
     comparison = _compare(scene, names, None, inputs)
     print_comparison(comparison, console())
-    save_picture(draw_picture(comparison), path)
+    with suppress(EngineError):  # which the comparison has found too
+        record_scene(scene, names, path, (DEFAULT_SIZE.width, DEFAULT_SIZE.height), (Layer.CHARTS,), inputs)
     print(f"Picture of the end: {path}")
     for error in comparison.failed.values():
         print_error(error)

@@ -116,8 +116,7 @@ class BallTable(Widget):
             if ball == chosen:
                 surface.fill(theme.hover, line)
             surface.fill(theme.line, (line.x, line.y, line.width, 1))
-            disc = dot(max(2, small // 3), rgb(scene.colors[ball]), theme.dim)  # or white balls would not be seen
-            surface.blit(disc, disc.get_rect(center=(line.x + small // 2, line.centery)))
+            dot(surface, rgb(scene.colors[ball]), theme.dim, (line.x + small // 2, line.centery), small // 3)
             write(surface, str(ball), Rect(line.x + small, line.y, first, line.height), theme.ink, small)
             for cell, value, column in zip(cells, values[ball], COLUMNS.values(), strict=True):
                 text = _cell_text(value, column.dimension, units)

@@ -22,7 +22,7 @@ from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import Pane
 from sandbox.view.theme import theme
 from sandbox.view.widgets.fields import Slider
-from sandbox.view.widgets.group import Placed, WidgetGroup
+from sandbox.view.widgets.group import Placed, WidgetGroup, items_of
 
 
 @dataclass
@@ -108,11 +108,10 @@ class Cards:
             self._scenes.picker.fit(surface.get_rect(), layout.text_height)
             self._scenes.picker.draw(surface)
         elif not self._mouse.holds:
-            self._widgets.fit(surface.get_rect(), layout.text_height)
+            self._widgets.draw(surface, items_of(placed, layout.text_height, surface.get_rect()), layout.text_height)
             if not self.help_open:
                 titles = [layout.title(pane) for pane in range(len(layout.arenas))]
-                self._widgets.draw_tip(surface, placed, titles)
-            self._widgets.draw_list(surface, placed)
+                self._widgets.draw_tip(surface, placed, titles, layout.text_height)
 
     def _draw_ball(self, surface: Surface, layout: Layout) -> None:
         """Draw the card of the ball under the mouse, or else of one that a key selected."""

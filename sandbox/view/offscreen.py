@@ -11,21 +11,17 @@ from typing import Final
 import pygame
 from pygame import Rect, Surface
 
-from sandbox.analysis.comparison import Comparison
-from sandbox.engines import create
 from sandbox.errors import EngineError, SandboxError
 from sandbox.files import whole_file
 from sandbox.run.inputs import Input
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.session.history import Moment, Reading
-from sandbox.state import no_contacts
 from sandbox.view import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.primitives import Discs, draw_walls, first_lines, write
 from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
-from sandbox.view.session_view import Pane, SessionView, draw_panes
+from sandbox.view.session_view import SessionView
 from sandbox.view.theme import palette, theme
 from sandbox.view.video import VIDEO_FORMATS
 
@@ -37,7 +33,6 @@ MAX_SIDE: Final = 8192  # px
 MARKED_STEPS: Final = 15  # that are compared at once, at least
 MARKED_SHARE: Final = 1.02  # by which a run has grown when it is compared again, so that long ones do not take longer
 PICTURE_FPS: Final = 60  # samples of trails and charts per second, for a picture
-PICTURE_SIZE: Final = (1280, 560)  # px
 
 
 @dataclass(frozen=True)
@@ -209,28 +204,6 @@ def check_recording(path: str, size: tuple[int, int]) -> None:
         raise SandboxError(f"{path}: must end in one of {', '.join(endings)}")
     if not all(MIN_SIDE <= side <= MAX_SIDE for side in size):
         raise SandboxError(f"--size {size[0]}x{size[1]}: must be from {MIN_SIDE}x{MIN_SIDE} to {MAX_SIDE}x{MAX_SIDE}")
-
-
-def draw_picture(comparison: Comparison) -> Surface:
-    """Draw the end of each engine's run in a pane, as the window does."""
-    scene = comparison.scene
-    surface = Surface(PICTURE_SIZE)
-    surface.fill(theme.ground)
-    layout = Layout(PICTURE_SIZE, scene.arena.size, len(comparison.runs))
-    end = Moment(
-        step=len(comparison.time) - 1,
-        time=float(comparison.time[-1]),
-        scene=scene,
-        engines={name: Reading(run.final, no_contacts(), 0, 0.0, 0.0) for name, run in comparison.runs.items()},
-        balls=tuple(range(len(scene.bodies))),
-        held=None,
-        target=(0.0, 0.0),
-    )
-    panes = [Pane([end], name, create(name, scene, run.final)) for name, run in comparison.runs.items()]
-    draw_panes(surface, layout, panes, (), comparison.against, end.states.get(comparison.against))
-    caption = f"{scene.title or scene.name}    seed {scene.seed}    {comparison.time[-1]:.2f} s"
-    write(surface, caption, layout.status, theme.dim, layout.text_height)
-    return surface
 
 
 def save_picture(surface: Surface, path: str) -> None:

@@ -250,19 +250,10 @@ def _circle_picture(centre: Vector, radius: float, width: float, colour: tuple[i
     return _painted(width / 2 + 0.5 - np.abs(inner), colour)
 
 
-def dot(radius: int, colour: Ink, rim: Color) -> Surface:
-    """Return a smooth disc with a thin rim on a clear surface. The surface is shared: do not draw on it. radius: px."""
-    return _dot(radius, tuple(colour)[:3], tuple(rim)[:3])
-
-
-@lru_cache(maxsize=512)
-def _dot(radius: int, colour: tuple[int, ...], rim: tuple[int, ...]) -> Surface:
-    size = RING_SCALE * (2 * radius + 2)
-    large = Surface((size, size), pygame.SRCALPHA)
-    large.fill((*rim, 0))
-    pygame.draw.circle(large, rim, (size / 2, size / 2), RING_SCALE * (radius + 0.5))
-    pygame.draw.circle(large, colour, (size / 2, size / 2), RING_SCALE * (radius - 0.5))
-    return pygame.transform.smoothscale(large, (2 * radius + 2, 2 * radius + 2))
+def dot(surface: Surface, colour: Ink, rim: Ink, centre: Point, radius: float) -> None:
+    """Draw a smooth disc with a thin rim, of which white ones are seen too. centre, radius: px."""
+    capsule(surface, rim, centre, centre, radius + 0.5)
+    capsule(surface, colour, centre, centre, radius - 0.5)
 
 
 def thin_lines(surface: Surface, colour: Ink, ends: Floats) -> None:

@@ -10,7 +10,7 @@ from types import FrameType
 from typing import Final
 
 import pygame
-from pygame import Surface
+from pygame import Rect, Surface
 from pygame.event import Event
 
 from sandbox.run.inputs import Input
@@ -38,7 +38,7 @@ from sandbox.view.toolbars import Header, Timeline, tool_palette
 from sandbox.view.video import Recorder
 from sandbox.view.why_page import WhyPage
 from sandbox.view.widgets import ARROWS, ENTER
-from sandbox.view.widgets.group import Placed, WidgetGroup
+from sandbox.view.widgets.group import Placed, WidgetGroup, items_of
 
 FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
@@ -374,7 +374,11 @@ class Window:
     @property
     def _placed(self) -> list[Placed]:
         """All widgets with their places."""
-        return [*self._mass.placed(self.layout), *self._in_rows, *self._in_column]
+        rows = self._in_rows
+        return [*self._items(rows), *self._mass.placed(self.layout), *rows, *self._in_column]
+
+    def _items(self, rows: Sequence[Placed]) -> list[Placed]:
+        return items_of(rows, self.layout.text_height, Rect((0, 0), self.layout.window))
 
     @property
     def _in_rows(self) -> list[Placed]:
@@ -416,8 +420,8 @@ class Window:
         """Draw everything on a surface of the layout's size."""
         guard, column, height = self.guard, self._in_column, layout.text_height
         rows = [*self._mass.placed(layout), *self._in_rows]
-        self._drawn_places = placed = [*rows, *column]
-        free_point = None if self.widgets.open_menu(placed) else self.mouse.point  # unless a list is open there
+        self._drawn_places = placed = [*(items := self._items(rows)), *rows, *column]
+        free_point = None if items else self.mouse.point  # unless a list is open there
         fill(surface, theme.ground)
         guard.run("the panes", self.view.draw_panes, surface, layout, self.showing)
         if self.panel.open is Panel.WHY:

@@ -6,7 +6,6 @@ import numpy as np
 import pygame
 import pytest
 from conftest import scene_of
-from pygame.event import Event
 from window_driver import (
     THREE_BALLS,
     button,
@@ -26,7 +25,7 @@ from window_driver import (
     use,
 )
 
-from sandbox.run.edits import AddWall, ChangeBall, ChangeWall, DeleteWall, SetVelocity
+from sandbox.run.edits import AddWall, ChangeBall, ChangeWall, DeleteWall
 from sandbox.run.inputs import Grab
 from sandbox.view.balls_page import NUMBER, PER_LINE, BallTable
 from sandbox.view.controls import PAGES, Panel
@@ -157,22 +156,6 @@ def test_a_ball_is_moved_to_the_same_place_in_every_engine_and_keeps_its_velocit
     assert position(desk, 0)[0] == 20  # its radius from the arena's wall
 
 
-def test_a_click_that_trembles_moves_nothing(desk: Window) -> None:
-    x, y = point(desk, 600, 100)
-    drag(desk, (x, y), (x + 2, y + 2))
-    assert given(desk) == []
-    assert desk.editor.selected == 2
-
-
-def test_the_hand_throws_a_ball_and_move_moves_it(desk: Window) -> None:
-    push(desk, "Hand")
-    drag(desk, point(desk, 600, 100), point(desk, 640, 100))
-    push(desk, "Move")
-    drag(desk, point(desk, 600, 100), point(desk, 600, 140))
-    assert [type(one) for one in given(desk)] == [SetVelocity, ChangeBall]
-    assert position(desk, 2) == pytest.approx([600, 140], abs=3)
-
-
 @pytest.mark.parametrize("name", ["Move", "Wall"])
 def test_a_tool_that_needs_a_pause_pauses(desk: Window, name: str) -> None:
     push(desk, "Hand")
@@ -246,23 +229,6 @@ def test_a_wall_through_a_ball_is_not_drawn(desk: Window) -> None:
     assert given(desk) == []
 
 
-def test_the_pointer_shows_what_can_be_moved(desk: Window) -> None:
-    for (x, y), cursor in (
-        ((300, 400), pygame.SYSTEM_CURSOR_HAND),
-        ((600, 100), pygame.SYSTEM_CURSOR_HAND),
-        ((300, 100), pygame.SYSTEM_CURSOR_ARROW),
-    ):
-        hover(desk, point(desk, x, y))
-        assert desk.mouse.cursor == cursor
-    push(desk, "Wall")
-    hover(desk, point(desk, 300, 100))
-    assert desk.mouse.cursor == pygame.SYSTEM_CURSOR_CROSSHAIR
-    mouse(desk, pygame.MOUSEBUTTONDOWN, point(desk, 300, 100))
-    assert desk.mouse.cursor == pygame.SYSTEM_CURSOR_SIZEALL
-    desk.on_event(Event(pygame.WINDOWFOCUSLOST))
-    assert given(desk) == []
-
-
 def test_what_a_drag_would_do_is_shown_in_every_pane(desk: Window) -> None:
     desk.draw()
     ground = colour_at(desk, 700, 100)
@@ -271,20 +237,6 @@ def test_what_a_drag_would_do_is_shown_in_every_pane(desk: Window) -> None:
     mouse(desk, pygame.MOUSEMOTION, point(desk, 750, 100))
     desk.draw()
     assert [colour_at(desk, 700, 100, pane) == ground for pane in (0, 1)] == [False, False]
-
-
-@pytest.mark.parametrize("pane", [0, 1])
-def test_a_wall_is_not_there_before_it_was_drawn(desk: Window, pane: int) -> None:
-    desk.draw()
-    before = colour_at(desk, 700, 400, pane)
-    run(desk, 10)
-    push(desk, "Wall")
-    drag(desk, point(desk, 700, 300), point(desk, 700, 500))
-    desk.draw()
-    assert colour_at(desk, 700, 400, pane) != before
-    press(desk, "Left", "Left")
-    desk.draw()
-    assert colour_at(desk, 700, 400, pane) == before
 
 
 def test_a_swatch_sets_the_colour(desk: Window) -> None:

@@ -106,15 +106,6 @@ def test_the_same_run_gives_the_same_bytes(scene: Scene, ending: str) -> None:
     assert Path(f"a{ending}").read_bytes() == Path(f"b{ending}").read_bytes()
 
 
-def test_each_choice_of_layers_gives_another_picture(scene: Scene) -> None:
-    pictures = {}
-    shown: tuple[tuple[Layer, ...], ...] = ((), (Layer.CHARTS,), (Layer.VELOCITY,), (Layer.GHOSTS, Layer.GRID))
-    for show in shown:
-        record(scene.changed(seconds=0.1), None, "p.png", (640, 480), show)
-        pictures[Path("p.png").read_bytes()] = show
-    assert len(pictures) == 4
-
-
 @pytest.mark.parametrize(("rate", "fps"), [(60, 60), (60, 50), (240, 60), (30, 60), (1000, 50), (7, 60)])
 def test_a_frame_shows_the_latest_step_and_the_last_one_the_end(rate: int, fps: int) -> None:
     scene = scene_of(*BALLS, more=f"rate = {rate}\nseconds = 3")
@@ -149,21 +140,6 @@ def test_gif_keeps_the_most_frequent_colours_of_a_frame_exactly() -> None:
             frame, true = np.asarray(gif.convert("RGB")), pygame.surfarray.array3d(surface).swapaxes(0, 1)
             assert np.array_equal(frame[:30], true[:30])
             assert np.abs(frame[30:].astype(int) - true[30:]).mean() < 30  # half of 512 colours, the nearest
-
-
-def test_a_gif_s_frame_uses_nothing_of_the_palette_before() -> None:
-    first, second = pygame.Surface((64, 64)), pygame.Surface((64, 64))
-    first.fill("#808080")
-    first.fill("black", (0, 40, 1, 1))
-    for k in range(256):  # of each shade more than of the grey, so that this is not in the palette
-        second.fill((130 + k % 2, k, 128), (k % 64, k // 64 * 8, 1, 8))
-    second.fill("#808080", (0, 40, 1, 1))
-    with Gif("f.gif", (64, 64)) as video:
-        video.add(first)
-        video.add(second)
-    with Image.open("f.gif") as gif:
-        gif.seek(1)
-        assert gif.convert("RGB").getpixel((0, 40)) == pytest.approx((128, 128, 128), abs=8)
 
 
 def test_an_unchanged_frame_takes_few_bytes() -> None:

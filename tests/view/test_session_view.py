@@ -8,13 +8,9 @@ from conftest import scene_of
 from pymunk.pygame_util import DrawOptions
 from window_driver import colour_at, pixels, point, press, run
 
-from sandbox.analysis.comparison import compare
 from sandbox.analysis.reference import Trust
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.scene.fields import rgb
-from sandbox.scene.files import load
-from sandbox.view.layout import Layout
-from sandbox.view.offscreen import draw_picture
 from sandbox.view.run_so_far import Marks
 from sandbox.view.session_view import AS_IT_SHOULD_BE, energy_in_words
 from sandbox.view.window import Window
@@ -92,17 +88,6 @@ def test_balls_that_cannot_turn_have_the_line_of_their_angle_in_every_pane_alike
     for pane in range(4):
         assert shows_line(window, 218, 300, pane)
         assert not shows_line(window, 182, 300, pane)
-
-
-def test_a_picture_without_a_window_shows_the_end_of_each_run() -> None:
-    scene = load("head-on")
-    comparison = compare(scene)
-    picture = draw_picture(comparison)
-    layout = Layout(picture.get_size(), scene.arena.size, len(comparison.runs))
-    for pane, engine in enumerate(comparison.runs.values()):
-        for ball, (x, y) in enumerate(engine.final.position):
-            place = layout.arenas[pane].move(round(x * layout.scale), round((y + 8) * layout.scale)).topleft
-            assert tuple(picture.get_at(place))[:3] == rgb(scene.colors[ball])
 
 
 def test_ghosts_are_the_outlines_of_the_other_pane_s_balls(window: Window) -> None:

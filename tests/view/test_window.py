@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pygame
 import pytest
-from pygame import Color, Rect
+from pygame import Color
 from pygame.event import Event
-from window_driver import CODES, SMALL_SCENE, button, click, colours, given, press, step, tool
+from window_driver import CODES, SMALL_SCENE, button, click, colours, given, point, press, step, tool
 
 from sandbox.scene.files import load
 from sandbox.view.controls import Action
@@ -160,33 +160,22 @@ def test_closing_with_edits_that_are_not_saved_asks(window: Window) -> None:
     assert "edits" not in window.status
 
 
-def test_the_size_of_the_text_changes(window: Window) -> None:
-    window.on_event(Event(pygame.KEYDOWN, key=pygame.K_PLUS, unicode="+", mod=pygame.KMOD_LCTRL))
-    assert (window.layout.text_height, window.playback.speed) == (15, 1.0)
-    window.on_event(Event(pygame.KEYDOWN, key=pygame.K_MINUS, unicode="-", mod=pygame.KMOD_LCTRL))
-    assert window.layout.text_height == 14
-
-
 def test_a_menu_is_used_by_mouse_alone_and_by_keys_alone(window: Window) -> None:
-    def open_menu() -> tuple[Menu, Rect]:
-        found = next((w, at) for w, at in window._placed if isinstance(w, Menu) and "fast" in w.does)
-        window.draw()
-        return found
-
-    menu, place = open_menu()
+    menu, place = next((w, at) for w, at in window._placed if isinstance(w, Menu) and "fast" in w.does)
     click(window, place.center)
     assert menu.is_open
     window.draw()
-    where = menu.list_place(place, window.layout.text_height, window.screen.get_rect())
-    assert window.screen.get_rect().contains(where)
-    click(window, (where.x + 20, where.y + 10))
+    assert window.screen.get_rect().contains(pygame.Rect(tool(window, "0.01\N{MULTIPLICATION SIGN}"), (1, 1)))
+    click(window, tool(window, "0.01\N{MULTIPLICATION SIGN}"))
     assert (window.playback.speed, menu.is_open) == (0.01, False)
     window.widgets.focus = menu
-    press(window, "Enter", "Down", "Enter")
-    assert window.playback.speed == 0.02
-    press(window, "Enter", "Esc")
+    press(window, "Enter", "Tab")
+    assert menu.is_open
+    press(window, "Esc")
     assert not menu.is_open
-    assert window.running
+    click(window, place.center)
+    click(window, point(window, 400, 300))
+    assert (given(window), menu.is_open, window.running) == ([], False, True)
 
 
 def test_full_screen_is_left_while_the_picker_is_open(window: Window) -> None:

@@ -156,8 +156,7 @@ class Words(Pressable):
         lines = first_lines(self.label, line.width, height, max(1, place.height // step), bold=self.bold)
         line.y += (place.height - step * len(lines)) // 2
         for left, colour in zip(lefts, self.dots, strict=True):
-            disc = dot(max(2, text_height // 3), colour, theme.dim)
-            surface.blit(disc, disc.get_rect(center=(left + text_height // 3, line.centery)))
+            dot(surface, colour, theme.dim, (left + text_height // 3, line.centery), text_height // 3)
         for text in lines:
             write(surface, text, line, self.colour or theme.ink, height, bold=self.bold)
             line.y += step

@@ -2,17 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import pygame
 from pygame import Color, Rect, Surface
-from pygame.event import Event
 
-from sandbox.view.primitives import fitting, panel, text_width, write
+from sandbox.view.primitives import fitting, text_width, write
 from sandbox.view.theme import readable, theme
-from sandbox.view.widgets import ENTER, Pressable, draw_ground
-
-ITEM_HEIGHT: Final = 1.7  # in a list, in heights of the text
+from sandbox.view.widgets import Pressable, Widget, draw_ground
 
 
 @dataclass(eq=False)
@@ -68,14 +64,14 @@ class TextButton(Pressable):
 
 @dataclass(eq=False)
 class Menu(Pressable):
-    """Shows what is chosen; a press opens the list. at: the item that the mouse or the keyboard is on, while open."""
+    """Shows what is chosen; a press opens the list of items, which are placed like other widgets, and closes it."""
 
     said: Callable[[], str]
     items: Callable[[], Sequence[TextButton]]
     does: str = ""
     is_on: Callable[[], bool] = bool
     widest: str = ""
-    at: int | None = None
+    is_open: bool = False
 
     text = ""
 
@@ -83,11 +79,6 @@ class Menu(Pressable):
     def tip(self) -> str:
         """What it is for; nothing while it is open."""
         return "" if self.is_open else self.does
-
-    @property
-    def is_open(self) -> bool:
-        """Whether the list is open."""
-        return self.at is not None
 
     def natural_width(self, text_height: int) -> int:
         """Return the width of its text with room round it, px."""
@@ -106,61 +97,13 @@ class Menu(Pressable):
 
     def act(self) -> None:
         """Open the list, or close it."""
-        chosen = (number for number, item in enumerate(self.items()) if item.is_on())
-        self.at = None if self.is_open else next(chosen, 0)
+        self.is_open = not self.is_open
 
-    # While the list is open
-
-    def list_place(self, place: Rect, text_height: int, within: Rect) -> Rect:
-        """Return where the list is: above or below the button, inside a place."""
-        items = self.items()
-        names = max(text_width(item.text, text_height) for item in items)
-        does = max(text_width(item.does, text_height) for item in items)
-        width = names + (does + text_height if does else 0) + 2 * text_height
-        height = round(len(items) * ITEM_HEIGHT * text_height) + text_height // 2
-        below = place.bottom + height <= within.bottom
-        return Rect(place.x, place.bottom if below else place.y - height, max(width, place.width), height).clamp(within)
-
-    def on_event(self, event: Event, place: Rect, text_height: int, within: Rect) -> bool:
-        """Handle an event while the list is open. Return whether the list uses it."""
-        items, where = self.items(), self.list_place(place, text_height, within)
-        at = min(self.at or 0, len(items) - 1)
-        if event.type == pygame.KEYDOWN:
-            if event.key in (pygame.K_UP, pygame.K_DOWN):
-                self.at = (at + (1 if event.key == pygame.K_DOWN else -1)) % len(items)
-            else:
-                self.at = None
-                if event.key in ENTER:
-                    items[at].do()
-            return event.key in (pygame.K_UP, pygame.K_DOWN, pygame.K_ESCAPE, *ENTER)
-        if event.type == pygame.MOUSEMOTION and where.collidepoint(event.pos):
-            self.at = self._item_at(event.pos[1], where, text_height, len(items))
-            return True
-        if event.type == pygame.MOUSEBUTTONDOWN:
-            self.at = None
-            if where.collidepoint(event.pos):
-                items[self._item_at(event.pos[1], where, text_height, len(items))].do()
-                return True
-            return bool(place.collidepoint(event.pos))
-        return False
-
-    @staticmethod
-    def _item_at(y: int, where: Rect, text_height: int, count: int) -> int:
-        return min(max(int((y - where.y - text_height / 4) / (ITEM_HEIGHT * text_height)), 0), count - 1)
-
-    def draw_list(self, surface: Surface, place: Rect, text_height: int) -> None:
-        """Draw the list."""
-        items, where = self.items(), self.list_place(place, text_height, surface.get_rect())
-        panel(surface, where)
-        names = max(text_width(item.text, text_height) for item in items)
-        for number, item in enumerate(items):
-            top = where.y + text_height // 4 + round(number * ITEM_HEIGHT * text_height)
-            line = Rect(where.x + 2, top, where.width - 4, round(ITEM_HEIGHT * text_height))
-            ink, dim = theme.ink, theme.dim
-            if number == self.at:
-                ink = dim = theme.on_accent
-                surface.fill(theme.accent, line)
-            line.x += text_height - 2
-            write(surface, item.text, line, ink, text_height, bold=item.is_on())
-            line.x += names + text_height
-            write(surface, item.does, line, dim, text_height)
+    def listed(self, place: Rect, text_height: int, within: Rect) -> list[tuple[Widget, Rect]]:
+        """Return the items with their places below the button, or above it, inside a place; nothing while closed."""
+        items = self.items() if self.is_open else ()
+        width, side = max((item.natural_width(text_height) for item in items), default=0), place.height
+        below = place.bottom + len(items) * side <= within.bottom
+        top = place.bottom if below else place.y - len(items) * side
+        whole = Rect(place.x, top, max(width, place.width), len(items) * side).clamp(within)
+        return [(item, Rect(whole.x, whole.y + k * side, whole.width, side)) for k, item in enumerate(items)]

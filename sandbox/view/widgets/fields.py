@@ -132,8 +132,7 @@ class Slider(Widget):
         bar = Rect(track.x, track.centery - THICKNESS // 2, track.width, THICKNESS)
         pygame.draw.rect(surface, theme.line, bar, border_radius=THICKNESS // 2)
         pygame.draw.rect(surface, theme.accent, (bar.x, bar.y, x - bar.x, THICKNESS), border_radius=THICKNESS // 2)
-        knob = dot(round(text_height * (0.55 if hot else 0.45)), theme.accent, theme.accent)
-        surface.blit(knob, knob.get_rect(center=(x, track.centery)))
+        dot(surface, theme.accent, theme.accent, (x, track.centery), text_height * (0.55 if hot else 0.45))
 
     def press(self, place: Rect, point: tuple[int, int]) -> None:
         """Drag the knob to a point of the track."""

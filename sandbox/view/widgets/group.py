@@ -27,17 +27,6 @@ class WidgetGroup:
         self.held: Widget | None = None
         self.focus: Widget | None = None
         self._tip_seconds = 0.0  # that the tip is still shown
-        self._text_height = 14
-        self._within = Rect(0, 0, 1, 1)
-
-    def fit(self, within: Rect, text_height: int) -> None:
-        """Set where lists may be, and the height of their text, px."""
-        self._within, self._text_height = within, text_height
-
-    @staticmethod
-    def open_menu(placed: Sequence[Placed]) -> Menu | None:
-        """Return the menu whose list is open."""
-        return next((widget for widget, _ in placed if isinstance(widget, Menu) and widget.is_open), None)
 
     @property
     def is_typed_into(self) -> bool:
@@ -55,8 +44,9 @@ class WidgetGroup:
             self._move_focus(None)
         self.over = self.over if self.over in places else None
         self.held = self.held if self.held in places else None
-        menu = self.open_menu(placed)
-        if menu and menu.on_event(event, places[menu], self._text_height, self._within):
+        menu = next((widget for widget in places if isinstance(widget, Menu) and widget.is_open), None)
+        if menu and event.type == pygame.KEYDOWN and event.key == pygame.K_ESCAPE:
+            menu.is_open = False
             return True
         if event.type == pygame.KEYDOWN:
             return self._on_key(event, placed)
@@ -69,12 +59,7 @@ class WidgetGroup:
             return self.held is not None
         if event.type == pygame.MOUSEBUTTONDOWN:
             self._tip_seconds = 0.0
-        if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
-            self.held = pressed = widget_at(event.pos, placed)
-            self._move_focus(pressed if pressed and pressed.takes_text else None)
-            if pressed:
-                pressed.press(places[pressed], event.pos)
-            return pressed is not None
+            return event.button == 1 and self._on_press(event.pos, placed, menu)
         if event.type == pygame.WINDOWLEAVE:
             self.over = None
         if event.type == pygame.WINDOWFOCUSLOST or (event.type == pygame.MOUSEBUTTONUP and event.button == 1):
@@ -82,6 +67,15 @@ class WidgetGroup:
             if held:
                 held.release()
         return False
+
+    def _on_press(self, point: tuple[int, int], placed: Sequence[Placed], menu: Menu | None) -> bool:
+        self.held = pressed = widget_at(point, placed)
+        self._move_focus(pressed if pressed and pressed.takes_text else None)
+        if pressed:
+            pressed.press(dict(placed)[pressed], point)
+        if menu and pressed is not menu:
+            menu.is_open = False
+        return pressed is not None or menu is not None
 
     def _move_focus(self, widget: Widget | None) -> None:
         if self.focus is not None and self.focus is not widget:
@@ -118,25 +112,26 @@ class WidgetGroup:
                 widget.draw(surface, place, text_height, hot=self.is_hot(widget))
         surface.set_clip(None)
 
-    def draw_list(self, surface: Surface, placed: Sequence[Placed]) -> None:
-        """Draw the list of the menu that is open."""
-        if menu := self.open_menu(placed):
-            menu.draw_list(surface, dict(placed)[menu], self._text_height)
-
-    def draw_tip(self, surface: Surface, placed: Sequence[Placed], titles: Sequence[Rect]) -> None:
+    def draw_tip(self, surface: Surface, placed: Sequence[Placed], titles: Sequence[Rect], text_height: int) -> None:
         """Draw the tip of the widget that the mouse or the keyboard is on, off sliders, titles, and what is typed."""
         hot = None if self.is_typed_into else self.over or self.focus
         place = next((place for widget, place in placed if widget is hot), None)
         if hot and hot.tip and place and self._tip_seconds > 0:
             sliders = [where for widget, where in placed if isinstance(widget, Slider)]
             lines = [[line] for line in hot.tip.splitlines()]
-            card(surface, lines, place, self._text_height, surface.get_rect(), [*titles, *sliders, place])
+            card(surface, lines, place, text_height, surface.get_rect(), [*titles, *sliders, place])
 
 
 def widget_at(point: tuple[int, int], placed: Sequence[Placed]) -> Widget | None:
     """Return the widget at a point of the screen."""
     under = (widget for widget, place in placed if place.collidepoint(point))
     return next((widget for widget in under if widget.seen_in is None or widget.seen_in.collidepoint(point)), None)
+
+
+def items_of(placed: Sequence[Placed], text_height: int, within: Rect) -> list[Placed]:
+    """Return the items of the menu that is open, with their places inside another."""
+    menus = ((widget, place) for widget, place in placed if isinstance(widget, Menu))
+    return [item for menu, place in menus for item in menu.listed(place, text_height, within)]
 
 
 class WidgetRow:
