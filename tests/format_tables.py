@@ -26,7 +26,6 @@ MODELS: Final = {  # heading -> the model of its keys
     "In each `[[balls]]`": SCENE["$defs"]["BallGroup"],
     "In each `[[walls]]`": SCENE["$defs"]["Wall"],
     "In `[pymunk]`": SCENE["$defs"]["PymunkSettings"],
-    "In `[units]`": SCENE["$defs"]["Units"],
     "In each `[[expect]]`": SCENE["$defs"]["Expect"],
 }
 COMMENTED: Final = {  # heading -> what has a comment behind each key, and its lines
@@ -65,9 +64,9 @@ def _keys(model: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for key, schema in model["properties"].items():
         if "description" in schema and key != "pegs":
             default = schema.get("default")
-            shown = f" Default: {str(default).lower()}." if isinstance(default, str | int | float | list) else ""
-            required = " Required." if key in model.get("required", ()) else ""
-            yield f"`{key}`", f"{schema['description']}{required}{shown if default != '' else ''}"
+            shown = f" ({str(default).lower()})" if isinstance(default, str | int | float | list) else ""
+            required = " (required)" if key in model.get("required", ()) else ""
+            yield f"`{key}`", f"{schema['description'].rstrip('.')}{required}{shown if default != '' else ''}"
 
 
 def _of_json(comment: str) -> str:

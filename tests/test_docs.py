@@ -49,6 +49,7 @@ BLOCK = re.compile(r"^```(\w+)\n(.*?)^```\n(?:\n?^```text\n(.*?)^```\n)?", re.MU
 FILE = re.compile(r"# ([\w-]+\.(?:toml|py))\n")
 NOT_RUN = ("python3 -m venv", ".venv/bin/", "pip ", ".ci/", "SANDBOX_WRITE_DOCS")  # sets up, or runs the tests
 MISTAKEN = "broken.toml"  # its errors are what a page shows
+SOURCES = (".py", ".js", ".html", ".css", ".toml")
 FRAGMENT = {"arena": {"size": [800, 600]}, "balls": [{"radius": 20, "position": [100 + 50 * k, 100]} for k in range(2)]}
 ROUNDING = re.compile(r"\d\.\d+e-1[3-9]|0\.00e\+00")  # figures that another processor may round differently
 HOSTS = {"box2d.org", "distributed.dask.org", "github.com", "www.pymunk.org"}  # that the documents link to
@@ -316,3 +317,19 @@ def test_every_line_of_a_comparison_is_explained() -> None:
     assert len(labels) >= 8
     explained = re.findall(r"^\| ([^|]*) \|", shown.page.read_text(), re.MULTILINE)
     assert labels - {label for cell in explained for label in cell.split(", ")} == set()
+
+
+def test_the_layout_has_the_lines_of_each_folder() -> None:
+    """To a tenth: it shows what is large, and need not change with each commit."""
+    page, root = ROOT / "docs" / "developing.md", ROOT / "sandbox"
+    text = page.read_text()
+    for name, shown in re.findall(r"^  (\w+/|\*\.py) +([\d,]+)  ", text, re.MULTILINE):
+        files_in = root.glob(name) if name == "*.py" else (root / name).rglob("*.*")
+        sources = [file for file in files_in if file.suffix in SOURCES]
+        lines = sum(len(file.read_text().splitlines()) for file in sources)
+        if WRITE:
+            text = re.sub(rf"^  {re.escape(name)} +[\d,]+  ", f"  {name:10}{lines:8,}  ", text, flags=re.MULTILINE)
+        else:
+            assert lines == pytest.approx(int(shown.replace(",", "")), rel=0.1), name
+    if WRITE:
+        page.write_text(text)
