@@ -28,7 +28,7 @@ MODELS: Final = {  # heading -> the model of its keys
     "In `[pymunk]`": SCENE["$defs"]["PymunkSettings"],
     "In each `[[expect]]`": SCENE["$defs"]["Expect"],
 }
-COMMENTED: Final = {  # heading -> what has a comment behind each key, and its lines
+COMMENTED: Final[dict[str, Any]] = {  # heading -> what has a comment behind each key, and its lines
     "A comparison": Conditions,
     "Each engine": Figures,
     "Each of `causes`": CauseOfError,
@@ -80,4 +80,4 @@ def _inputs() -> Iterator[tuple[str, str, str]]:
         names = {field.serialization_alias or name: field for name, field in kind.model_fields.items()}
         keys = [f"{name}" if field.is_required() else f"[{name}]" for name, field in names.items()]
         shown = ", ".join(key for key in keys if key not in ("step", "[do]", "[step]"))
-        yield f"`{do}`", shown, inspect.cleandoc(kind.__doc__ or "").partition("\n")[0]
+        yield f"`{do}`", shown, re.split(r"[.;\n]", kind.__doc__ or "")[0]
