@@ -289,7 +289,7 @@ def test_the_set_up_lines_are_those_that_ci_runs() -> None:
 
 
 def test_the_keys_are_those_of_the_window() -> None:
-    rows = "".join(f"{keys} | {does}\n" for keys, does in HELP)
+    rows = "".join(f"`{keys}` | {does}\n" for keys, does in HELP)
     check_text(ROOT / "docs" / "window.md", "key | does\n---|---\n", "\n", rows)
 
 
