@@ -53,11 +53,8 @@ class TrialFigures:
     passages: int  # of balls through walls or each other, without a contact
     escapes: int  # balls that left the arena
     apart: float | None  # s, when its paths leave the reference's; None if not while the reference means anything
-    gap: float  # RMS, px, over all balls and the times up to when the reference means nothing
-    theory: float | None  # the worst figure of a gas, as a fraction of what is expected; None if unknown
+    gap_rms: float  # px, over all balls and the times up to when the reference means nothing
     energy_error: float | None  # as in `Figures`, None if the mouse gives each engine its own energy
-    astray: float  # the same, with the mouse's
-    gap_rms: float  # px, over all times
 
 
 def _model(name: str, required: Mapping[str, Any], optional: Mapping[str, Any] | None = None) -> type[BaseModel]:

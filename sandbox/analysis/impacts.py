@@ -14,34 +14,24 @@ IMPACT: Final = np.dtype([("before", "f8", (2, 3)), ("after", "f8", (2, 3))])  #
 Impacts = NDArray[np.void]
 
 
-def impacts_in(
-    scene: Scene, states: States, contacts: Contacts, rows: Integers, within: Floats, *, together: bool
-) -> Impacts:
-    """Return the motion before and after each contact: (k,) IMPACT.
+def impacts_in(scene: Scene, states: States, contacts: Contacts, rows: Integers, within: Floats) -> Impacts:
+    """Return the motion before and after each contact, one after another: (k,) IMPACT.
 
     states: after the pushes, of steps + 1 rows, the first before the steps; rows: (k,) that each contact's step leads
-    to, and within: s since that step began; together: whether contacts at one time act on the velocities before all.
+    to, and within: s since that step began.
     """
     impacts, bodies, push = np.zeros(len(contacts), IMPACT), scene.bodies, impulse_of(contacts)
     motion, pull = np.dstack([states.velocity, states.spin]), np.append(scene.gravity, 0.0)
-    bodies_of = np.stack([contacts["first"], contacts["second"]], axis=1).tolist()
-    pairs = [[(side, ball) for side, ball in enumerate(pair) if ball >= 0] for pair in bodies_of]
-    begins = np.ones(len(contacts), bool)
-    begins[1:] = not together
-    begins[1:] |= (np.diff(contacts["time"]) != 0) | (np.diff(rows) != 0)
-    now, row, last = motion[0], 0, 0.0
-    for group in np.split(np.arange(len(contacts)), np.flatnonzero(begins)[1:]) if len(contacts) else ():
-        if rows[group[0]] != row:
-            row, last = int(rows[group[0]]), 0.0
-            now = motion[row - 1].copy()
-        now += pull * (within[group[0]] - last)
-        last = float(within[group[0]])
-        before = now.copy()
-        for k in group:
-            for side, ball in pairs[k]:
+    now, last = motion[0], (0, 0.0)
+    for k, (row, time) in enumerate(zip(rows.tolist(), within.tolist(), strict=True)):
+        if row != last[0]:
+            now, last = motion[row - 1].copy(), (row, 0.0)
+        now += pull * (time - last[1])
+        last = row, time
+        for side, ball in enumerate(contacts[["first", "second"]][k]):
+            if ball >= 0:
+                impacts["before"][k, side] = now[ball]
                 now[ball, :2] += (1 if side else -1) * push[k] / bodies.mass[ball]
                 now[ball, 2] -= contacts["tangential"][k] * bodies.radius[ball] / bodies.moment[ball]
-        for k in group:
-            for side, ball in pairs[k]:
-                impacts["before"][k, side], impacts["after"][k, side] = before[ball], now[ball]
+                impacts["after"][k, side] = now[ball]
     return impacts

@@ -15,7 +15,7 @@ import pytest
 from conftest import sample
 from recorded import recorded
 
-from sandbox.analysis.expectations import steps_around
+from sandbox.analysis.expectations import step_of
 from sandbox.engines import _BUILT_IN, ENTRY_POINTS
 from sandbox.engines.exact import ExactEngine
 from sandbox.quantity import angular_momentum, energy, momentum
@@ -443,7 +443,7 @@ def fails(engine: type, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> bool:
 
 def touched(scene: Scene) -> tuple[bool, bool]:
     """Return whether two balls touch, and whether a ball and a wall do, before the last expectation."""
-    steps = max(steps_around(one.at, scene.rate)[1] for one in scene.expect)
+    steps = max(step_of(one, scene.rate) or 0 for one in scene.expect)
     second = recorded("exact", scene, steps)[1]["second"]
     return bool((second >= 0).any()), bool((second < 0).any())
 

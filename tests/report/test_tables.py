@@ -6,7 +6,7 @@ from conftest import scene_of
 from rich.console import Console
 
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.difference import Difference, Kind
+from sandbox.analysis.difference import Difference
 from sandbox.judge.causes import Cause
 from sandbox.report.tables import comparison_rows, print_comparison, velocities_and_spins
 from sandbox.scene.files import load
@@ -24,7 +24,7 @@ def test_spins_that_are_rounding_are_not_printed_nor_what_is_not_known() -> None
         (-0.5, (), f"{line}."),
     ):
         first = Difference(
-            *(Kind.OUTCOME, 0.5, 0, 1, Cause.LATE, "", False),
+            *(0.5, 0, 1, Cause.LATE, ""),
             before=moving,
             after=still,
             should_after=moving if should else (),
