@@ -114,25 +114,19 @@ class Comparison:
 
         Raises SandboxError if a limit cannot be judged: the engine is alone, or its figure is unknown at all times.
         """
-        if not self.others and (max_gap is not None or max_energy_error is not None):
-            raise SandboxError(
-                f"only {self.against} took part, so it has no gap and no energy error to limit: "
-                "these are measured against another engine"
-            )
         for name, run in self.runs.items():
             for what, limit, values, unit in (
                 ("gap", max_gap, run.gap_max, " px"),
                 ("drift", max_drift, np.abs(run.energy_change), ""),
                 ("energy error", max_energy_error, np.abs(run.energy_gap), ""),
             ):
-                if limit is None:
-                    continue
-                if np.isnan(values[1:]).all():
+                if limit is not None and (np.isnan(values[1:]).all() or (what != "drift" and not self.others)):
                     why = "means nothing from the start" if run.energy_scale else "has no ball that moves"
                     raise SandboxError(
-                        f"{name}: there is no {what} to compare with the limit of {limit:g}: {self.against} {why}"
+                        f"{name}: there is no {what} to compare with the limit of {limit:g}: {self.against} "
+                        f"{why if self.others else 'took part alone'}"
                     )
-                if (beyond := values > limit).any():
+                if limit is not None and (beyond := values > limit).any():
                     since, largest = self.time[int(beyond.argmax())], f"{np.nanmax(values):.6g}{unit}"
                     yield name, f"{name}: {what} {largest} exceeds the limit of {limit:g}{unit}, first at {since:.3f} s"
 

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from sandbox.analysis.difference import Difference, Passage
 from sandbox.analysis.expectations import Score
 from sandbox.analysis.gas import TheoryRow
-from sandbox.analysis.impacts import Impacts
-from sandbox.analysis.misreports import Misreport
+from sandbox.analysis.impacts import Impacts, Misreport
 from sandbox.judge.causes import Cause, Entry
 from sandbox.judge.summary import CauseOfError
 from sandbox.quantity import length
@@ -91,7 +90,7 @@ class Run(Course):
     contacts: Contacts
     reports_contacts: bool
     impacts: Impacts
-    misreport: Misreport | None
+    misreports: tuple[Misreport, ...]
     gained: Floats
     ledger: tuple[Entry, ...]
     differences: tuple[Difference, ...]

@@ -12,11 +12,9 @@ from sandbox.analysis.energy_scale import EnergyScale
 from sandbox.analysis.expectations import overlap_in, scores
 from sandbox.analysis.figures import Course, Escape, Run
 from sandbox.analysis.gas import TheoryRow, measure_gas, why_lawless, why_no_gas
-from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, impacts_in
-from sandbox.analysis.misreports import Misreport, misreports
+from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, Misreport, impacts_in, misreports
 from sandbox.judge.causes import NEGLIGIBLE
 from sandbox.judge.judge import Steps
-from sandbox.judge.summary import Verdict
 from sandbox.quantity import deepest_overlap, energy, length, momentum, outside
 from sandbox.run.lockstep import Runner
 from sandbox.scene.fields import Vector
@@ -154,6 +152,7 @@ class Measurement:
         """
         scene, course, contacts = self._scene, Course.joined(self._courses), self.contacts
         verdict = self._judged.verdict().of_steps(self._substeps)
+        changes_in_flight = any(law != OF_PLACE for law in verdict.flights)
         final = self.states.state(0, scene.clock.time(self._entered)).copy()
         energy_scale = reference.energy_scale if reference else self.scale.value
         trusted = math.inf if trusted_until is None else trusted_until
@@ -167,7 +166,7 @@ class Measurement:
             contacts=contacts,
             reports_contacts=self._traits.reports_contacts,
             impacts=np.concatenate(self._impacts),
-            misreport=self._misreport(verdict),
+            misreports=() if changes_in_flight else tuple(self._misreports),
             gained=verdict.gained,
             ledger=verdict.ledger,
             differences=differences(scene, verdict) if reference and course.gap_max.any() else (),
@@ -181,12 +180,6 @@ class Measurement:
             start=self.start,
             final=final,
         )
-
-    def _misreport(self, verdict: Verdict) -> Misreport | None:
-        """Return the first misreport, with their number; None if flights change velocities too."""
-        if not self._misreports or any(law != OF_PLACE for law in verdict.flights):
-            return None
-        return self._misreports[0]._replace(steps=len(self._misreports))
 
     def _energy_gap(self, course: Course, reference: Floats, scale: float, until: float) -> Floats:
         """Return `Run.energy_gap`. reference, scale: kg px²/s²; until: s, when the reference's energy means nothing.

@@ -188,10 +188,10 @@ def _besides(comparison: Comparison, name: str) -> Iterator[str]:
     if comparison.ended and comparison.ended.engine == name:
         why, until = comparison.ended.why, comparison.time[-1]
         yield f"Ends at {until:.4g} s: {why}. Every figure is up to there."
-    if misreport := run.misreport:
-        since = scene.clock.time(misreport.step)
-        first = f"first of ball {misreport.ball} at {since:.3f} s"
-        yield f"Misreports contacts in {counted(misreport.steps, 'step')}, {first}."
+    if run.misreports:
+        step, ball = run.misreports[0]
+        first = f"first of ball {ball} at {scene.clock.time(step):.3f} s"
+        yield f"Misreports contacts in {counted(len(run.misreports), 'step')}, {first}."
     if missed := [score for score in run.scores if score.missed]:
         furthest = worst(missed)
         deviation, dimension = furthest.missed[0], furthest.missed[0].quantity.dimension

@@ -57,6 +57,8 @@ def print_comparison(
     if shown or comparison.failed:
         terminal.print()
         terminal.print(_figures(comparison, shown, terminal.width))
+    if any(scene.gravity) and any(label.startswith("energy") for label, *_ in shown):
+        terminal.print(f"\nEnergies are in % of the largest kinetic energy in {comparison.against}.")
     if more := len(rows) - len(shown):
         terminal.print(f"\n{counted(more, 'more row')} with --all.")
     if contacts is None and len(scene.bodies) <= FEW_BALLS:
