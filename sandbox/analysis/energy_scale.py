@@ -6,10 +6,11 @@ from typing import Final
 import numpy as np
 
 from sandbox.engines.exact.contact import HOP_TIME, MAX_LOAD
-from sandbox.quantity import kinetic_energy, spin_energy
+from sandbox.judge.causes import NEGLIGIBLE
+from sandbox.quantity import dot, kinetic_energy, length, spin_energy
 from sandbox.scene.clock import Clock
 from sandbox.scene.model import Scene
-from sandbox.state import Bodies, Contacts, Floats, State, States
+from sandbox.state import Bodies, Bools, Contacts, Floats, Integers, State, States
 
 LONGEST_HOP: Final = MAX_LOAD * HOP_TIME  # s, which discs at rest can be in the air in the exact engine
 
@@ -58,6 +59,20 @@ def _largest_at_contacts(scene: Scene, states: States, contacts: Contacts, befor
     step_of = np.clip(clock.steps_containing(contacts["time"]) - before, 1, len(states.spin) - 1)
     step, first = np.unique(step_of, return_index=True)
     fallen = np.clip(contacts["time"][first] - clock.times(before + step - 1), 0.0, 1 / clock.rates(before + step))
-    gained = fallen[:, None, None] * np.asarray(scene.gravity)
+    falls = ~_carried(states, contacts, step_of)[step - 1]
+    gained = fallen[:, None, None] * np.asarray(scene.gravity) * falls[..., None]
     flight = kinetic_energy(states.velocity[step - 1] + gained, scene.bodies.mass)
     return float((flight + spin_energy(states.spin[step - 1], scene.bodies.moment)).max())
+
+
+def _carried(states: States, contacts: Contacts, step_of: Integers) -> Bools:
+    """Return which balls do not move along the normal of one of their contacts, before and after it: (steps, n)."""
+    carried = np.zeros((len(states.spin) - 1, states.spin.shape[1]), bool)
+    for key in ("first", "second"):
+        of_ball = contacts[key] >= 0
+        ball, step, normal = contacts[key][of_ball], step_of[of_ball], contacts["normal"][of_ball]
+        before, after = states.velocity[step - 1, ball], states.velocity[step, ball]
+        along = np.abs(dot(before, normal)) + np.abs(dot(after, normal))
+        still = along <= NEGLIGIBLE * (length(before) + length(after))
+        carried[step[still] - 1, ball[still]] = True
+    return carried
