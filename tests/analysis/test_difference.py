@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 import pytest
 from conftest import numbers_in, scene_of
 from faults import EventDriven, Stepped
@@ -14,24 +13,11 @@ from sandbox.engines import registry
 from sandbox.judge.causes import Cause
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
-from sandbox.scene.spawn import spawn
-from sandbox.state import State
 
 
 class TooMuch(Stepped):
     def impulse(self, i: int, other: int, right: float) -> float:
         return 1.02 * right
-
-
-class OneStepLate(Stepped):
-    """Waits for a step between seeing an overlap and resolving it."""
-
-    def __init__(self, scene: Scene, initial: State) -> None:
-        super().__init__(scene, initial)
-        self.seen: dict[tuple[int, int], int] = {}
-
-    def sees(self, i: int, other: int) -> bool:
-        return other < 0 or self.steps > self.seen.setdefault((i, other), self.steps)
 
 
 class Blind(Stepped):
@@ -49,14 +35,6 @@ class MissesFirst(Stepped):
 class SoftWalls(Stepped):
     def impulse(self, i: int, other: int, right: float) -> float:
         return right * (1.99 / 2 if other < 0 else 1)
-
-
-class Discards(Stepped):
-    """Puts a ball 1 px less far back than it should, where it is 1 px deep."""
-
-    def resolve(self, time: float, i: int, other: int, n: complex, depth: float) -> None:
-        super().resolve(time, i, other, n, depth)
-        self.x[i] += n if other < 0 else 0
 
 
 # Balls 0 and 1 meet head-on, and then 2 is hit by 1. At 60 steps a second they touch on a step, but for rounding.
@@ -85,41 +63,6 @@ def test_two_per_cent_too_much_impulse() -> None:
     assert one.after is not None
     assert one.after[0][0] == pytest.approx(-0.02 * 240)
     assert one.should_after == ((0.0, 0.0), (240.0, 0.0))
-
-
-def test_contacts_one_step_late() -> None:
-    one = first_difference(load("oblique"), OneStepLate)
-    assert (one.first, one.second, one.cause) == (0, 1, Cause.LATE)
-    start, radius = spawn(load("oblique")), load("oblique").bodies.radius
-    away, speed = start.position[1] - start.position[0], start.velocity[1] - start.velocity[0]
-    along = away @ speed
-    touch = (-along - math.sqrt(along**2 - speed @ speed * (away @ away - radius[:2].sum() ** 2))) / (speed @ speed)
-    found = away + speed * (math.ceil(60 * touch) + 1) / 60
-    assert one.depth == pytest.approx(radius[:2].sum() - math.hypot(*found))
-    assert one.should_normal is not None
-    assert np.dot(one.should_normal, away + speed * touch) == pytest.approx(radius[:2].sum(), rel=1e-3)
-
-
-def test_a_contact_that_may_be_resolved_after_the_end_is_not_missing() -> None:
-    """The two touch in step 52, and this engine parts them in the next."""
-    scene = load("oblique").changed(seconds=52 / 60)
-    assert compare(scene, {"late": OneStepLate, "exact": "exact"}).runs["late"].differences == ()
-    first_difference(ROW.changed(seconds=0.1 + (160 + 162) / 240), Blind)
-
-
-def test_balls_falling_together_have_the_same_contact_later() -> None:
-    """Found 6.7 ms late, they have fallen on at 900 px/s²; what they give each other is the same."""
-    scene = scene_of(
-        "radius = 20\nposition = [100, 100]\nvelocity = [240, 0]",
-        "radius = 20\nposition = [302.4, 100]",
-        more="gravity = [0, 900]\nseconds = 0.9",
-    )
-    one = first_difference(scene, "impulse")
-    assert one.after is not None
-    assert one.should_after is not None
-    assert one.after == one.should_after
-    assert one.cause == Cause.LATE
-    assert one.depth == pytest.approx(1.6)
 
 
 END = "[[walls]]\nfrom = [301, {0}]\nto = [301, 560]\nthickness = 2"  # below the ball, which grazes its round end
@@ -174,13 +117,6 @@ def test_walls_that_give_back_too_little() -> None:
     assert numbers_in(one.because)[0] == 0.995
     assert one.after is not None
     assert one.after[0] == pytest.approx((-0.99 * 480, 0.0))
-
-
-def test_one_pixel_of_overshoot_thrown_away() -> None:
-    one = first_difference(WALL, Discards)
-    assert (one.first, one.second) == (0, ~2)
-    assert one.cause in (Cause.LATE, Cause.OVERSHOOT, Cause.UNKNOWN)
-    assert one.after == one.should_after
 
 
 # The article's rule, by radius
@@ -242,17 +178,6 @@ def test_each_engine_s_cause_in_the_article_s_scene() -> None:
     assert first.cause == Cause.OVERSHOOT
 
 
-def test_a_contact_shorter_than_a_step_is_missing() -> None:
-    """With the centres 39.9 px aside, they overlap for 2 √(40² - 39.9²) / 400 s = 14 ms, between two steps."""
-    scene = scene_of(
-        "radius = 20\nposition = [100, 300]\nvelocity = [400, 0]",
-        "radius = 20\nposition = [303.4, 339.9]",
-        more="seconds = 1",
-    )
-    one = first_difference(scene, "pymunk")
-    assert (one.first, one.second, one.cause) == (0, 1, Cause.MISSED)
-
-
 class KicksLate(EventDriven):
     """Ball 0 gets another velocity at the end of step 59 of 60, or the number that a test sets."""
 
@@ -278,12 +203,6 @@ def test_a_contact_without_impulse_is_no_difference() -> None:
     assert run.figures.wall_contacts == 60
     assert run.differences == ()
     assert not {Cause.DOUBLE_BOUNCE, Cause.LARGE} & {entry.cause for entry in run.figures.ledger}
-
-
-def test_balls_at_rest_that_are_pushed_out_of_an_overlap_at_the_start_are_not_blamed() -> None:
-    scene = scene_of("radius = 20\nposition = [100, 300]", "radius = 20\nposition = [120, 300]", more="seconds = 1")
-    one = first_difference(scene, "article")
-    assert one.cause == Cause.OVERLAPPED
 
 
 @pytest.mark.skipif("box2d" not in registry(), reason="needs box2d")

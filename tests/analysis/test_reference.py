@@ -16,7 +16,6 @@ from sandbox.engines import create
 from sandbox.engines.exact import ExactEngine
 from sandbox.engines.stand_ins import RenumberedEngine
 from sandbox.judge.causes import Cause
-from sandbox.run.edits import SetVelocity
 from sandbox.run.inputs import Grab, Input, Kick, Move, Release
 from sandbox.run.lockstep import Lockstep
 from sandbox.run.trajectory import simulate
@@ -78,10 +77,6 @@ def test_a_first_ball_that_meets_no_other_hides_no_horizon() -> None:
     assert compare(scene.changed(seconds=20.0), ["exact"]).horizon is not None
 
 
-def test_balls_without_contacts_have_no_horizon() -> None:
-    assert compare(load("head-on")).horizon is None
-
-
 def test_beyond_the_horizon_few_balls_have_statistics_too() -> None:
     """Four of 60 px in a small box collide often enough to forget where they were within 20 s."""
     scene = scene_of("count = 4\nradius = 60\ninside = [[0, 0], [300, 300]]\nspeed = 300", size="[300, 300]")
@@ -92,21 +87,6 @@ def test_beyond_the_horizon_few_balls_have_statistics_too() -> None:
     short = compare(scene.changed(seconds=0.5), ["impulse", "exact"])
     assert short.horizon is None
     assert not any(run.theory for run in short.runs.values())
-
-
-def test_the_mouse_pulls_the_twin_too() -> None:
-    scene = scene_of("radius = 20\nposition = [100, 100]").changed(seconds=2.0)
-    inputs: list[Input] = [Grab(step=6, ball=0, at=(700, 500)), Release(step=60)]
-    assert compare(scene, ["exact"], inputs=inputs).horizon is None
-
-
-@pytest.mark.wide
-@pytest.mark.parametrize("against", ["pymunk", "article"])
-def test_any_reference_has_a_twin(against: str) -> None:
-    comparison = compare(load("gas-100").changed(seconds=2.0), ["pymunk", "article"], against=against)
-    assert comparison.against == against
-    assert comparison.horizon is None or 0 < comparison.horizon < 2
-    assert "twin" not in " ".join(comparison.runs)
 
 
 def ball(x: float, y: float, vx: float = 0, vy: float = 0, mass: float = 1, elasticity: float = 1) -> str:
@@ -271,16 +251,6 @@ def test_only_the_exact_engine_under_gravity_has_heaps_to_resolve() -> None:
         assert len(Twins(lockstep, engine).runners) == twins
 
 
-def test_twins_stop_at_the_horizon() -> None:
-    lockstep = Lockstep(load("gas-100"), ["exact"])
-    twins = Twins(lockstep, "exact")
-    for _ in range(240):
-        lockstep.step()
-        twins.follow(States.of(lockstep.states()["exact"]), np.array([lockstep.time]))
-    assert twins.trust.horizon is not None
-    assert twins.runners == []
-
-
 @pytest.mark.parametrize("steps_at_once", [1, 7, 80])
 def test_the_mouse_and_kicks_act_on_every_twin_however_far_behind(steps_at_once: int) -> None:
     inputs: list[Input] = [
@@ -303,12 +273,6 @@ def test_the_mouse_and_kicks_act_on_every_twin_however_far_behind(steps_at_once:
     assert len(twins.runners) == 5
     for runner in twins.runners:
         assert runner.state().position == pytest.approx(lockstep.states()["exact"].position, abs=1e-9)
-
-
-def test_after_an_edit_other_twins_find_nothing() -> None:
-    scene = scene_of(ball(100, 300, 200), ball(400, 100), more="seconds = 2\ngravity = [0, 100]")
-    edit = SetVelocity(step=10, ball=0, velocity=(50, 0))
-    assert compare(scene, ["exact"], inputs=[edit]).trusted_until is None
 
 
 @pytest.mark.parametrize("rate", [59, 60])
