@@ -31,7 +31,7 @@ Groups = Mapping[Group, Sequence[Row]]
 
 def engine_of(row: Row) -> str:
     """Return the name of a row's engine, with the settings of Pymunk as in a spec, and those of contacts after it."""
-    job = Job(*(row[field] for field in Job._fields))
+    job = Job(0, row["rate"], row["engine"], row["settings"])
     return ", ".join(filter(None, (job.spec, format_settings(job.values(OF_CONTACTS)))))
 
 
