@@ -43,13 +43,6 @@ def test_a_ball_of_another_mass_and_elasticity_collides_as_the_formula_says(engi
     assert run.velocity[-1, :, 0] == pytest.approx([together - e * 120 / (m + 1), together + e * m * 120 / (m + 1)])
 
 
-@pytest.mark.parametrize("engine", EVERY)
-def test_a_larger_ball_collides_earlier(engine: str) -> None:
-    before = simulate(head_on(), engine, steps=60).contacts["time"][0]
-    after = simulate(head_on(), engine, steps=60, inputs=[ChangeBall(step=5, ball=1, radius=44)]).contacts["time"][0]
-    assert before - after == pytest.approx(24 / 120, abs=1 / 60)
-
-
 def test_only_what_is_given_changes_in_every_engine() -> None:
     scene = head_on("gravity = [0, 90]")
     lockstep = Lockstep(scene, ENGINES)
@@ -186,20 +179,6 @@ def test_a_ball_may_touch_and_stay_as_deep_as_it_was() -> None:
     lockstep.apply(ChangeWall(step=60, wall=0, start=(200, 300)))
     lockstep.apply(ChangeBall(step=60, ball=1, x=780, y=100))
     assert lockstep.states()["exact"].position.tolist() == [[300.3, 580], [780, 100]]
-
-
-def test_without_walls_of_the_arena_a_ball_may_be_put_outside() -> None:
-    scene = scene_of("radius = 20\nposition = [200, 300]", size="[800, 600]\nwalls = false")
-    lockstep = Lockstep(scene, ENGINES)
-    lockstep.apply(ChangeBall(step=0, ball=0, x=-500))
-    lockstep.apply(AddWall(step=0, start=(-600, 0), to=(-600, 600), thickness=20))
-    lockstep.apply(ChangeBall(step=0, ball=0, vx=-600))
-    with pytest.raises(SandboxError, match="pymunk: ball 0 would overlap wall 0 by 5 px"):
-        lockstep.apply(ChangeBall(step=0, ball=0, x=-575))
-    for _ in range(20):
-        lockstep.step()
-    for runner in lockstep.engines.values():
-        assert runner.state().velocity[0, 0] == pytest.approx(600)
 
 
 # Energy and judgement
