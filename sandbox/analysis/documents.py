@@ -108,7 +108,10 @@ def json_schema(of: Any) -> dict[str, Any]:
 def comparison_schema() -> dict[str, Any]:
     """Return the JSON Schema of what `sandbox compare --json` writes."""
     trial: Any = _model("Trial", TrialFigures, advised=bool)
-    advice: dict[str, Any] = {"advice": (list[trial], []), "recommendation": (str, "")}
+    advice: dict[str, Any] = {
+        "advice": (list[trial], Field(default_factory=list)),
+        "recommendation": (str, Field(default_factory=str)),
+    }
     runs: dict[str, Any] = {"engines": dict[str, _engine()], "failed": dict[str, Failure]}  # type: ignore[misc]
     comparison = create_model("Comparison", __base__=_model("Runs", Conditions, **runs), **advice)
     description = {"description": "What `sandbox compare --json` writes; docs/formats.md explains the keys."}

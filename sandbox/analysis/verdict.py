@@ -7,7 +7,6 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.difference import pair_name
 from sandbox.analysis.expectations import overlap_in, worst
 from sandbox.analysis.figures import Figures, Run
 from sandbox.analysis.gas import TheoryRow
@@ -31,8 +30,6 @@ REMEDIES: Final = {  # said once, of Pymunk
     Cause.GRAVITY: "More steps a second integrate gravity in finer steps.",
     Cause.DAMPING: "damping = 1 turns it off.",
 }
-OF_PATHS: Final = ("RMS gap", "largest gap")  # rows that mean something only while paths do
-OF_ENERGY: Final = ("energy change", "energy error")  # the same, unless the scene keeps its energy
 SAMPLING_ERRORS: Final = 4  # standard errors that a figure of theory may be off before it counts as wrong
 MIN_SAMPLE: Final = 400  # contacts of balls; of fewer, theory says too little: 4/√400 are 20 %
 MAX_THEORY_ERROR: Final = 0.05  # fraction by which theory may be off, where no exact engine shows it
@@ -199,9 +196,6 @@ def _besides(comparison: Comparison, name: str) -> Iterator[str]:
         [tolerance] = scene.units.scaled(dimension, furthest.expect.tolerance)
         whole = counted(run.figures.expected, "expectation")
         yield f"Misses {len(missed)} of {whole}: {deviation.quantity.label} by up to {off} (tolerance {tolerance:g})."
-    if through := [passage for passage in run.missed if passage.second < 0]:
-        first = f"{pair_name(scene, through[0])} at {scene.clock.time(through[0].step):.3f} s"
-        yield f"{counted(len(through), 'passage')} through walls, the first of {first}."
     if escape := run.escape:
         at_end = f", {escape.left} still outside at the end" if escape.left else ""
         by = scene.units.text(Dimension.LENGTH, "{:.4g}", escape.furthest)
@@ -286,12 +280,14 @@ def key_figures(comparison: Comparison) -> Iterator[list[str]]:
     if any(firsts):
         yield ["first difference", *(f"{first.time:.3f} s" if first else "-" for first in firsts)]
         yield ["  cause", *(first.cause.label if first else "-" for first in firsts)]
-    ends = () if until is None else OF_PATHS if comparison.scene.keeps_energy else OF_PATHS + OF_ENERGY
     rows = slice(None if until is None else 1 + comparison.scene.clock.step(until))
+    of_error, of_change = not comparison.scene.keeps_energy, is_heap(comparison)
+    ends = {"RMS gap": True, "largest gap": True, "energy error": of_error, "energy change": of_change}
     for label, ((template, dimension), figure) in ROWS.items():
-        values = [figure(run, rows if label in ends else slice(None)) for run in runs]
+        is_cut = until is not None and ends.get(label, False)
+        values = [figure(run, rows if is_cut else slice(None)) for run in runs]
         if any(value and abs(value) > ROUNDING for value in values):
-            end = f" until {until:.2f} s" if label in ends else ""
+            end = f" until {until:.2f} s" if is_cut else ""
             yield [label + end, *(_cell(comparison.scene, dimension, template, value) for value in values)]
 
 

@@ -11,7 +11,7 @@ from sandbox.judge.causes import Cause
 from sandbox.report.tables import comparison_rows, print_comparison, velocities_and_spins
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
-from sandbox.text import text_of
+from sandbox.text import counted, text_of
 
 
 def test_spins_that_are_rounding_are_not_printed_nor_what_is_not_known() -> None:
@@ -46,7 +46,7 @@ def test_ten_rows_are_printed_and_all_if_asked_for() -> None:
     shown = {text: [label in text for label, *_ in rows] for text in (default, whole)}
     assert sum(shown[default]) == 10
     assert all(shown[whole])
-    assert f"{len(rows) - 10} more rows with --all." in default
+    assert f"{counted(len(rows) - 10, 'more row')} with --all." in default
     assert "--all" not in whole
 
 
