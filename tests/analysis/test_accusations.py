@@ -104,7 +104,7 @@ def resting_pair(elasticity: float) -> Scene:
 
 
 @pytest.mark.parametrize("elasticity", [0.5, 1.0])
-@pytest.mark.parametrize("engine", ["impulse", "pymunk"])
+@pytest.mark.parametrize("engine", ["pymunk"])
 def test_balls_at_rest_on_each_other_are_not_called_parting(elasticity: float, engine: str) -> None:
     """Exact lets them hop: that bears their weight, and is no error of its impulses."""
     runs = compare(resting_pair(elasticity), [engine, "exact"]).runs

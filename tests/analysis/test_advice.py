@@ -9,7 +9,6 @@ import pytest
 from sandbox.analysis.advice import TriedSettings, advice_rows, advised, as_json, recommend, try_settings
 from sandbox.analysis.comparison import compare
 from sandbox.errors import SandboxError
-from sandbox.report.comparison_page import page
 from sandbox.report.tables import print_advice
 from sandbox.run.inputs import Grab, Input, Move
 from sandbox.scene.files import load
@@ -171,16 +170,6 @@ def test_the_json_has_the_documented_keys() -> None:
         "advised": True,
     }
     assert as_json([]) == {}
-
-
-def test_the_report_has_the_advice() -> None:
-    comparison = compare(load("head-on").changed(seconds=0.5), ["pymunk", "exact"])
-    trials = [trial({}), trial({"substeps": 4}, apart=3.0)]
-    text = page(comparison, trials)
-    assert "<p>substeps=4: paths agree until 3.00 s instead of until 1.00 s.</p>" in text
-    assert '<tr><th scope="row">substeps=4</th><td data-label="paths agree">until 3.00 s</td>' in text
-    assert "No other settings were tried." in page(comparison)
-    assert "No other settings were tried." not in text
 
 
 def test_the_table_fits_the_terminal_or_becomes_lines(
