@@ -240,15 +240,12 @@ def _write_comparison(
 ) -> None:
     """Write a comparison into a file for each option, and print it unless one of them is standard output."""
     from sandbox.analysis.advice import as_json as advice_as_json
-    from sandbox.analysis.series import write_series
     from sandbox.report.tables import print_advice, print_comparison
 
     if file := outputs.get("--json"):
         write_text(file, json_text(comparison.as_json() | advice_as_json(trials)))
     if file := outputs.get("--csv"):
         write_text(file, comparison.as_csv())
-    if file := outputs.get("--series"):
-        write_series(comparison, file)
     if file := outputs.get("--report"):
         from sandbox.report.comparison_page import page
 
@@ -412,13 +409,13 @@ def sweep(
 ) -> None:
     """Run many seeds, rates, engines and settings of a scene.
 
-    The table has a row for each. Finished rows are kept in FILE.journal: the same command resumes a sweep that was
-    stopped. Exit code 1: some rows are missing, because their runs failed.
+    The table has a row for each; on Ctrl-C, those that have finished. Exit code 1: some rows are missing, because their
+    runs failed.
     """
     from sandbox.engines import default_engines
     from sandbox.processes import core_count
     from sandbox.scene.files import load
-    from sandbox.sweeps import in_order, open_journal, plan, write
+    from sandbox.sweeps import Row, as_csv, in_order, plan
     from sandbox.sweeps.workers import check_scheduler
 
     workers, scheduler = workforce.workers, workforce.scheduler
@@ -438,15 +435,18 @@ def sweep(
             settings_by_key(set_ or ()),
             against=against,
         )
-    with open_journal(planned, out) as kept:
-        failures = sweep_with_bar(planned, kept, workers or core_count(), scheduler)
-        rows = in_order(planned, kept.rows)
-        if report:
+    rows: list[Row] = []
+    try:
+        sweep_with_bar(planned, rows, workers or core_count(), scheduler)
+    finally:  # also of a sweep that is interrupted
+        rows = in_order(planned, rows)
+        if rows and report:
             from sandbox.report.sweep import page
 
             write_text(report, page(planned, rows))
-        write(planned, rows, out)
-    if failures:
+        if rows:
+            write_text(out, as_csv(rows))
+    if len(rows) < len(planned.jobs):
         raise typer.Exit(1)
 
 

@@ -1,5 +1,6 @@
 """The scoreboard: how well engines meet the expectations of scenes."""
 
+import math
 import traceback
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -12,7 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from sandbox.analysis.energy_scale import EnergyScale
-from sandbox.analysis.expectations import Numbers, Score, relative_error, score, steps_around, worst
+from sandbox.analysis.expectations import SAME_TIME, Numbers, Score, relative_error, scores, step_of, worst
 from sandbox.engines import REFERENCE, check_name
 from sandbox.errors import EngineError, LimitReached, Refused, SandboxError
 from sandbox.run.lockstep import Lockstep
@@ -246,7 +247,7 @@ def _checked(scene: Scene) -> Scene:
         if expect.at * scene.rate > MAX_STEPS:
             most = f"{MAX_STEPS / scene.rate:g} at this rate"
             raise SandboxError(scene.at_key(("expect", number, "at"), f"must be at most {most}, got {expect.at:g}"))
-    last = max(steps_around(expect.at, scene.rate)[1] for expect in scene.expect)
+    last = math.ceil(max(expect.at for expect in scene.expect) * scene.rate - SAME_TIME)
     return scene.changed(seconds=max(1, last) / scene.rate)
 
 
@@ -266,7 +267,7 @@ def _rows(scored: Mapping[str, Scene], engines: Sequence[str]) -> Iterator[tuple
 
 def _result(scene: Scene, engine: str) -> Result:
     try:
-        scores = tuple(_scores(scene, engine))
+        scored = tuple(_scores(scene, engine))
     except Refused as refusal:
         return Result(Outcome.REFUSED, message=str(refusal))
     except EngineError as error:
@@ -277,26 +278,22 @@ def _result(scene: Scene, engine: str) -> Result:
         said = printable(f"{engine}: {type(error).__name__}: {error}")
         details = "".join(f"{printable(line)}\n" for line in traceback.format_exc().split("\n")[:-1])
         return Result(Outcome.BROKE, message=said, details=details)
-    if all(score.skipped for score in scores):
-        return Result(Outcome.SKIPPED, scores)
-    return Result(Outcome.MET if all(score.passed for score in scores) else Outcome.MISSED, scores)
+    if all(score.skipped for score in scored):
+        return Result(Outcome.SKIPPED, scored)
+    return Result(Outcome.MET if all(score.passed for score in scored) else Outcome.MISSED, scored)
 
 
 def _scores(scene: Scene, engine: str) -> Iterator[Score]:
-    around = {expect: steps_around(expect.at, scene.rate) for expect in scene.expect}
     lockstep = Lockstep(scene, [engine])
     scale = EnergyScale(scene, lockstep.initial)
-    steps, states, ended = sorted({step for steps in around.values() for step in steps}), dict[int, State](), ""
+    steps = sorted({step for expect in scene.expect if (step := step_of(expect, scene.rate)) is not None})
+    states, ended = dict[int, State](), ""
     try:
         for step, state in _states(lockstep, engine, steps, scale):
             states[step] = state
     except LimitReached as limit:
         ended = str(limit)
-    for expect, (before, after) in around.items():
-        if after in states:
-            yield score(scene, expect, lockstep.initial, states[before], states[after], scale.value)
-        else:
-            yield Score(expect, skipped=ended)
+    return scores(scene, scene.expect, lockstep.initial, states, scale.value, ended)
 
 
 def _states(lockstep: Lockstep, engine: str, steps: Sequence[int], scale: EnergyScale) -> Iterator[tuple[int, State]]:
