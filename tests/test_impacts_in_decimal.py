@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from conftest import sizes
 from impacts_in_decimal import Ending, Touch, continued, is_decided, speeds, touches_of
-from scene_in_decimal import Numbers
-from table_in_decimal import Disc
+from scene_in_decimal import Disc, Numbers
 
 from sandbox.engines.exact import ExactEngine
 from sandbox.scene.files import parse
@@ -44,8 +43,7 @@ def numbers_of(balls: Sequence[Ball], e: float, mu: float, walls: Sequence[tuple
 
 
 def touches(numbers: Numbers) -> tuple[list[Disc], list[Touch]]:
-    table = numbers.table()
-    return table.discs, touches_of(table, lambda _: TOUCHING)
+    return touches_of(numbers, TOUCHING)
 
 
 def by_exact(numbers: Numbers) -> Floats:

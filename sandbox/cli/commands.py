@@ -4,6 +4,7 @@ Slow imports happen inside the commands that need them.
 """
 
 import faulthandler
+import math
 import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
@@ -352,27 +353,37 @@ def verify(
     engines: EnginesToScore = None,
     json_file: JsonFile = None,
     junit: JunitFile = None,
+    tolerance: Annotated[
+        float | None, typer.Option(min=0, help="Largest error that passes, in place of the scenes' own.")
+    ] = None,
 ) -> None:
     """Score engines against what scenes expect.
 
-    Each row has the largest error in a scene, as soon as the scene is done; then follows what was missed. Exit code 1:
-    an engine named with --engines missed an expectation or broke; without --engines, the exact engine did.
+    Each row has the largest error in a scene, as soon as the scene is done; then follows what was missed. "close": no
+    further off than steps allow. An engine of your own skips scenes for which it is too slow, unless they are named.
+    Exit code 1: an engine named with --engines missed an expectation or broke; without --engines, the exact engine did.
     """
     from sandbox.engines import registry
     from sandbox.report.tables import Scoreboard, print_misses, print_tally
-    from sandbox.scores.verify import all_passed, as_json, as_junit
+    from sandbox.scores.verify import PATIENCE, all_passed, as_json, as_junit
     from sandbox.scores.verify import verify as score_engines
     from sandbox.scripting.calls import scenes_to_score
 
     check_outputs({"--json": json_file, "--junit": junit}, scenes or ())
     scored = scenes_to_score(scenes or None)
     names = engines or list(registry())
+    bar = terminal_bar()
+    task = bar.add_task("", total=1.0)
+
+    def show(title: str, done: float) -> None:
+        bar.update(task, description=title, completed=done)
+
     with _printed_beside([json_file, junit]):
-        rows = score_engines(scored, names)
+        rows = score_engines(scored, names, tolerance, math.inf if scenes else PATIENCE, show)
     printed = not _has_document([json_file, junit])
     scoreboard = Scoreboard([scene.name for scene in scored], names, console()) if printed else None
     board = {}
-    with _printed_beside([json_file, junit]):
+    with _printed_beside([json_file, junit]), bar:
         for scene, row in rows:
             board[scene] = row
             if scoreboard:
