@@ -309,7 +309,7 @@ def watch(
     """
     from sandbox.cli.diagnoses import HEADLESS_SECONDS, Report, warn_of_misplaced_options
     from sandbox.scripting.program import Program, run_on_trial
-    from sandbox.space.trial import Trials
+    from sandbox.space.watch import Trials
 
     check_outputs({"--json": json_file}, [None if module else program])
     given = Program(program, arguments or (), module)

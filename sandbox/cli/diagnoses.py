@@ -9,7 +9,7 @@ from typing import Final, TextIO
 from sandbox.files import STANDARD_OUTPUT, write_text
 from sandbox.scripting.program import End, Program
 from sandbox.space.diagnosis import Diagnosis
-from sandbox.space.trial import Trials
+from sandbox.space.watch import Trials
 from sandbox.text import console, counted, json_text, printable
 
 HEADLESS_SECONDS: Final = 20.0  # of a Space's time, as nobody closes a window

@@ -22,7 +22,7 @@ from unittest.mock import patch
 
 from sandbox.errors import SandboxError
 from sandbox.space.changes import CALLS, NAMES
-from sandbox.space.trial import Trials
+from sandbox.space.watch import Trials
 
 _SANDBOX: Final = str(Path(__file__).parents[1])
 _DRIVERS: Final = {"SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy", "PYGLET_HEADLESS": "1", "MPLBACKEND": "agg"}
