@@ -40,9 +40,9 @@ from sandbox.run.inputs import Start, load_inputs, write_inputs
 from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
 from sandbox.space.changes import CALLS, NAMES
-from sandbox.space.evidence import STEP_RULES
 from sandbox.space.findings import TEXTS, Rules
 from sandbox.space.rules import RULES
+from sandbox.space.steps import STEP_RULES
 from sandbox.view.controls import HELP
 
 ROOT = Path(__file__).parent.parent
