@@ -141,11 +141,12 @@ class Trials:
         self._trials: dict[int, Trial] = {}
         self.others = 0
         self._counted: WeakSet[pymunk.Space] = WeakSet()  # those
-        self._ended = False
+        self.ended = False
         self.out_of_time = False
         self._raised = 0
         self._waited = 0.0  # s, since the last step
         self.stepping: Trial | None = None
+        self.thread = 0  # that does the step
         self.since = time.monotonic()  # when the step began, or the last one ended
 
     def __enter__(self) -> Self:
@@ -176,24 +177,24 @@ class Trials:
 
     def end(self) -> None:
         """Record no further step, such as one of a thread that goes on."""
-        self._ended = True
+        self.ended = True
 
     def _changed(self, space: pymunk.Space, objects: tuple[Any, ...] = ()) -> None:
         """Remember who added objects, and look at them before the next step. Each step adds none."""
-        if not self._ended:
+        if not self.ended:
             self._origins.remember(objects)
             if trial := self._trials.get(id(space)):
                 trial.changed |= bool(objects)
 
     def step(self, space: pymunk.Space, dt: float) -> None:
         """Do a step of a Space, recorded."""
-        trial = None if self._ended else self._trial(space)
+        trial = None if self.ended else self._trial(space)
         if trial is None or not isinstance(dt, int | float | np.number):  # Pymunk says what is wrong with it
             _original_step(space, dt)
             return
         if self.out_of_time:
             self.stop()
-        self.stepping, self.since = trial, time.monotonic()
+        self.stepping, self.thread, self.since = trial, threading.get_ident(), time.monotonic()
         try:
             self._do(trial, float(dt))
         finally:
@@ -212,7 +213,7 @@ class Trials:
     def wait(self, seconds: float) -> None:
         """Count time in which a program waits, in place of waiting; end it if it waits long without a step."""
         self._waited += 0.0 if self.stepping else seconds
-        if not self._ended and self._waited > self.seconds:
+        if not self.ended and self._waited > self.seconds:
             self.stop()
 
     def diagnoses(self) -> Iterator[Diagnosis]:
