@@ -89,6 +89,7 @@ class Diagnosis:
             "bodies": self.bodies,
             "shapes": self.shapes,
             "joints": self.joints,
+            "headline": self.headline,
             "findings": [_as_json(finding) for finding in self.findings],
             "figures": self.figures,
             "energy": self.energy.as_json() if self.energy else None,

@@ -203,6 +203,12 @@ def _concave(contents: Contents) -> Iterator[Fault]:
             yield Fault(dent, contents.report(body_of(shape), what, shape))
 
 
+def _flat(contents: Contents) -> Iterator[Fault]:
+    for shape in filter(contents.is_new, contents.solid):
+        if isinstance(shape, pymunk.Poly) and not half_width(shape):
+            yield Fault(1, contents.report(body_of(shape), f"a {shape_words(shape)}, of area 0 and radius 0", shape))
+
+
 def _anchor_far(contents: Contents) -> Iterator[Fault]:
     """Anchors far outside of their body that, as places in the Space, are within it."""
     for joint in contents.space.constraints:
@@ -561,6 +567,7 @@ RULES: Final[Rules[Contents]] = {
     "placed-twice": _placed_twice,
     "static-moved": _moved_static,
     "concave": _concave,
+    "flat": _flat,
     "anchor-far": _anchor_far,
     "spring-stiff": _stiff_springs,
     "off-centre": _off_centre,

@@ -32,7 +32,7 @@ from sandbox.space.rules import END_RULES, MAX_MASS_RATIO
 
 Numbers = NDArray[np.intp]
 
-MAX_STRETCH: Final = 0.05  # of the joint's length, or half that of the bodies that it connects
+MAX_STRETCH: Final = 0.1  # of the joint's length, or half that of the bodies that it connects
 MAX_ANGLE: Final = 0.1  # rad, of a joint's angle off its law
 MAX_DEPTH: Final = 0.5  # of the smaller half width, beyond collision_slop, in an impact
 MAX_LASTING_DEPTH: Final = 0.25
@@ -247,7 +247,7 @@ def _passed(evidence: Evidence) -> Iterator[Fault]:
         light = next(body for body in bodies if is_dynamic(body))
         if light.id in reported:
             continue
-        reported.add(light.id)
+        reported |= {body.id for body in bodies if is_dynamic(body)}
         half = half_width(shape)
         widest = half + half_width(wall)
         cures = f"dt below {widest / way * step.dt:.2g} s" if widest else ""

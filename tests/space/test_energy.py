@@ -183,7 +183,7 @@ def test_a_resting_box_has_no_lines() -> None:
     space = resting_on_floor(body, pymunk.Poly.create_box(body, (20, 20)))
     space.gravity, body.position = (0, -900), (0, 10.95)
     ledger = ledger_of(record(space, 120).steps)
-    assert np.abs(ledger.work[60:]).max() < ROUNDING * ledger.scale
+    assert np.abs(ledger.work[60:]).max() < ROUNDING
 
 
 def test_free_fall_gains_half_of_what_gravity_adds_in_a_step() -> None:
