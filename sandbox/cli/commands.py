@@ -298,6 +298,13 @@ def watch(
         typer.Option(min=0, help="End after so many seconds of a Space's time. Default with --headless: 20."),
     ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="Run without a window, a display or waiting.")] = False,
+    tries: Annotated[
+        bool | None,
+        typer.Option("--try/--no-tries", help="Run it up to 3 times more, to try cures. Default: with --headless."),
+    ] = None,
+    parts: Annotated[int, typer.Option(min=1, hidden=True, help="Do each step in so many parts.")] = 1,
+    iterations: Annotated[int, typer.Option(min=1, hidden=True, help="Do so many times the iterations.")] = 1,
+    costs: Annotated[bool, typer.Option("--costs", hidden=True, help="Write what steps cost to JSON.")] = False,
     json_file: JsonFile = None,
 ) -> None:
     """Run a Pymunk program unchanged, and print what is wrong in its Spaces and what to change.
@@ -307,13 +314,13 @@ def watch(
     """
     from sandbox.cli.diagnoses import HEADLESS_SECONDS, Report, warn_of_misplaced_options
     from sandbox.scripting.program import Program, run_on_trial
-    from sandbox.space.trial import Trials
+    from sandbox.space.watch import Trials
 
     check_outputs({"--json": json_file}, [None if module else program])
     given = Program(program, arguments or (), module)
     warn_of_misplaced_options(given)
-    trials = Trials(HEADLESS_SECONDS if headless and seconds is None else seconds)
-    diagnoses = Report(given, trials, json_file)
+    trials = Trials(HEADLESS_SECONDS if headless and seconds is None else seconds, parts, iterations)
+    diagnoses = Report(given, trials, json_file, headless if tries is None else tries, costs)
     with _printed_beside([json_file]):
         code = run_on_trial(given, trials, diagnoses.write, headless=headless)
     raise typer.Exit(code)
