@@ -22,7 +22,7 @@ from sandbox.judge.thresholds import MAX_ISLANDS, MAX_TOGETHER, REST, TINY
 from sandbox.judge.words import of_flight
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT
-from sandbox.state import NO_DAMPING, Bools, Damping, Floats, Integers, Pushes, States
+from sandbox.state import Bools, Damping, Floats, Integers, Pushes, States
 
 OF_OVERLAP: Final = (  # causes of what balls do that overlap at the start
     *(Cause.LATE, Cause.EARLY, Cause.POSITION_CORRECTION, Cause.TELEPORTED, Cause.OVERSHOOT, Cause.DOUBLE_BOUNCE),
@@ -32,30 +32,11 @@ SEVERAL: Final = 10  # times its depth at the start, up to which an overlap expl
 BLOCK: Final = 2**20  # steps of a ball that are judged at once, some 300 MB of arrays
 
 
-def judge(
-    scene: Scene,
-    states: States,
-    pushes: Pushes,
-    clock: Floats,
-    damping: Damping = NO_DAMPING,
-    *,
-    is_soft: bool = False,
-) -> Verdict:
-    """Return what is wrong with a run.
-
-    states: of steps + 1 rows; pushes: see PUSH; clock: (steps,) s, the length of each step; damping: as the engine
-    declares; is_soft: whether its contacts last several steps, which are then not judged.
-    """
-    steps, rows = Steps(scene, damping, is_soft=is_soft), max(1, BLOCK // len(scene.bodies))
-    for first in range(0, len(clock), rows):
-        some = pushes[(pushes["row"] > first) & (pushes["row"] <= first + rows)].copy()
-        some["row"] -= first
-        steps.add(states.rows(slice(first, first + rows + 1)), some, clock[first : first + rows])
-    return steps.verdict()
-
-
 class Steps:
-    """The steps of a run, as they come: what fills a block is judged at once, and the rest when it is asked for."""
+    """The steps of a run, as they come: what fills a block is judged at once, and the rest when a verdict is asked for.
+
+    damping: as the engine declares; is_soft: whether its contacts last several steps, which are then not judged.
+    """
 
     def __init__(self, scene: Scene, damping: Damping, *, is_soft: bool) -> None:
         self._scene, self._damping, self._is_soft = scene, damping, is_soft
@@ -67,7 +48,7 @@ class Steps:
         self._count = 0
 
     def add(self, states: States, pushes: Pushes, clock: Floats) -> None:
-        """Add steps; arguments as of `judge`. The first row of the states is the last of those before."""
+        """Add steps. states: of steps + 1 rows, the first as the last before; pushes: see PUSH; clock: (steps,) s."""
         pushes = pushes.copy()
         pushes["row"] += self._count
         self._states.append(States(*(each[1 if self._count else 0 :].copy() for each in states)))
@@ -85,25 +66,16 @@ class Steps:
     def _judge(self) -> Judged:
         states = States(*map(np.concatenate, zip(*self._states, strict=True)))
         pushes, clock = np.concatenate(self._pushes), np.concatenate(self._clock)
-        settings = {"is_soft": self._is_soft, "is_first": not self._judged}
-        return judge_block(self._scene, states, pushes, clock, self._damping, **settings)
-
-
-def judge_block(
-    scene: Scene, states: States, pushes: Pushes, clock: Floats, damping: Damping, *, is_soft: bool, is_first: bool
-) -> Judged:
-    """Judge steps that follow one another; arguments as of `judge`. is_first: whether the run begins with them."""
-    block = _Block(Run(scene, states, pushes, clock), damping.per_second)
-    if not is_soft:
-        block.judge_contacts()
-    block.judge_flights(is_soft=is_soft)
-    errors = block.ledger.errors()
-    if is_first and not is_soft:
-        block.mark_overlaps(errors)
-    block.close(errors)
-    return Judged(
-        errors, block.ledger.sums, len(clock), float(clock.sum()), block.contacts, block.flights, not states.spin.any()
-    )
+        block = _Block(Run(self._scene, states, pushes, clock), self._damping.per_second)
+        if not self._is_soft:
+            block.judge_contacts()
+        block.judge_flights(is_soft=self._is_soft)
+        errors = block.ledger.errors()
+        if not self._judged and not self._is_soft:
+            block.mark_overlaps(errors)
+        block.close(errors)
+        is_spinless = not states.spin.any()
+        return Judged(errors, block.ledger.sums, clock, block.contacts, block.flights, is_spinless)
 
 
 class _Block:
@@ -135,7 +107,7 @@ class _Block:
         self.kicked = speed > 1.5 * run.floor
         self.active = self.kicked | (place > 1.5 * run.floor)
         self.is_noisy = bool(free.any() and self.active[free].mean() > 0.5)
-        self.done, self.carried = np.zeros(run.v0.shape, bool), np.zeros(run.v0.shape, bool)
+        self.done, self.near, self.carried = np.zeros((3, *run.v0.shape), bool)
 
     # Contacts
 
@@ -264,13 +236,12 @@ class _Block:
 
     def _note_rules(self, chosen: Chosen, known: Bools, pair: Bools) -> None:
         """Note what explains contacts as rules for islands, with how many contacts show each."""
-        rows, seen = chosen.rows[known], Counter[tuple[int, str, int, bool]]()
-        for row, is_pair in zip(rows[["key", "value", "cause"]].tolist(), pair[known].tolist(), strict=True):
-            number, value, cause = row
-            seen[number, f"{value:.9g}", cause, is_pair] += 1
-        for (number, value, cause, is_pair), times in seen.most_common(50):
+        rows, of_pair = chosen.rows[known], pair[known].tolist()
+        columns = (*(rows[name].tolist() for name in ("key", "value", "cause")), of_pair)
+        seen = Counter((key, f"{value:.9g}", *rest) for key, value, *rest in zip(*columns, strict=True))
+        for (key, value, cause, is_pair), times in seen.most_common(50):
             parameter, fault = None if value == "nan" else float(value), Cause(cause) if cause >= 0 else None
-            self.rules.append(Shown(chosen.keys[number], parameter, fault, is_pair, times))
+            self.rules.append(Shown(chosen.keys[key], parameter, fault, is_pair, times))
 
     def _crowded(self, c: Contacts) -> Bools:
         """Return which contacts are of balls that may have another: with an active ball, a wall, or what they touch."""
@@ -288,6 +259,8 @@ class _Block:
             near_pairs_of(run, k, i, self.way[k, i], margin),
             near_walls(run, k, i, self.way[k, i], margin / 2),
         )
+        for each, may in ((c, ~c.pair), (self.c, self.deepest > -run.tiny)):
+            self.near[each.part(may | each.all_in(self.active)).ends] = True
         if not len(c.k):
             return
         s = Singles(run, self.habit, c, np.full(len(c.k), NEVER), self.undo)
@@ -400,13 +373,9 @@ class _Block:
         least = TINY * (1 + np.abs(run.v0[at]))
         small = (off_x < TINY * run.r[i]) & (off_v < least) & (spun < least)
         self.ledger.rightful(Cause.ROUNDING, gain[small])
-        touches, may = self._beside(k, i)
-        kicked = self.kicked[at]
+        may, kicked, speed = self.near[at], self.kicked[at], np.abs(run.v[k + 1, i])
         cause = np.where(may, Cause.UNKNOWN, np.where(kicked, Cause.UNREPORTED, Cause.TELEPORTED))
-        cause = np.where(touches & ~kicked, Cause.POSITION_CORRECTION, cause)
-        speed = np.abs(run.v[k + 1, i])
-        law = np.where(kicked, np.where(speed == 0, "stopped", "changed"), "put")
-        law = np.where(may, np.where(touches & ~kicked, "apart", "single"), law)
+        law = np.where(may, "single", np.where(kicked, np.where(speed == 0, "stopped", "changed"), "put"))
         rows = ~small
         lone = Contacts(k[rows], i[rows], np.full(np.count_nonzero(rows), NO_BODY))
         exact = by_gravity(run.flights(lone.k, lone.i))
@@ -416,30 +385,6 @@ class _Block:
             gained=self.ledger.gained(lone.k, lone.i) * ~may[rows, None],
             should=np.stack([pairs(exact)] * 2, axis=1), spin_should=run.w[lone.k, lone.i][:, None],
         )  # fmt: skip
-
-    def _beside(self, k: Integers, i: Integers) -> tuple[Bools, Bools]:
-        """Return which balls are pushed out of what they touch, and which may have met something, even a little early.
-
-        They may have met what they touch, active balls within their way, or what they are pushed away from, near by.
-        """
-        run, c, margin = self.run, self.c, 0.3 * float(self.run.r.min())
-        out, met = np.zeros(run.v0.shape, complex), np.zeros(run.v0.shape, bool)
-        t = c.part(self.deepest > -run.tiny)
-        n, _ = run.geometry(t.i, t.j, run.x[t.k, t.i], run.x[t.k, t.other])
-        np.add.at(out, t.ends, np.concatenate([-n, n[t.pair]]))
-        off = run.x[k + 1, i] - run.hx[k, i]
-        pushed = dot(off, out[k, i]) > 0.7 * np.abs(off) * np.abs(out[k, i])
-        met[c.part(c.all_in(self.active) | (self.deepest > -run.tiny)).ends] = True
-        k1, i1 = k[self.kicked[k, i]], i[self.kicked[k, i]]
-        dv = run.v[1:] - run.hv
-        w, p = (of(run, k1, i1, self.way[k1, i1], margin) for of in (near_walls, near_pairs_of))
-        n, _ = run.geometry(w.i, w.j, run.x[w.k + 1, w.i], np.zeros(len(w.k), complex))
-        away = -dot(dv[w.k, w.i], n) > 0.7 * np.abs(dv[w.k, w.i])
-        met[w.part(away).ends] = True
-        between = run.x[p.k + 1, p.j] - run.x[p.k + 1, p.i]
-        apart = (dot(dv[p.k, p.i], between) < 0) & (dot(dv[p.k, p.j], between) > 0)
-        met[p.part(apart).ends] = True
-        return pushed & (out[k, i] != 0), met[k, i]
 
     # What did not happen, and flights
 
