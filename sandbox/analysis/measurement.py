@@ -217,10 +217,11 @@ class Measurement:
         """Return `Run.energy_gap`. reference, scale: kg px²/s²; until: s, when the reference's energy means nothing.
 
         An engine may be a step late, or early, with a loss of energy that the scene asks for: the difference is from
-        the range of the reference's energy, from a step before to a step after.
+        the range of the reference's energy, from a step before to a step after. After an edit, an engine may begin with
+        another energy than the reference, which is no error of what follows.
         """
-        padded = np.pad(reference, 1, mode="edge")
-        around = np.stack([padded[:-2], reference, padded[2:]])
+        padded = np.pad(reference + (course.energy[0] - reference[0]), 1, mode="edge")
+        around = np.stack([padded[:-2], padded[1:-1], padded[2:]])
         off = np.maximum(course.energy - around.max(axis=0), 0.0) + np.minimum(course.energy - around.min(axis=0), 0.0)
         gap: Floats = off / (scale or np.nan)
         unknown = course.touching | (np.arange(len(gap)) >= self._scene.clock.steps(until) * (1 - NEGLIGIBLE))

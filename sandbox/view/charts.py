@@ -151,7 +151,8 @@ class Charts:
         axis, plot = self.axis, self.plot(place, text_height)
         axis.follow(time, float(self.samples.times[-1]))
         if self.instrument.values is None:
-            self._draw_speeds(surface, place, text_height, point)
+            if self.moment:
+                self._speeds.draw(surface, place, plot.move(place.topleft), self.moment, small(text_height))
             return
         self._extend_span()
         drops, size, final = self.samples.series.drops, place.size, self.samples.final
@@ -172,16 +173,6 @@ class Charts:
             pygame.draw.line(ground, theme.dim, (x, plot.y - text_height // 3), (x, plot.bottom))
         if point and place.collidepoint(point):
             self._draw_card(surface, place, text_height, point)
-
-    def _draw_speeds(self, surface: Surface, place: Rect, text_height: int, point: ScreenPoint | None) -> None:
-        """Draw the speeds of the moment shown, and its values at a point."""
-        if self.moment is None:
-            return
-        plot = self.plot(place, text_height).move(place.topleft)
-        self._speeds.draw(surface, place, plot, self.moment, small(text_height))
-        if point and place.collidepoint(point):
-            rows = self._speeds.rows_at(plot, point[0], self.moment)
-            card(surface, rows, point, text_height, surface.get_rect())
 
     def _draw_axes(self, surface: Surface, plot: Rect, text_height: int) -> None:
         surface.fill(self.palette.ground)

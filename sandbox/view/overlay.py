@@ -160,21 +160,11 @@ class Overlay:
                     pygame.draw.lines(self.surface, faded, False, line, self.width)
 
     def velocity(self) -> None:
-        """Draw velocities."""
-        self._arrows(self._state.velocity, self.palette.ink, self.width)
-
-    def momentum(self) -> None:
-        """Draw momenta, each as the velocity that a ball of the mean mass would have with it."""
-        mass = self.scene.bodies.mass
-        momentum = self._state.velocity * (mass / mass.mean())[:, None]
-        self._arrows(momentum, self.palette.momentum, 2 * self.width)
-
-    def _arrows(self, velocity: Floats, colour: Color, width: int) -> None:
-        """Draw an arrow from each ball to where a velocity takes it in ARROW_SECONDS. velocity: (n, 2) px/s."""
+        """Draw an arrow from each ball to where its velocity takes it in ARROW_SECONDS."""
         position = self._state.position
-        tips = self._at(position + ARROW_SECONDS * velocity)
+        tips = self._at(position + ARROW_SECONDS * self._state.velocity)
         for tail, tip in zip(self._at(position).tolist(), tips.tolist(), strict=True):
-            arrow(self.surface, colour, tail, tip, width)
+            arrow(self.surface, self.palette.ink, tail, tip, self.width)
 
     def contacts(self) -> None:
         """Draw each contact as a dot, and a line along its normal as long as its impulse is large. They fade."""
@@ -264,7 +254,6 @@ BELOW_BALLS: Final[Mapping[Layer, Callable[[Overlay], None]]] = {
 }
 ABOVE_BALLS: Final[Mapping[Layer, Callable[[Overlay], None]]] = {
     Layer.GHOSTS: Overlay.ghosts,
-    Layer.MOMENTUM: Overlay.momentum,
     Layer.VELOCITY: Overlay.velocity,
     Layer.NUMBERS: Overlay.numbers,
     Layer.CONTACTS: Overlay.contacts,

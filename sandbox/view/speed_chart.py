@@ -86,19 +86,6 @@ class SpeedChart:
             self._moment, self._histogram = moment, histogram_of(moment, self._reference)
         return self._histogram
 
-    def rows_at(self, plot: Rect, x: int, moment: Moment) -> list[list[str]]:
-        """Return what the bin at a column of the chart has, as rows of a table."""
-        found = self.histogram(moment)
-        if not len(found.edges):
-            return [[found.refusal]]
-        bins = len(found.edges) - 1
-        k = min(max((x - plot.x) * bins // plot.width, 0), bins - 1)
-        low, high = found.units.scaled(Dimension.VELOCITY, *found.edges[k : k + 2].tolist())
-        end = f"to {high:.4g}" if k < bins - 1 else "and more"
-        rows = [["balls", f"{low:.4g} {end} {found.units.name(Dimension.VELOCITY)}"]]
-        rows += [[name, f"{counts[k]:.0f}"] for name, counts in found.counts.items()]
-        return rows if found.law is None else [*rows, [LAW, f"{found.law[k]:.1f}"]]
-
     def draw(self, surface: Surface, place: Rect, plot: Rect, moment: Moment, height: int) -> None:
         """Draw the histogram. place: with its axes; plot: without; height: of the text, px."""
         found, surface, plot = self.histogram(moment), surface.subsurface(place), plot.move(-place.x, -place.y)

@@ -89,7 +89,7 @@ def test_an_edit_that_waits_for_the_reference_can_be_stopped(lagging: Window, st
     pygame.event.clear()
     pygame.event.post(stop)
     begun = time.perf_counter()
-    press(lagging, "a")
+    press(lagging, ".", "Delete")
     assert time.perf_counter() - begun < 1
     assert (given(lagging), lagging.notice.text) == ([], STOPPED)
 
@@ -98,8 +98,8 @@ def test_an_edit_comes_once_the_reference_is_there(lagging: Window, gate: thread
     frames(lagging, 20)
     pygame.event.clear()
     threading.Timer(0.1, gate.set).start()
-    press(lagging, "a")
-    assert [len(pane.state.position) for pane in lagging.view.panes] == [4, 4]
+    press(lagging, ".", "Delete")
+    assert [len(pane.state.position) for pane in lagging.view.panes] == [2, 2]
     assert [pane.step for pane in lagging.view.panes] == [20, 20]
 
 

@@ -21,7 +21,6 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn
 from sandbox.view.engines_page import MAX_PANES, SCALES, are_same, in_force, meaning_of, normal, scale_of, with_setting
-from sandbox.view.notice import NoticeKind
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -148,14 +147,9 @@ def test_a_drag_ends_where_the_engines_change(window: Window) -> None:
     ("spec", "reason"),
     [
         ("article", "article: a second radius and a second mass"),
-        ("pymunk", "pymunk runs already, in another pane"),
         ("pymunk(iterations=10)", "pymunk runs already, in another pane"),
         ("pymnk", "did you mean pymunk?"),
-        ("pymunk(substep=2)", "did you mean substeps?"),
-        ("exact(substeps=2)", "exact takes no settings"),
         ("mine.py:Other", "has no class or function 'Other'"),
-        ("nothing.py:Mine", "nothing.py"),
-        ("", "no engine ''"),
     ],
 )
 def test_an_engine_that_is_refused_changes_nothing(used: Window, spec: str, reason: str, working_folder: Path) -> None:
@@ -243,14 +237,6 @@ def test_progress_is_shown_while_the_engines_run_again(window: Window, monkeypat
     assert len(lines) == 99
     assert "catching up: 99 steps to go, Esc stops" in lines[0]
     assert np.array_equal(window.view.panes[2].state.position[0], window.view.moment.states["exact"].position[0])
-
-
-def test_the_error_of_a_name_typed_wrongly_goes_when_the_right_one_runs(window: Window) -> None:
-    window.line_up.add("exakt")
-    assert window.notice.kind is NoticeKind.ERROR
-    assert window.notice.text
-    window.line_up.add("exact")
-    assert not window.notice.text
 
 
 PLAIN = scene_of("radius = 20\nposition = [200, 300]")

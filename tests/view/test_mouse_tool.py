@@ -325,7 +325,7 @@ def test_a_ball_is_grabbed_and_pulled_where_it_is_seen_when_zoomed(window: Windo
 def test_every_layer_follows_the_zoom(window: Window) -> None:
     """What is drawn of a part is the same as what an enlarged window draws there."""
     run(window, 20)
-    window.showing = {Layer.VELOCITY, Layer.MOMENTUM, Layer.TRAILS, Layer.CENTRE, Layer.GHOSTS, Layer.NUMBERS}
+    window.showing = {Layer.VELOCITY, Layer.TRAILS, Layer.CENTRE, Layer.GHOSTS, Layer.NUMBERS}
     window.mouse.point = None
     window.mouse.lens = Lens(2.0, (0.25, 0.5))
     layout = window.layout

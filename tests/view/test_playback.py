@@ -46,16 +46,6 @@ def test_time_passes_at_the_scene_s_rate_times_the_speed(window: Window) -> None
     assert window.playback.speed == 0.01
 
 
-def test_a_step_key_does_one_step_at_the_fastest_speed_too(window: Window) -> None:
-    press(window, "p")
-    window.playback.set_speed(math.inf)
-    press(window, "o")
-    window.playback.advance(0.0)
-    assert window.view.session.lockstep.steps == 1
-    window.playback.advance(1 / 60)
-    assert window.view.session.lockstep.steps > 1
-
-
 def test_slow_frames_slow_time_down_and_never_enlarge_a_step(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # every frame is too slow
     window.playback.advance(10.0)
@@ -179,16 +169,6 @@ def test_an_edit_in_the_past_removes_later_samples_from_the_charts(window: Windo
     assert window.view.session.samples.series.steps[-1] == 20
     run(window, 5)
     assert window.view.session.samples.times[-1] == pytest.approx(25 / 60)
-
-
-def test_after_a_jump_in_time_trails_include_the_steps_before(window: Window) -> None:
-    run(window, 100)
-    window.playback.seek(50)
-    places = window.view.panes[0].trail.positions()
-    assert np.array_equal(places, simulate(window.scene, "pymunk", steps=50).position)
-    press(window, ".", "Delete")
-    assert window.view.panes[0].trail.positions().shape[1:] == (2, 2)
-    window.draw()
 
 
 def test_a_window_marks_what_the_last_steps_show(memory_screen: None) -> None:
