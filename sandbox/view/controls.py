@@ -134,11 +134,6 @@ class Action(Enum):
         Topic.TIME, "End", f"{RIGHT}|", "go to the latest step reached",
         lambda w: w.playback.seek(w.playback.session.end),
     )  # fmt: skip
-    SECOND_BACK = Control(Topic.TIME, "Page Up", "", "go one second back", lambda w: w.playback.skip(-1), repeats=True)
-    SECOND_FORWARD = Control(
-        Topic.TIME, "Page Down", "", "go one second forward, at most to the latest step",
-        lambda w: w.playback.skip(1), repeats=True,
-    )  # fmt: skip
     SLOWER = Control(Topic.TIME, "-", "", "slower, down to 1/100", lambda w: w.playback.slower(), more_keys=_MINUS[1:])
     FASTER = Control(
         Topic.TIME, "+, =", "", "faster, up to as fast as possible", lambda w: w.playback.faster(),

@@ -88,7 +88,7 @@ def test_a_file_name_that_is_too_long_is_reported(tmp_path: Path) -> None:
     press(window, "s")
     assert "cannot be written: File name too long" in window.status
     press(window, "F9")
-    window.frame(1 / 30)
+    window.frame(1 / 20)
     press(window, "F9")
     assert "cannot be written: File name too long" in window.status
     assert list(tmp_path.iterdir()) == [file]
@@ -129,7 +129,7 @@ def test_a_recording_of_a_paused_window_leaves_no_file(window: Window, tmp_path:
 
 def test_a_resized_window_ends_the_recording(window: Window, tmp_path: Path) -> None:
     press(window, "F9")
-    window.frame(1 / 30)
+    window.frame(1 / 20)
     window.screen = pygame.display.set_mode((700, 500))
     window.frame(1 / 60)
     assert window.recorder.seconds is None
