@@ -146,7 +146,7 @@ MASSES: Final = (0.1, 0.2, 0.5, 1, 2, 3, 5, 10, 20, 50, 100)  # kg
 
 
 def draw_error_card(surface: Surface, layout: Layout, error: str) -> None:
-    """Draw the errors of a file below the header, as many lines as are shown at once."""
+    """Draw the errors of a file below the titles, as many lines as are shown at once."""
     height, window = layout.text_height, surface.get_rect()
     errors = error.splitlines()
     lines = [part for line in errors[:MAX_LINES] for part in wrapped(line, window.width - 4 * height, height, "    ")]
@@ -154,7 +154,7 @@ def draw_error_card(surface: Surface, layout: Layout, error: str) -> None:
     if count > MAX_LINES:
         lines[MAX_LINES - 1 :] = [f"and {count - MAX_LINES + 1} more lines"]
     head = "This file has errors, so the current scene keeps running (Esc closes this):"
-    card(surface, [[line] for line in (head, *lines)], layout.header.bottomleft, height, window)
+    card(surface, [[line] for line in (head, *lines)], layout.title(0), height, window)
 
 
 def draw_help(surface: Surface, layout: Layout) -> None:
