@@ -1,7 +1,6 @@
 """The real window on an X server, driven by a real mouse and keyboard."""
 
 import subprocess
-import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -20,17 +19,9 @@ from sandbox.scene.model import Scene
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Panel
 from sandbox.view.layout import WIDE, Layout
-from sandbox.view.widgets.fields import Slider
 from sandbox.view.window import Window
 
 KEYSYMS: Final = {",": "comma", ".": "period", "<": "less", ">": "greater", "Enter": "Return"}  # by names of keys
-PASTE: Final = """
-import pygame
-pygame.display.init()
-pygame.display.set_mode((1, 1), pygame.HIDDEN)
-pygame.scrap.init()
-print(pygame.scrap.get("text/plain;charset=utf-8").decode())
-"""
 
 
 def steps_of(inputs: list[Input]) -> int:
@@ -65,11 +56,10 @@ class Desktop:
             time.sleep(0.05)
         raise TimeoutError(f"nothing after {seconds} s")
 
-    def find(self, size: tuple[int, int] | None = None) -> bool:
-        """Wait until there is a window, and direct keys to it. Return whether it has a size, or any by default."""
+    def find(self) -> None:
+        """Wait until there is a window, and direct keys to it."""
         self.window = str(self.wait_for(lambda: self.xdo("search", "--onlyvisible", "--class", "^sandbox$")))
         self.xdo("windowfocus", "--sync", self.window)
-        return size is None or size == self.size
 
     def open(self) -> None:
         """Wait until keys reach the window: they are lost before it is ready."""
@@ -96,18 +86,6 @@ class Desktop:
         self.picture()
         [file] = self.folder.glob("*.png")
         return int(file.stem.rpartition("-")[2])
-
-    def clipboard(self) -> str:
-        """Return the text in the clipboard."""
-        command = [sys.executable, "-c", PASTE]
-        pasted = subprocess.run(command, env=self.environment, capture_output=True, text=True, check=True)
-        return pasted.stdout.splitlines()[-1]
-
-    @property
-    def screen(self) -> tuple[int, int]:
-        """The size of the screen."""
-        width, height = self.xdo("getdisplaygeometry").split()
-        return int(width), int(height)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -141,17 +119,6 @@ class Desktop:
     def key(self, *keys: str) -> None:
         self.xdo("key", "--delay", 30, *keys)
 
-    def has_title(self, title: str) -> bool:
-        return self.xdo("getwindowname", self.window) == title
-
-    def save(self) -> Path:
-        """Save the balls as a scene with the sandbox; return its file."""
-        before = set(self.folder.glob("*.toml"))
-        self.key("s")
-        self.wait_for(lambda: set(self.folder.glob("*.toml")) > before)
-        [file] = set(self.folder.glob("*.toml")) - before
-        return file
-
     def click(self, text: str) -> None:
         """Click a button by its text, before anything has changed the window."""
         assert self.layout
@@ -159,20 +126,6 @@ class Desktop:
         self._model.screen = pygame.Surface(self.size)
         place = next(place for widget, place in self._model._placed if getattr(widget, "label", "") == text)
         self.xdo("mousemove", "--window", self.window, *place.center, "click", 1)
-
-    def slide(self, name: str, share: float) -> None:
-        """Drag a slider of the page of the scene, which is open, to a share of its track."""
-        assert self.layout
-        model = self._model
-        assert model
-        model.screen = pygame.Surface(self.size)
-        model.panel.show(Panel.SCENE)
-        widgets = [(widget, place) for widget, place in model._placed if isinstance(widget, Slider)]
-        place = next(place for widget, place in widgets if widget.name == name)
-        pad = place.height // 3
-        x = place.x + pad + round(share * (place.width - 2 * pad))
-        self.xdo("mousemove", "--window", self.window, place.centerx, place.centery, "mousedown", 1)
-        self.xdo("mousemove", "--window", self.window, x, place.centery, "mouseup", 1)
 
     def quit(self) -> list[Input]:
         """Close the window; return the inputs it recorded."""

@@ -72,19 +72,14 @@ class Messages:
 
 @dataclass
 class Cards:
-    """What lies over the panes: cards, messages, the help, the picker of scenes, and what widgets say.
-
-    marks_selection: whether a ball that a key selected has a card.
-    """
+    """What lies over the panes: cards, messages, the help, the picker of scenes, and what widgets say."""
 
     _playback: Playback
-    _editor: Editor
     _mouse: MouseTool
     _scenes: SceneLoader
     _widgets: WidgetGroup
     _messages: Messages
     help_open: bool = False
-    marks_selection: bool = True
 
     def toggle_help(self) -> None:
         """Show the help, or hide it."""
@@ -114,26 +109,14 @@ class Cards:
                 self._widgets.draw_tip(surface, placed, titles, layout.text_height)
 
     def _draw_ball(self, surface: Surface, layout: Layout) -> None:
-        """Draw the card of the ball under the mouse, or else of one that a key selected."""
-        if self._mouse.holds or self._widgets.over:
-            return
-        ball, point, panes = self._mouse.ball, self._mouse.point, self._playback.view.panes
-        in_charts = point is not None and layout.timeline.collidepoint(point)  # which have a card of their own
-        chosen = self._editor.by_key and self._editor.selected is not None and self.marks_selection
-        if ball is None and chosen and not in_charts:
-            ball = self._editor.selected
-            x, y = layout.to_screen(0, panes[0].state.position[ball].tolist())
-            point = Rect(round(x), round(y), 1, 1).clamp(layout.arenas[0]).topleft  # a zoomed pane may not show it
-        if ball is not None and point:
-            draw_ball_card(surface, layout, panes, ball, point)
+        """Draw the card of the ball under the mouse."""
+        ball, point = self._mouse.ball, self._mouse.point
+        if ball is not None and point and not self._mouse.holds and not self._widgets.over:
+            table = ball_table(self._playback.view.panes, ball)
+            card(surface, table, point, layout.text_height, surface.get_rect())
 
 
 SHOWN: Final = {"position": Dimension.LENGTH, "velocity": Dimension.VELOCITY, "energy": Dimension.ENERGY}
-
-
-def draw_ball_card(surface: Surface, layout: Layout, panes: Sequence[Pane], ball: int, point: ScreenPoint) -> None:
-    """Draw the card of a ball next to a point of the screen."""
-    card(surface, ball_table(panes, ball), point, layout.text_height, surface.get_rect())
 
 
 def ball_table(panes: Sequence[Pane], ball: int) -> list[list[str]]:
@@ -163,7 +146,7 @@ MASSES: Final = (0.1, 0.2, 0.5, 1, 2, 3, 5, 10, 20, 50, 100)  # kg
 
 
 def draw_error_card(surface: Surface, layout: Layout, error: str) -> None:
-    """Draw the errors of a file below the header, as many lines as are shown at once."""
+    """Draw the errors of a file below the titles, as many lines as are shown at once."""
     height, window = layout.text_height, surface.get_rect()
     errors = error.splitlines()
     lines = [part for line in errors[:MAX_LINES] for part in wrapped(line, window.width - 4 * height, height, "    ")]
@@ -171,7 +154,7 @@ def draw_error_card(surface: Surface, layout: Layout, error: str) -> None:
     if count > MAX_LINES:
         lines[MAX_LINES - 1 :] = [f"and {count - MAX_LINES + 1} more lines"]
     head = "This file has errors, so the current scene keeps running (Esc closes this):"
-    card(surface, [[line] for line in (head, *lines)], layout.header.bottomleft, height, window)
+    card(surface, [[line] for line in (head, *lines)], layout.title(0), height, window)
 
 
 def draw_help(surface: Surface, layout: Layout) -> None:

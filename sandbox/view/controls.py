@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, StrEnum
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Final
 
 import pygame
@@ -98,85 +98,63 @@ _PLUS: Final = (pygame.K_EQUALS, pygame.K_PLUS, pygame.K_KP_PLUS)
 _MINUS: Final = (pygame.K_MINUS, pygame.K_KP_MINUS)
 
 
+_first, _time, _compare, _edit = (
+    partial(Control, topic) for topic in (Topic.FIRST, Topic.TIME, Topic.COMPARE, Topic.EDIT)
+)
+_see, _files, _window = (partial(Control, topic) for topic in (Topic.SEE, Topic.FILES, Topic.WINDOW))
+
+
 class Action(Enum):
     """What the window does when a key or a button asks for it."""
 
-    PAUSE = Control(
-        Topic.FIRST, "Space, P", "Play", "pause or resume", lambda w: w.playback.pause(), lambda w: w.playback.paused
-    )
-    STEP = Control(Topic.FIRST, "Right, O", RIGHT, "pause and do one step", lambda w: w.playback.step(), repeats=True)
-    RESTART = Control(
-        Topic.FIRST, "R", "Restart", "restart; edits stay, and are made at the start", lambda w: w.restart(keep=True),
+    PAUSE = _first("Space, P", "Play", "pause or resume", lambda w: w.playback.pause(), lambda w: w.playback.paused)
+    STEP = _first("Right, O", RIGHT, "pause and do one step", lambda w: w.playback.step(), repeats=True)
+    RESTART = _first(
+        "R",
+        "Restart",
+        "restart; edits stay, made at the start",
+        lambda w: w.restart(keep=True),
         more_keys=(pygame.K_r,),
-    )  # fmt: skip
-    PICK_SCENE = Control(
-        Topic.FIRST, "/, Ctrl O", "Open\N{HORIZONTAL ELLIPSIS}", "choose a scene", lambda w: w.scenes.open_picker()
     )
-    UNDO = Control(Topic.FIRST, "U, Ctrl Z", "Undo", "undo the last throw or edit", lambda w: w.playback.undo())
+    PICK_SCENE = _first("/, Ctrl O", "Open\N{HORIZONTAL ELLIPSIS}", "choose a scene", lambda w: w.scenes.open_picker())
+    UNDO = _first("U, Ctrl Z", "Undo", "undo the last throw or edit", lambda w: w.playback.undo())
     WHY = _page(Panel.WHY, "F5, W", "why engines differ: verdict, contacts and causes")
-    SAVE_SCENE = Control(
-        Topic.FIRST, "S, Ctrl S", "Scene", "save the balls as they are as a scene",
-        lambda w: w.saver.save_scene(w.mouse.pane or 0),
-    )  # fmt: skip
-    HELP = Control(
-        Topic.FIRST, "F1", "Help", "show or hide the help", lambda w: w.cards.toggle_help(),
-        lambda w: w.cards.help_open,
-    )  # fmt: skip
-    ESCAPE = Control(Topic.FIRST, "Esc", "", "close what is open over the panes; twice, quit", lambda w: w.escape())
+    SAVE_SCENE = _first(
+        "S, Ctrl S", "Scene", "save the balls as they are as a scene", lambda w: w.saver.save_scene(w.mouse.pane or 0)
+    )
+    HELP = _first("F1", "Help", "show or hide the help", lambda w: w.cards.toggle_help(), lambda w: w.cards.help_open)
+    ESCAPE = _first("Esc", "", "close what is open over the panes; twice, quit", lambda w: w.escape())
 
-    GO_TO_START = Control(
-        Topic.TIME, "Home", f"|{LEFT}", "go to the start; later steps are kept", lambda w: w.playback.seek(0)
+    GO_TO_START = _time("Home", f"|{LEFT}", "go to the start; later steps are kept", lambda w: w.playback.seek(0))
+    STEP_BACK = _time("Left", LEFT, "pause and go one step back", lambda w: w.playback.step_back(), repeats=True)
+    GO_TO_END = _time(
+        "End", f"{RIGHT}|", "go to the latest step reached", lambda w: w.playback.seek(w.playback.session.end)
     )
-    STEP_BACK = Control(
-        Topic.TIME, "Left", LEFT, "pause and go one step back", lambda w: w.playback.step_back(), repeats=True
-    )
-    GO_TO_END = Control(
-        Topic.TIME, "End", f"{RIGHT}|", "go to the latest step reached",
-        lambda w: w.playback.seek(w.playback.session.end),
-    )  # fmt: skip
-    SECOND_BACK = Control(Topic.TIME, "Page Up", "", "go one second back", lambda w: w.playback.skip(-1), repeats=True)
-    SECOND_FORWARD = Control(
-        Topic.TIME, "Page Down", "", "go one second forward, at most to the latest step",
-        lambda w: w.playback.skip(1), repeats=True,
-    )  # fmt: skip
-    SLOWER = Control(Topic.TIME, "-", "", "slower, down to 1/100", lambda w: w.playback.slower(), more_keys=_MINUS[1:])
-    FASTER = Control(
-        Topic.TIME, "+, =", "", "faster, up to as fast as possible", lambda w: w.playback.faster(),
-        more_keys=_PLUS[2:],
-    )  # fmt: skip
+    SLOWER = _time("-", "", "slower, down to 1/100", lambda w: w.playback.slower(), more_keys=_MINUS[1:])
+    FASTER = _time("+, =", "", "faster, up to as fast as possible", lambda w: w.playback.faster(), more_keys=_PLUS[2:])
 
-    PREVIOUS_CONTACT = Control(
-        Topic.COMPARE, "<", f"{LEFT} Previous", "go to the previous contact that differs",
-        lambda w: w.show_contact(-1), repeats=True,
-    )  # fmt: skip
-    NEXT_CONTACT = Control(
-        Topic.COMPARE, ">", f"Next {RIGHT}", "go to the next contact that differs, and draw it",
-        lambda w: w.show_contact(1), repeats=True,
-    )  # fmt: skip
-    NEXT_CHART = Control(Topic.COMPARE, "1", "", "next chart", lambda w: w.change_chart(w.view.charts.show_next))
-    SCALE = Control(
-        Topic.COMPARE, "2", "", "logarithmic chart, or linear", lambda w: w.change_chart(w.view.charts.toggle_scale)
+    PREVIOUS_CONTACT = _compare(
+        "<", f"{LEFT} Previous", "go to the previous contact that differs", lambda w: w.show_contact(-1), repeats=True
     )
+    NEXT_CONTACT = _compare(
+        ">", f"Next {RIGHT}", "go to the next one, and draw it", lambda w: w.show_contact(1), repeats=True
+    )
+    NEXT_CHART = _compare("1", "", "next chart", lambda w: w.change_chart(w.view.charts.show_next))
+    SCALE = _compare("2", "", "logarithmic chart, or linear", lambda w: w.change_chart(w.view.charts.toggle_scale))
     GHOSTS = _layer(Layer.GHOSTS, "G", "outlines of exact", "outlines of the balls in exact")
     CHARTS = _layer(Layer.CHARTS, "H", "chart", "charts")
 
-    REDO = Control(Topic.EDIT, "Y, Ctrl Y", "Redo", "redo what was undone", lambda w: w.playback.redo())
-    DISCARD_EDITS = Control(
-        Topic.EDIT, "Shift R", "Discard edits", "restart without edits; undo brings them back",
-        lambda w: w.restart(keep=False),
-    )  # fmt: skip
-    ADD_BALL = Control(Topic.EDIT, "A", "", "add a ball at the mouse", lambda w: w.mouse.add_ball())
-    DELETE_BALL = Control(
-        Topic.EDIT, "Delete, Backspace", "", "delete the ball at the mouse, or the selected one",
-        lambda w: w.mouse.delete_ball(),
-    )  # fmt: skip
-    NEXT_TOOL = Control(
-        Topic.EDIT, "F", "", "next tool: hand, move, ball, wall, erase", lambda w: w.mouse.choose_next()
+    REDO = _edit("Y, Ctrl Y", "Redo", "redo what was undone", lambda w: w.playback.redo())
+    DISCARD_EDITS = _edit(
+        "Shift R", "Discard edits", "restart without edits; undo brings them back", lambda w: w.restart(keep=False)
     )
-    SELECT_PREVIOUS = Control(
-        Topic.EDIT, ",", "", "select the previous ball", lambda w: w.editor.select_next(-1), repeats=True
+    ADD_BALL = _edit("A", "", "add a ball at the mouse", lambda w: w.mouse.add_ball())
+    DELETE_BALL = _edit(
+        "Delete, Backspace", "", "delete the ball at the mouse, or the selected one", lambda w: w.mouse.delete_ball()
     )
-    SELECT_NEXT = Control(Topic.EDIT, ".", "", "select the next ball", lambda w: w.editor.select_next(1), repeats=True)
+    NEXT_TOOL = _edit("F", "", "next tool: hand, move, ball, wall, erase", lambda w: w.mouse.choose_next())
+    SELECT_PREVIOUS = _edit(",", "", "select the previous ball", lambda w: w.editor.select_next(-1), repeats=True)
+    SELECT_NEXT = _edit(".", "", "select the next ball", lambda w: w.editor.select_next(1), repeats=True)
 
     VELOCITY = _layer(Layer.VELOCITY, "V", "velocities", "velocity arrows, to where a ball would be in 0.2 s")
     TRAILS = _layer(Layer.TRAILS, "T", "trails", "trails of where the balls were")
@@ -184,55 +162,57 @@ class Action(Enum):
     CENTRE = _layer(Layer.CENTRE, "X", "centre of mass", "centre of mass")
     NUMBERS = _layer(Layer.NUMBERS, "B", "numbers", "ball numbers, of up to 1,000 balls")
     GRID = _layer(Layer.GRID, "L", "grid", "grid lines")
-    PLAIN = Control(
-        Topic.SEE, "D", "plain debug-draw", "Pymunk's debug-draw plain, or smooth", lambda w: w.toggle_plain(),
+    PLAIN = _see(
+        "D",
+        "plain debug-draw",
+        "Pymunk's debug-draw plain, or smooth",
+        lambda w: w.toggle_plain(),
         lambda w: w.view.plain,
-    )  # fmt: skip
-    ZOOM_OUT = Control(
-        Topic.SEE, "Shift Z", "\N{MINUS SIGN}", "show more of the arena",
-        lambda w: w.mouse.zoom_by(1 / ZOOM_FACTOR), repeats=True,
-    )  # fmt: skip
-    ZOOM_IN = Control(
-        Topic.SEE, "Z", "+", "enlarge what the panes show", lambda w: w.mouse.zoom_by(ZOOM_FACTOR), repeats=True
     )
-    SHOW_ALL = Control(Topic.SEE, "0", "Fit", "show all of the arena again", lambda w: w.mouse.show_all())
+    ZOOM_OUT = _see(
+        "Shift Z", "\N{MINUS SIGN}", "show more of the arena", lambda w: w.mouse.zoom_by(1 / ZOOM_FACTOR), repeats=True
+    )
+    ZOOM_IN = _see("Z", "+", "enlarge what the panes show", lambda w: w.mouse.zoom_by(ZOOM_FACTOR), repeats=True)
+    SHOW_ALL = _see("0", "Fit", "show all of the arena again", lambda w: w.mouse.show_all())
 
-    PREVIOUS_SCENE = Control(Topic.FILES, "[", LEFT, "previous bundled scene", lambda w: w.scenes.open_bundled(-1))
-    NEXT_SCENE = Control(Topic.FILES, "]", RIGHT, "next bundled scene", lambda w: w.scenes.open_bundled(1))
-    NEXT_SEED = Control(Topic.FILES, "N", "Next seed", "restart with the next seed", lambda w: w.scenes.next_seed())
-    SAVE_INPUTS = Control(
-        Topic.FILES, "J, Ctrl C", "What I did", "save what you did, and copy the command",
-        lambda w: w.saver.save_inputs(),
-    )  # fmt: skip
-    COPY_CODE = Control(
-        Topic.FILES, "Q", "Pymunk code", "copy the balls as they are as a program for Pymunk",
+    PREVIOUS_SCENE = _files("[", LEFT, "previous bundled scene", lambda w: w.scenes.open_bundled(-1))
+    NEXT_SCENE = _files("]", RIGHT, "next bundled scene", lambda w: w.scenes.open_bundled(1))
+    NEXT_SEED = _files("N", "Next seed", "restart with the next seed", lambda w: w.scenes.next_seed())
+    SAVE_INPUTS = _files(
+        "J, Ctrl C", "What I did", "save what you did, and copy the command", lambda w: w.saver.save_inputs()
+    )
+    COPY_CODE = _files(
+        "Q",
+        "Pymunk code",
+        "copy the balls as they are as a program for Pymunk",
         lambda w: w.saver.copy_code(w.mouse.pane or 0),
-    )  # fmt: skip
-    SAVE_PICTURE = Control(Topic.FILES, "F12", "Picture", "save a picture of the window", lambda w: w.save_picture())
-    RECORD = Control(
-        Topic.FILES, "F9", "Record", "start or stop recording a GIF", lambda w: w.toggle_recording(),
+    )
+    SAVE_PICTURE = _files("F12", "Picture", "save a picture of the window", lambda w: w.save_picture())
+    RECORD = _files(
+        "F9",
+        "Record",
+        "start or stop recording a GIF",
+        lambda w: w.toggle_recording(),
         lambda w: w.recorder.seconds is not None,
-    )  # fmt: skip
+    )
 
     SCENE = _page(Panel.SCENE, "F2", "the scene: gravity, elasticity, steps")
     BALLS = _page(Panel.BALLS, "F3, K", "the balls: a table, and the selected ball or wall")
     ENGINES = _page(Panel.ENGINES, "F4, E", "the engines, and Pymunk's settings")
     SHOW = _page(Panel.SHOW, "F6", "what is shown: arrows, trails, numbers and more")
-    COLUMN = Control(
-        Topic.WINDOW, "F8", "Panel", "show or hide the column", lambda w: w.panel.toggle(),
-        lambda w: w.panel.open is not None,
-    )  # fmt: skip
-    THEME = Control(Topic.WINDOW, "F7", "dark", "light, or dark", lambda w: w.toggle_theme(), lambda w: w.is_dark)
-    LARGER_TEXT = Control(
-        Topic.WINDOW, "Ctrl +", "larger text", "larger text", lambda w: w.change_text(1), more_keys=_PLUS
+    COLUMN = _window(
+        "F8", "Panel", "show or hide the column", lambda w: w.panel.toggle(), lambda w: w.panel.open is not None
     )
-    SMALLER_TEXT = Control(
-        Topic.WINDOW, "Ctrl -", "smaller text", "smaller text", lambda w: w.change_text(-1), more_keys=_MINUS
-    )
-    FULL_SCREEN = Control(
-        Topic.WINDOW, "F11", "full screen", "full screen, or a window again", lambda w: w.toggle_full_screen(),
+    THEME = _window("F7", "dark", "light, or dark", lambda w: w.toggle_theme(), lambda w: w.is_dark)
+    LARGER_TEXT = _window("Ctrl +", "larger text", "larger text", lambda w: w.change_text(1), more_keys=_PLUS)
+    SMALLER_TEXT = _window("Ctrl -", "smaller text", "smaller text", lambda w: w.change_text(-1), more_keys=_MINUS)
+    FULL_SCREEN = _window(
+        "F11",
+        "full screen",
+        "full screen, or a window again",
+        lambda w: w.toggle_full_screen(),
         lambda w: w.is_full_screen,
-    )  # fmt: skip
+    )
 
 
 PAGES: Final = {

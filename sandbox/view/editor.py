@@ -33,7 +33,6 @@ class Editor:
     """Edits the run at its current step, in every engine.
 
     The selected ball stays selected when others are added or deleted. A wall of the scene can be selected instead.
-    by_key: whether a key selected it.
     """
 
     def __init__(self, playback: Playback, notice: Notice) -> None:
@@ -57,11 +56,11 @@ class Editor:
         balls = self._moment.balls
         return balls.index(self._selected) if self._selected is not None and self._selected in balls else None
 
-    def select(self, ball: int | None, pane: int = 0, *, by_key: bool = False) -> None:
+    def select(self, ball: int | None, pane: int = 0) -> None:
         """Select a ball, or nothing."""
         self._selected = None if ball is None else self._moment.balls[ball]  # counted over all balls of the run
         self._wall: int | None = None
-        self._pane, self.by_key = pane, by_key
+        self._pane = pane
 
     @property
     def pane(self) -> int:
@@ -85,7 +84,7 @@ class Editor:
     def select_next(self, by: int) -> None:
         """Select the ball so many numbers after the selected one, or before it if negative."""
         here = self.selected if self.selected is not None else -1 if by > 0 else 0
-        self.select((here + by) % len(self._moment.balls), by_key=True)
+        self.select((here + by) % len(self._moment.balls))
 
     # Edits
 

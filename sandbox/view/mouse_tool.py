@@ -245,14 +245,11 @@ class MouseTool:
 
     def on_event(self, event: Event) -> None:
         """Handle what the mouse does outside of the toolbar."""
-        if self._zooms_charts(event):
-            return
         if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
             self._playback.settle()
             self.drag = self._pressed(event.pos)
-        elif event.type == pygame.MOUSEWHEEL and (position := self.position):
-            width, height = self._layout().arena
-            self.lens = self.lens.zoomed(ZOOM_FACTOR**event.y, (position[0] / width, position[1] / height))
+        elif event.type == pygame.MOUSEWHEEL and self.point:
+            self._zoom(self.point, ZOOM_FACTOR**event.y)
         elif event.type == pygame.MOUSEMOTION and self.drag and event.buttons[0]:
             self.drag.move(event.pos)
         elif (event.type == pygame.MOUSEBUTTONUP and event.button == 1) or event.type == pygame.MOUSEMOTION:
@@ -285,13 +282,14 @@ class MouseTool:
             return Slide(self.bench, point, self._pan)
         return None
 
-    def _zooms_charts(self, event: Event) -> bool:
-        """Zoom in time with the wheel; return whether the event did that."""
-        layout, charts, point = self._layout(), self._playback.view.charts, self.point
-        if event.type != pygame.MOUSEWHEEL or point is None or not charts.is_over_time(layout.strip, point):
-            return False
-        charts.axis.zoom(charts.time_at(layout.strip, layout.text_height, point[0]), ZOOM_FACTOR**-event.y)
-        return True
+    def _zoom(self, point: ScreenPoint, factor: float) -> None:
+        """Enlarge the chart's time about a point, or what the panes show, whichever it is over."""
+        layout, charts, position = self._layout(), self._playback.view.charts, self.position
+        if charts.is_over_time(layout.strip, point):
+            charts.axis.zoom(charts.time_at(layout.strip, layout.text_height, point[0]), 1 / factor)
+        elif position:
+            width, height = layout.arena
+            self.lens = self.lens.zoomed(factor, (position[0] / width, position[1] / height))
 
     def _split(self, point: ScreenPoint) -> None:
         self.timeline_share = self._layout().timeline_share_at(point[1])

@@ -5,7 +5,6 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from time import perf_counter
 from typing import Final
 
 import pygame
@@ -26,7 +25,6 @@ from sandbox.view.theme import palette, theme
 from sandbox.view.video import VIDEO_FORMATS
 
 MAX_KEPT: Final = 256  # pictures
-FRAME_SHARE: Final = 0.012  # s of a frame that new pictures may take, plus what the last of them takes
 ERROR_LINES: Final = 4  # of a scene with errors
 MIN_SIDE: Final = 64  # px
 MAX_SIDE: Final = 8192  # px
@@ -45,35 +43,31 @@ class Preview:
 
 
 class Previews:
-    """Pictures of scenes, which are kept; new ones are drawn for a share of each frame.
+    """Pictures of scenes, which are kept; in each frame, at most one new one is drawn.
 
     is_complete: whether all that were asked for since `begin_frame` are there.
     """
 
-    def __init__(self, clock: Callable[[], float] = perf_counter) -> None:
-        self._clock = clock
+    def __init__(self) -> None:
         self._kept: dict[object, Preview] = {}
         self.begin_frame()
 
     def begin_frame(self) -> None:
-        """Let new pictures be drawn for the share of another frame."""
-        self._deadline: float | None = None
-        self.is_complete = True
+        """Let another picture be drawn."""
+        self._drawn, self.is_complete = 0, True
 
     def of(self, file: Path, size: tuple[int, int], text_height: int) -> Preview:
-        """Return the picture of a file's scene, or an empty one if this frame has no time for it."""
+        """Return the picture of a file's scene, or an empty one if this frame has drawn another."""
         key = file, _stamp(file), size, text_height, theme.is_dark
+        if key not in self._kept and self._drawn:
+            self.is_complete = False
+            empty = Surface(size, pygame.SRCALPHA)
+            pygame.draw.rect(empty, theme.hover, empty.get_rect(), border_radius=text_height // 3)
+            return Preview(empty)
         if key not in self._kept:
-            if self._deadline is None:
-                self._deadline = self._clock() + FRAME_SHARE
-            elif self._clock() > self._deadline:
-                self.is_complete = False
-                empty = Surface(size, pygame.SRCALPHA)
-                pygame.draw.rect(empty, theme.hover, empty.get_rect(), border_radius=text_height // 3)
-                return Preview(empty)
             if len(self._kept) >= MAX_KEPT:
                 del self._kept[next(iter(self._kept))]
-            self._kept[key] = _preview(file, size, text_height)
+            self._kept[key], self._drawn = _preview(file, size, text_height), 1
         return self._kept[key]
 
 

@@ -237,10 +237,6 @@ class Playback:
         if self.session.held is not None:
             self.give(Release(step=self.session.step))
 
-    def skip(self, seconds: int) -> None:
-        """Go some seconds forward, or back if negative."""
-        self.seek(self.session.step + seconds * self.scene.rate)
-
     def step_back(self) -> None:
         """Pause, and go one step back."""
         self.paused = True

@@ -30,6 +30,7 @@ from sandbox.view.notice import Notice, NoticeKind
 
 TRANSPARENT: Final = 255  # index in a frame's palette of what stays as it was
 EXACT: Final = 192  # the most frequent colours of a frame that has too many; the others become near ones
+LEAST: Final = 4  # hundredths of a second that a frame of the window is shown; more frames would slow it down
 MAX_WAITING: Final = 3  # frames of the window that wait until they are encoded
 
 
@@ -212,7 +213,7 @@ class Recorder:
         hundredths = int(100 * self._unseen + 1e-9)
         if self._error or self._video.size != screen.get_size():
             self.stop()
-        elif hundredths >= 100 // Gif.fps and not self._waiting.full():
+        elif hundredths >= LEAST and not self._waiting.full():
             self._waiting.put((screen.copy(), hundredths / 100))
             self._unseen -= hundredths / 100
 

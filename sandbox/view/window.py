@@ -89,7 +89,7 @@ class Window:
         self._keys_down = set[int]()
         self.why = WhyPage(self.playback, CaseSoFar(), self.do)
         self.widgets = WidgetGroup()
-        self.cards = Cards(self.playback, self.editor, self.mouse, self.scenes, self.widgets, self.messages)
+        self.cards = Cards(self.playback, self.mouse, self.scenes, self.widgets, self.messages)
         self.header = Header(lambda: self.scene, self.do, self.is_on, lambda: self.recorder.seconds)
         self.palette = tool_palette(self.mouse, self.playback, self.do)
         self.timeline = Timeline(self.playback, self.do)
@@ -147,6 +147,10 @@ class Window:
         if self.playback.use_engines(names):
             self.scenes.engines = names
             self.notice.go_stale()  # such as the error of a name typed wrongly before
+
+    @property
+    def _is_too_small(self) -> bool:
+        return self.screen.get_size() != self.layout.window
 
     def _fit_column(self) -> None:
         self.panel.fit(is_wide=self.screen.get_width() >= WIDE * self.text_height)
@@ -218,17 +222,13 @@ class Window:
 
     def _handle(self, event: Event) -> None:
         self.mouse.track(event)
-        if event.type == pygame.WINDOWFOCUSLOST:
-            self._keys_down.clear()
-        if event.type == pygame.KEYDOWN:
-            if event.key not in self._keys_down or self._repeats(event):
-                self._on_press(event)
-            self._keys_down.add(event.key)
-        elif event.type == pygame.KEYUP:
-            self._keys_down.discard(event.key)
+        if event.type in (pygame.KEYDOWN, pygame.KEYUP):
+            self._on_key(event)
         elif event.type == pygame.QUIT:
             self.running = False
         elif event.type == pygame.WINDOWSIZECHANGED:
+            if self._is_too_small and not self.is_full_screen:
+                self.screen = set_mode(self.layout.window)
             self._fit_column()
         elif event.type == pygame.DROPFILE:
             self.scenes.open_file(Path(event.file))
@@ -242,6 +242,14 @@ class Window:
                 self.panel.scroll(event.y)
             elif not self.widgets.on_event(event, self._drawn_places or self._placed):
                 self.mouse.on_event(event)
+
+    def _on_key(self, event: Event) -> None:
+        is_new = event.key not in self._keys_down
+        if event.type == pygame.KEYUP:
+            self._keys_down.discard(event.key)
+        elif is_new or self._repeats(event):
+            self._keys_down.add(event.key)
+            self._on_press(event)
 
     def _repeats(self, event: Event) -> bool:
         if self.scenes.picker or self.widgets.is_typed_into or (self.widgets.focus and event.key in ARROWS):
@@ -404,11 +412,10 @@ class Window:
             self._cursor = cursor
             with suppress(pygame.error):  # a screen in memory has no pointers
                 pygame.mouse.set_cursor(cursor)
-        self.cards.marks_selection = self.panel.open is not Panel.BALLS
         if (ball := self.editor.selected) is not None:
             self.view.charts.follow(self.view.moment.balls[ball])
         layout = self.layout
-        whole = self.screen if self.screen.get_size() == layout.window else Surface(layout.window)
+        whole = Surface(layout.window) if self._is_too_small else self.screen
         self._draw_on(whole, layout)
         if whole is not self.screen:
             self.screen.blit(whole, (0, 0))
@@ -428,8 +435,8 @@ class Window:
             guard.run(WHY_PAGE, self.why.draw_contact, surface, layout)
         guard.run("the mark of the mouse", self.mouse.draw, surface)
         guard.run("the timeline", self.timeline.draw, surface, layout)
-        guard.run("the chart", self.view.draw_chart, surface, layout, free_point)
         guard.run(self._page_name, self.panel.draw, surface, layout.panel, height, column)
+        guard.run("the chart", self.view.draw_chart, surface, layout, free_point)
         guard.run("the buttons", self.widgets.draw, surface, rows, height)
         guard.run("what lies over the panes", self.cards.draw, surface, layout, placed, free_point)
 

@@ -6,10 +6,8 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 
-import numpy as np
 import pygame
 import pytest
 from conftest import require
@@ -20,7 +18,6 @@ from sandbox.run.inputs import Grab, Release, load_inputs
 from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import load
-from sandbox.scene.spawn import spawn
 from sandbox.view.theme import LIGHT
 from sandbox.view.widgets.fields import Slider
 
@@ -117,19 +114,6 @@ def test_a_drag_far_outside_the_window_keeps_the_ball_in_the_arena_and_releases_
         assert run.position[-1, 0] == pytest.approx([780, 20], abs=1)
 
 
-@pytest.mark.wide
-def test_losing_the_focus_releases_the_ball(desktop: Desktop) -> None:
-    desktop.press(200, 300)
-    desktop.move(300, 300)
-    time.sleep(0.2)
-    root = desktop.xdo("search", "--maxdepth", 0, "")
-    desktop.xdo("windowfocus", root)
-    time.sleep(0.3)
-    desktop.xdo("mouseup", 1)
-    inputs = desktop.quit()
-    assert [given.do for given in inputs if given.do != "move"] == ["start", "grab", "release", "end"]
-
-
 def test_a_resized_window_shows_all_of_the_scene(desktop: Desktop) -> None:
     desktop.xdo("key", "p")
     for width, height in ((640, 700), (1500, 400)):
@@ -142,76 +126,6 @@ def test_a_resized_window_shows_all_of_the_scene(desktop: Desktop) -> None:
             left, middle = desktop.point(0, 300, pane)
             right, _ = desktop.point(800, 300, pane)  # a message of the picture before may hide the lower edge
             assert shown.get_at((left - 2, middle)) == shown.get_at((right + 1, middle)) == LIGHT.wall
-
-
-@pytest.mark.wide
-def test_a_session_of_scenes_time_travel_edits_and_saved_files(desktop: Desktop) -> None:
-    desktop.key("slash")
-    desktop.xdo("type", "--delay", 30, "bounci")
-    desktop.key("Return", "p")
-    desktop.wait_for(partial(desktop.has_title, "Bouncing under gravity - sandbox"))
-    desktop.scene = load("bouncing")
-    desktop.key("Home")
-    for _ in range(11):
-        desktop.key("minus")
-
-    # Ten steps on and ten back are the same bytes.
-    desktop.key(*["Right"] * 7)
-    paused_at = desktop.save()
-    desktop.key(*["Right"] * 10)
-    assert desktop.save().read_bytes() != paused_at.read_bytes()
-    desktop.key(*["Left"] * 10)
-    assert desktop.save().read_bytes() == paused_at.read_bytes()
-
-    # A ball is dragged and thrown, another is added, the elasticity is changed, and that is undone.
-    x, y = load(paused_at).balls[0].position or (0, 0)
-    desktop.key("p")
-    desktop.press(x, y)
-    desktop.key(*["plus"] * 11)
-    desktop.move(x + 60, y - 50)
-    time.sleep(0.4)
-    desktop.move(x + 120, y - 30)
-    time.sleep(0.05)
-    desktop.xdo("mouseup", 1)
-    desktop.key("p")
-    desktop.move(700, 550)
-    desktop.key("a")
-    with_ball = desktop.save()
-    desktop.slide("elasticity", 0.9)
-    with_slider = desktop.save()
-    desktop.key("ctrl+z")
-    assert desktop.save().read_bytes() == with_ball.read_bytes()
-    assert load(with_slider).arena.elasticity == pytest.approx(0.9**0.5)
-    assert [len(load(file).bodies) for file in (paused_at, with_ball)] == [3, 4]
-
-    # Start and end are unchanged; both load as they were shown, and the replay agrees.
-    strip = desktop.layout.strip
-    desktop.xdo("mousemove", "--window", desktop.window, strip.x + 2, strip.centery, "click", 1)
-    start = load(desktop.save())
-    desktop.key("End")
-    end = load(desktop.save())
-    assert (desktop.folder / f"{end.name}.toml").read_bytes() == with_ball.read_bytes()
-    inputs = desktop.quit()
-    assert [type(given) for given in inputs if isinstance(given, Grab | Release | AddBall)] == [Grab, Release, AddBall]
-    for saved, steps in ((start, 0), (end, steps_of(inputs))):
-        shown, replay = spawn(saved), simulate(desktop.scene, "pymunk", steps=steps, inputs=inputs)
-        there = ~np.isnan(replay.position[-1, :, 0])
-        assert shown.position.tobytes() == replay.position[-1, there].tobytes()
-        assert shown.velocity.tobytes() == replay.velocity[-1, there].tobytes()
-
-
-@pytest.mark.wide
-def test_an_edited_file_runs_at_once_and_an_error_leaves_the_current_scene(desktop: Desktop) -> None:
-    file = desktop.folder / "scene.toml"
-    for k in range(8):
-        broken = k % 4 == 1
-        file.write_text(f'title = "Edit {k}"\n' + SCENE.replace("20", "-20" if broken else "21", 1))
-        if broken:
-            time.sleep(0.3)
-            assert desktop.has_title(f"Edit {k - 1} - sandbox")
-        else:
-            desktop.wait_for(partial(desktop.has_title, f"Edit {k} - sandbox"))
-    desktop.quit()
 
 
 CLICKS = {  # a drag, or a value that is typed, counts as one

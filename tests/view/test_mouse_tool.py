@@ -310,22 +310,6 @@ def test_the_wheel_zooms_the_charts_or_the_panes_whichever_it_is_over(window: Wi
     assert (window.mouse.lens, seconds() < whole) == (lens, True)
 
 
-def test_the_card_of_a_selected_ball_stays_at_its_zoomed_pane_and_leaves_the_charts_to_theirs(
-    window: Window, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    places: list[tuple[int, int]] = []
-    monkeypatch.setattr("sandbox.view.cards.draw_ball_card", lambda *given: places.append(given[-1]))
-    press(window, "p", ".")
-    window.mouse.lens = Lens(10.0, (0.9, 0.9))
-    window.draw()
-    assert places
-    assert all(window.layout.arenas[0].collidepoint(place) for place in places)
-    places.clear()
-    hover(window, window.layout.strip.center)
-    window.draw()
-    assert not places, "two cards, one over the other"
-
-
 @pytest.mark.parametrize("pane", [0, 1])
 def test_a_ball_is_grabbed_and_pulled_where_it_is_seen_when_zoomed(window: Window, pane: int) -> None:
     zoom(window, point(window, 600, 100, pane), 5)

@@ -68,12 +68,6 @@ def test_keys_go_back_and_forward_and_the_panes_show_those_steps(window: Window)
         assert colour_at(window, x, y + 6, pane) == rgb(window.scene.colors[2])
     press(window, *["Right"] * 10)
     assert shown(window) == end
-    press(window, "PageUp")
-    assert step(window) == 30
-    press(window, "PageUp")
-    assert step(window) == 0
-    press(window, "PageDown", "PageDown", "PageDown")
-    assert (step(window), shown(window)) == (90, end)
     press(window, "Home")
     assert step(window) == 0
     press(window, "End")
