@@ -194,7 +194,7 @@ def compare(
 class RunningComparison:
     """A comparison that goes on: engines run to any step, and are compared as far as they have come.
 
-    Arguments and errors are those of `compare`; planned: how many steps are expected; suspends: whether an engine that
+    Arguments and errors are those of `compare`; planned: how many steps are expected. suspends: whether an engine that
     cannot run an edited scene has no run until it can, and does not raise Refused.
     """
 
@@ -208,8 +208,8 @@ class RunningComparison:
         *,
         suspends: bool = False,
     ) -> None:
-        self._scene, self._engines, self._against, self._suspends = scene, dict(engines), against, suspends
-        self._planned = planned
+        self._scene, self._engines, self._against, self._planned = scene, dict(engines), against, planned
+        self._suspends = suspends
         self._failed: dict[str, EngineError] = {}
         self._ended: LimitReached | None = None
         self._most: float = math.inf  # steps that no engine reaches a limit in

@@ -157,7 +157,7 @@ class Session:
         `catch_up` brings the engines there.
         """
         self.step = self.end = earlier.end
-        self._undone = [*earlier._undone]
+        self._undone, self._restarts = [*earlier._undone], [*earlier._restarts]
 
     def step_at(self, time: float) -> int:
         """Return the step nearest to a time (s)."""

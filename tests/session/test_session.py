@@ -18,10 +18,9 @@ from sandbox.run.edits import (
     SetRate,
     SetVelocity,
 )
-from sandbox.run.inputs import Grab, Input, Move, Release
+from sandbox.run.inputs import Grab, Input, Release
 from sandbox.run.trajectory import simulate
 from sandbox.scene.model import Scene
-from sandbox.session.history import History, Moment
 from sandbox.session.samples import Quantity
 from sandbox.session.session import Session
 
@@ -116,19 +115,6 @@ def test_contacts_of_a_step_that_deletes_balls_are_not_shown_with_new_numbers(se
     assert flat(session.shown) == shown
 
 
-def test_engines_can_catch_up_a_few_steps_at_a_time(session: Session) -> None:
-    run(session, 50)
-    end = flat(session.shown)
-    session.seek(40)
-    left = []
-    while not session.is_live:
-        session.catch_up(15)
-        left.append(session.steps_behind)
-    assert left == [25, 10, 0]
-    run(session, 10)
-    assert flat(session.shown) == end
-
-
 def test_a_run_continued_from_the_past_repeats_its_inputs_until_a_new_one(session: Session) -> None:
     perform(session, THROW, 40)
     thrown = flat(session.shown)
@@ -178,13 +164,6 @@ def test_a_step_s_other_edits_are_applied_when_one_is_refused(scene: Scene) -> N
     assert (session.step, session.inputs) == (3, [kick])
     assert session.shown.states["article"].velocity.tolist() == [[0, 60]]
     run(session, 10)
-    assert is_replay(session)
-
-
-def test_inputs_to_come_are_not_recorded(session: Session) -> None:
-    perform(session, THROW, 40)
-    session.seek(9)
-    assert session.given() == THROW[:2]
     assert is_replay(session)
 
 
@@ -255,23 +234,6 @@ def test_undo_in_the_past_undoes_the_last_action_there_and_redo_all_that_followe
     assert flat(session.shown) == end
 
 
-def test_a_new_action_leaves_nothing_to_redo(session: Session) -> None:
-    perform(session, THROW, 20)
-    session.undo()
-    session.give(SetGravity(step=session.step, gravity=(0, 50)))
-    assert not session.redo()
-
-
-def test_only_the_last_move_of_a_step_counts(session: Session) -> None:
-    session.give(Grab(step=0, ball=2, at=(600, 200)))
-    for x in range(100):
-        session.give(Move(step=0, at=(500.0 + x, 300)))
-    assert [given.do for given in session.inputs] == ["grab", "move"]
-    run(session, 10)
-    assert session.shown.target == (599, 300)
-    assert is_replay(session)
-
-
 def test_a_refused_edit_changes_nothing_and_drops_nothing_to_come(session: Session) -> None:
     perform(session, [SetVelocity(step=6, ball=0, velocity=(0, 60))], 20)
     end, inputs = flat(session.shown), list(session.inputs)
@@ -336,17 +298,6 @@ def test_a_restart_keeps_edits_or_discards_them_and_either_can_be_undone(session
     assert session.inputs == inputs[:-1]
 
 
-def test_a_recorded_edit_that_is_refused_is_reported_and_dropped(scene: Scene) -> None:
-    script: list[Input] = [SetVelocity(step=2, ball=0, velocity=(1, 2)), DeleteBall(step=3, ball=7), *THROW]
-    session = Session(scene, ENGINES, script)
-    run(session, 2)
-    with pytest.raises(SandboxError, match="ball must be at most 2, got 7"):
-        session.advance()
-    run(session, 20)
-    assert session.inputs == [script[0], *THROW]
-    assert is_replay(session)
-
-
 def test_times_map_to_steps_after_a_change_of_rate(session: Session) -> None:
     perform(session, [SetRate(step=30, rate=120)], 60)
     assert (session.shown.time, session.step_at(0.75), session.step_at(0.25)) == (0.75, 60, 15)
@@ -384,16 +335,6 @@ def test_steps_run_repeatedly_are_kept_once(session: Session, monkeypatch: pytes
     for step in range(16):  # there is room for twenty
         session.seek(step)
         assert session.shown.step == step
-
-
-def test_large_moments_are_few(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sandbox.session.history.MAX_BYTES_KEPT", 3.5 * session.shown.size)
-    memory = History()
-    for step in range(100):
-        session.seek(0)
-        moment = session.shown
-        memory.keep(Moment(step, *(getattr(moment, key) for key in Moment.__slots__[1:])))
-    assert [step for step in range(100) if memory.nearest(step).step == step] == [0, 64, 97, 98, 99]
 
 
 def test_edits_beyond_the_limit_of_a_recording_are_rejected(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:

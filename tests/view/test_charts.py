@@ -162,16 +162,6 @@ def test_a_line_has_a_gap_where_the_engine_does_not_run_and_does_not_wait_for_th
     assert values == {"pymunk": "50 kg px/s", "article": "40 kg px/s", "exact": "not known"}
 
 
-def test_one_tiny_gap_does_not_stretch_the_axis(scene: Scene) -> None:
-    charts = charts_of(scene, 4, lambda time: steady(time) | {"pymunk": 60.03, "article": 60.0 + 1e-13}, GAP)
-    charts.toggle_scale()
-    gap = charts.plot(PLACE, TEXT)
-    surface = draw(charts)
-    x = column(charts, 2)
-    assert np.mean(rows_of(surface, gap, x, PYMUNK)) == pytest.approx(row(gap, (-3, 0), math.log10(0.03)), abs=1)
-    assert np.mean(rows_of(surface, gap, x, ARTICLE)) == pytest.approx(gap.bottom - 1, abs=1)
-
-
 @pytest.mark.parametrize(
     ("low", "high", "span", "texts"),
     [
@@ -229,21 +219,6 @@ def test_each_line_ends_in_its_engine_s_name_after_a_marker_of_its_shape(
     assert shapes == [0, 1, 2]
 
 
-def test_no_engine_s_name_hides_the_descenders_of_another(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    def underline(text: str, colour: Color, height: int) -> Surface:
-        """Return a name of which only the lowest row shows."""
-        name = Surface((9, 22), pygame.SRCALPHA)
-        name.fill(colour if text in NAMES else (0, 0, 0, 0), (0, 21, 9, 1))
-        return name
-
-    monkeypatch.setattr("sandbox.view.charts.draw_marker", lambda *given: None)
-    monkeypatch.setattr("sandbox.view.charts.lettering", underline)
-    charts = charts_of(scene, 2, steady)
-    beside = pygame.surfarray.array3d(draw(charts))[column(charts, 2) + 2 :]
-    for colour in (PYMUNK, ARTICLE, EXACT):
-        assert (beside == tuple(colour)[:3]).all(axis=2).sum() == 9
-
-
 @pytest.mark.wide
 def test_a_chart_drawn_sample_by_sample_equals_the_chart_drawn_at_once(scene: Scene) -> None:
     def course(time: float) -> dict[str, float]:
@@ -294,12 +269,6 @@ def test_after_a_cut_the_chart_shows_what_is_left(scene: Scene) -> None:
     momentum = charts.plot(PLACE, TEXT)
     assert rows_of(surface, momentum, column(charts, 3.9), ARTICLE)
     assert not rows_of(surface, momentum, column(charts, 7), ARTICLE)
-
-
-def test_charts_without_room_draw_nothing(scene: Scene) -> None:
-    surface = Surface((100, 100))
-    charts_of(scene, 1, steady).draw(surface, Rect(8, 90, 80, 0), TEXT, 1.0)
-    assert (pygame.surfarray.array3d(surface) == 0).all()
 
 
 # Time

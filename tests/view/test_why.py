@@ -78,15 +78,6 @@ def list_contacts(window: Window) -> None:
     window.frame(1 / 60)
 
 
-def test_a_contact_with_a_ball_at_rest_is_drawn() -> None:
-    window = window_of(load("break-shot"), ["pymunk", "impulse"], 40)
-    window.why.show(expected(window).engines["pymunk"].contacts[0])
-    assert window.why.contact
-    found = window.why.contact.difference
-    assert any((0.0, 0.0) in (velocities or ()) for velocities in (found.before, found.should_after))
-    window.draw()
-
-
 def expected(window: Window) -> Case:
     """Return what is to be said of the run that the window has done."""
     return case_of_run(RunSoFar.of(window.view.session))
@@ -266,20 +257,6 @@ def test_at_the_end_of_a_run_the_last_contact_is_the_next_one(article: Window) -
     article.playback.seek(0)
     press(article, "<")
     assert article.why.contact == expected(article).engines["pymunk"].contacts[0]
-
-
-def test_the_keyboard_stays_on_a_contact_that_it_went_to(article: Window) -> None:
-    click(article, place_of(article, "pymunk"))
-    list_contacts(article)
-    text = expected(article).engines["pymunk"].contacts[0].sentence
-    for _ in range(200):
-        if getattr(article.widgets.focus, "text", "") == text:
-            break
-        press(article, "Tab")
-    press(article, "Enter")
-    article.frame(1 / 60)
-    assert step(article) == expected(article).engines["pymunk"].contacts[0].step
-    assert getattr(article.widgets.focus, "text", "") == text
 
 
 def test_of_many_contacts_those_around_the_one_shown_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
