@@ -53,9 +53,9 @@ from sandbox.cli.options import (
     warn_of_pygame,
 )
 from sandbox.cli.progress import progress_bar, sweep_with_bar, terminal_bar
-from sandbox.errors import SandboxError
+from sandbox.errors import SandboxError, suggestion
 from sandbox.files import STANDARD_OUTPUT, check_outputs, write_text
-from sandbox.text import console, counted, json_text, printable
+from sandbox.text import console, counted, json_text, listed, printable
 from sandbox.view import Layer
 
 if TYPE_CHECKING:
@@ -63,6 +63,9 @@ if TYPE_CHECKING:
     from sandbox.analysis.comparison import Comparison
     from sandbox.run.inputs import Input
     from sandbox.scene.model import Scene
+
+
+USAGE_ERROR: Final[type[Exception]] = typer.BadParameter.__mro__[1]  # typer does not export it
 
 
 class _Commands(TyperGroup):
@@ -83,9 +86,24 @@ class _Commands(TyperGroup):
         return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
-        """Run a command. Typer itself would end with 1 at a closed pipe."""
+        """Run a command. Typer itself would end with 1 at a closed pipe, and offer --seed for --seconds."""
         with exit_codes():
-            return super().invoke(ctx)
+            try:
+                return super().invoke(ctx)
+            except USAGE_ERROR as error:
+                if option := getattr(error, "option_name", None):
+                    raise self._no_option(ctx.invoked_subcommand, option) from None
+                raise
+
+    def _no_option(self, command: str, option: str) -> SandboxError:
+        """Return an error for an option that a command does not have, with the commands that have it."""
+        options = {
+            name: [text for key in each.params for text in key.opts if text.startswith("-")]
+            for name, each in self.commands.items()
+        }
+        others = [name for name, known in options.items() if option in known]
+        hint = f"{listed(others)} {'have' if len(others) > 1 else 'has'} it" if others else None
+        return SandboxError(f"{command} has no option {option}; {hint or suggestion(option, options[command])}")
 
 
 app = typer.Typer(
@@ -157,9 +175,9 @@ def run(
     else:
         print("No display: comparing instead of opening the window.")
         print_warnings(chosen)
-        _compare_and_draw(chosen, engines, replayed)
         if save_inputs:
             write_run(chosen, replayed, chosen.steps, save_inputs)
+        _compare_and_draw(chosen, engines, replayed)
 
 
 @app.command()
@@ -608,10 +626,9 @@ def _compare_and_draw(scene: "Scene", names: Sequence[str] | None, inputs: "Sequ
     from sandbox.view.offscreen import draw_picture, save_picture
 
     path = f"{scene.name}-{scene.seed}-{scene.steps:06}.png"
-    check_outputs({"Picture": path})
     comparison = _compare(scene, names, None, inputs)
     print_comparison(comparison, console())
-    save_picture(draw_picture(comparison), path)
-    print(f"Picture of the end: {path}")
     for error in comparison.failed.values():
         print_error(error)
+    save_picture(draw_picture(comparison), path)
+    print(f"Picture of the end: {path}")

@@ -6,7 +6,7 @@ from importlib.metadata import version
 from typing import Any, Final
 
 from pydantic import BaseModel, ValidationError
-from pydantic_core import ErrorDetails, PydanticCustomError
+from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from sandbox.errors import KeyPath, SandboxError, dotted, shown, suggestion
 
@@ -22,6 +22,22 @@ def invalid(*problems: tuple[KeyPath, str | Callable[[], str]]) -> PydanticCusto
     return PydanticCustomError("problems", "{problems}", {"problems": list(problems)})
 
 
+def with_problems(error: ValidationError, problems: Iterable[Problem]) -> ValidationError:
+    """Return an error of pydantic's, with problems of the same table beside its own."""
+    details = [
+        InitErrorDetails(
+            type=invalid(*detail["ctx"]["problems"]) if detail["type"] == "problems" else detail["type"],
+            loc=detail["loc"],
+            input=detail["input"],
+            ctx=detail.get("ctx", {}),
+        )
+        for detail in error.errors(include_url=False)
+    ]
+    if more := [*problems]:
+        details.append(InitErrorDetails(type=invalid(*more), input=None))
+    return ValidationError.from_exception_data(error.title, details)
+
+
 _MESSAGES: Final[Mapping[str, str]] = {
     "greater_than": "must be greater than {gt:g}, got {got}",
     "greater_than_equal": "must be at least {ge:g}, got {got}",
@@ -34,7 +50,7 @@ _MESSAGES: Final[Mapping[str, str]] = {
     "string_type": "must be text in quotes, got {got}",
     "string_too_long": "must have at most {max_length} characters, got {got}",
     "string_unicode": "must not contain half of a surrogate pair, got {got}",
-    "tuple_type": "must be a list in brackets, got {got}",
+    "tuple_type": "must be a list in brackets{example}, got {got}",
     "literal_error": "must be {expected}, got {got}",
     "enum": "must be {expected}, got {got}",
     "union_tag_invalid": "must have {discriminator} as one of {expected_tags}, got '{tag}'",
@@ -94,7 +110,8 @@ def _message(detail: ErrorDetails) -> str:
     template = _MESSAGES.get(detail["type"])
     if template is None:
         return detail["msg"]
-    return template.format(got=shown(detail["input"]), **detail.get("ctx", {}))
+    example = ", such as [0, 900]" if isinstance(detail["input"], int | float) else ""
+    return template.format(got=shown(detail["input"]), example=example, **detail.get("ctx", {}))
 
 
 @functools.cache

@@ -30,6 +30,25 @@ def test_without_a_display_it_says_so_compares_and_saves_a_picture(command: Comm
     assert load_inputs(Path("inputs.jsonl"), scene) == [Start(scene="head-on", seed=0, rate=60), End(step=180)]
 
 
+def test_a_picture_that_cannot_be_written_does_not_lose_the_comparison(command: Command) -> None:
+    Path("head-on-0-000180.png").mkdir()
+    code, out, err = command("run", "head-on")
+    assert (code, err) == (2, "head-on-0-000180.png: cannot be written: Is a directory\n")
+    assert "energy change" in out
+
+
+UNKNOWN_OPTIONS = {
+    "of-others": ("--seconds", "record, compare, watch, trace, sweep and converge have it"),
+    "mistyped": ("--sed", "did you mean --seed?"),
+    "short": ("-x", "known are --engines, --inputs, --save-inputs, --seed"),
+}
+
+
+@pytest.mark.parametrize(("option", "hint"), UNKNOWN_OPTIONS.values(), ids=UNKNOWN_OPTIONS)
+def test_an_option_that_a_command_does_not_have(option: str, hint: str, command: Command) -> None:
+    assert command("run", "article", option, 3) == (2, "", f"run has no option {option}; {hint}\n")
+
+
 def test_every_command_has_help(command: Command) -> None:
     _, top, _ = command("--help")
     for name in COMMANDS:

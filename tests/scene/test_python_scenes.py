@@ -69,7 +69,7 @@ def test_python_reports_the_errors_of_a_file_in_the_same_words() -> None:
     with pytest.raises(SandboxError) as caught:
         parse(BROKEN, "mine.toml")
     in_file = [line.removeprefix("mine.toml:").partition(": ")[2] for line in str(caught.value).splitlines()]
-    assert len(in_file) == 24
+    assert len(in_file) == 25
     document = tomllib.loads(BROKEN)
     start = in_file.index(f"walls[1].start {NO_KEY}; known are elasticity, friction, from, joined, thickness, to")
     del in_file[start], document["walls"][1]["start"]  # the name of `from` in Python
@@ -157,15 +157,15 @@ def test_a_change_keeps_the_source_and_reports_errors_in_the_same_words() -> Non
 
 def test_a_change_checks_the_groups_that_are_new_and_all_in_a_new_arena(monkeypatch: pytest.MonkeyPatch) -> None:
     checked = list[float]()
-    errors_in = BallGroup.errors_in
+    problems_in = BallGroup.problems_in
 
     def noted(group: BallGroup, arena: Vector, overlap: float) -> Iterator[Problem]:
         checked.append(group.radius)
-        return errors_in(group, arena, overlap)
+        return problems_in(group, arena, overlap)
 
     groups = [BallGroup(radius=radius, position=(50, 50)) for radius in (5, 10, 15)]
     scene = Scene(arena={"size": (100, 100)}, balls=groups)
-    monkeypatch.setattr(BallGroup, "errors_in", noted)
+    monkeypatch.setattr(BallGroup, "problems_in", noted)
     more = scene.changed(balls=[*scene.balls, {"radius": 20, "position": (50, 50)}], gravity=(0, 9))
     assert checked == [20]
     more.changed(arena={"size": (90, 90)})

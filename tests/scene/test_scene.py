@@ -176,6 +176,28 @@ def test_all_errors_at_once_in_order_of_lines() -> None:
     ]
 
 
+def test_errors_in_keys_and_in_tables_together_are_reported_with_all_others() -> None:
+    text = (
+        "seconds = 2\ngravity = 900\n[arena]\nsize = [400, 300]\n"
+        "[[balls]]\nradius = 10\nposition = [100, 100]\npositions = [[100, 100], [200, 100]]\n"
+        "[[balls]]\nradius = 10\nposition = [395, 100]\n"
+        "[[balls]]\nradius = 10\nmas = 2\npositions = [[20, 20], [200, 205]]\n"
+        "[[walls]]\nfrom = [100, 200]\nto = [300, 200]\n"
+        '[[expect]]\nat = 1\nball = 5\nposition = [1, 1]\ntolerance = 1\nbecause = "a law"\n'
+        '[[expect]]\nat = 3\nmomentum = [0, 0]\ntolerance = 1\nbecause = "a law"\n'
+    )
+    in_wall = "puts a ball into wall 0: its centre must be at least 12 px from the wall's centre line"
+    assert errors(text) == [
+        "2: gravity must be a list in brackets, such as [0, 900], got 900",
+        "8: balls[0].positions cannot be combined with position; keep one of them",
+        "11: balls[1].position puts a ball outside the arena: x must be from 10 to 390, got 395",
+        f"14: balls[2].mas {NO_KEY}; did you mean mass?",
+        f"15: balls[2].positions[1] {in_wall}, got 5 (or allow it with overlap in [arena])",
+        "21: expect[0].ball must be at most 4, got 5",
+        "26: expect[1].at must be at most 2, the seconds of the run, got 3",
+    ]
+
+
 ALL_KEYS = {
     "top": (
         "radius = 1\n" + balls(BALL),
@@ -448,10 +470,10 @@ def test_walls_must_be_true_or_false() -> None:
 
 
 def test_of_very_many_errors_the_first_hundred_are_reported() -> None:
-    found = errors(balls(BALL, *["radius = 0"] * 200))
+    found = errors(balls(BALL, *["radius = 0\ngrid = [1, 1]\nspacing = 1"] * 200))
     assert found[:2] == [
         "7: balls[1].radius must be greater than 0, got 0",
-        "9: balls[2].radius must be greater than 0, got 0",
+        "11: balls[2].radius must be greater than 0, got 0",
     ]
     assert len(found) == 101
     assert found[100] == " has more than these 100 errors"
@@ -555,7 +577,11 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
         balls("radius = 0.1\ncount = 1_000_000\ninside = [[0, 0], [800, 600]]"),
         ":5: balls[0].count must be at most 200000, got 1000000",
     ),
-    "duplicate-key": (balls(f"{BALL}\nradius = 6"), ":6: is not valid TOML: Cannot overwrite a value"),
+    "duplicate-key": (balls(f"{BALL}\nradius = 6"), ":6: balls[0].radius is given twice, first in line 4"),
+    "duplicate-table": (
+        balls(BALL, more="[units]\nlength = 'px'\n[units]\n"),
+        ":8: units is given twice, first in line 6",
+    ),
     "no-colour": (
         balls(f'{BALL}\ncolors = ["rde"]'),
         ':6: balls[0].colors[0] is not a valid colour: "rde"; did you mean red?',
@@ -582,7 +608,7 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
     ),
     "ball-in-a-peg": (
         balls(BALL, more="[[pegs]]\nradius = 5\npositions = [[700, 500], [104, 100]]\n"),
-        """:5: balls[0].position puts ball 0 into wall 1: its centre must be at least 10 px from the peg's centre, \
+        """:5: balls[0].position puts a ball into wall 1: its centre must be at least 10 px from the peg's centre, \
 got 4 (or allow it with overlap in [arena])""",
     ),
     "walls-and-pegs": (

@@ -349,15 +349,15 @@ def test_balls_in_a_wall_are_refused_with_their_lines() -> None:
     reason = "into wall 1: its centre must be at least 7 px from the wall's centre line"
     advice = "(or allow it with overlap in [arena])"
     assert str(refused.value).splitlines() == [
-        f"mine.toml:5: balls[0].position puts ball 0 {reason}, got 6 {advice}",
-        f"mine.toml:8: balls[1].position puts ball 1 {reason}, got 4 {advice}",
+        f"mine.toml:5: balls[0].position puts a ball {reason}, got 6 {advice}",
+        f"mine.toml:8: balls[1].position puts a ball {reason}, got 4 {advice}",
     ]
 
 
 def test_the_overlap_of_the_arena_allows_balls_in_walls_which_cause_a_warning_with_the_wall_s_line() -> None:
     scene = parse(IN_A_WALL.format(overlap="\noverlap = 3"), "mine.toml")
     assert warnings_of(scene) == ["mine.toml:13: walls[1] warning: overlaps ball 1 by 3 px at the start"]
-    with pytest.raises(SandboxError, match="puts ball 1 into wall 1"):
+    with pytest.raises(SandboxError, match="puts a ball into wall 1"):
         spawn(parse(IN_A_WALL.format(overlap="\noverlap = 2.9"), "mine.toml"))
 
 
