@@ -24,7 +24,7 @@ from pydantic import (
 )
 
 from sandbox.errors import shown
-from sandbox.scene.validation import NUMBER, TABLE, Problem, invalid, sandbox_error, with_problems
+from sandbox.scene.validation import NUMBER, TABLE, Problem, invalid, problems_of, sandbox_error
 from sandbox.text import unprintable
 
 # Okabe and Ito's colours, which colour-blind people can tell apart (https://jfly.uni-koeln.de/color/).
@@ -142,7 +142,7 @@ class Model(BaseModel):
         try:
             table = check(given)
         except ValidationError as error:
-            raise with_problems(error, partial(cls, given).problems(checked)) from None
+            raise invalid(*problems_of(error, cls), *partial(cls, given).problems(checked)) from None
         if problems := [*table.problems(checked)]:
             raise invalid(*problems)
         return table

@@ -20,7 +20,7 @@ from sandbox.scene.fields import partial
 from sandbox.scene.model import Scene
 from sandbox.scene.overlaps import balls_in_walls, needed_overlap
 from sandbox.scene.toml_lines import Source, last_key, line_of, lines_of_keys, too_deep
-from sandbox.scene.validation import Problem, problems_of
+from sandbox.scene.validation import Problem, problems_of, shown_problems
 from sandbox.state import MEETS_ALL, Bodies, State
 from sandbox.text import printable
 
@@ -80,14 +80,16 @@ def parse(text: str, file: str) -> Scene:
     try:
         scene = Scene.read(document, Source(file, text))
     except ValidationError as error:
-        problems += itertools.islice(problems_of(error, Scene), MAX_REPORTED_ERRORS + 1)
+        problems += problems_of(error, Scene)[: MAX_REPORTED_ERRORS + 1]
         scene = partial(Scene, document)
     problems += scene.problems_of_file()
     if not problems:
         return scene
     problems += balls_in_walls(scene)
     lines = lines_of_keys(text)
-    errors = sorted((line_of(path, lines) or 0, f"{dotted(path)} {message}") for path, message in problems)
+    errors = sorted(
+        (line_of(path, lines) or 0, f"{dotted(path)} {message}") for path, message in shown_problems(problems)
+    )
     raise first_errors((f"{name}:{line}: {what}" if line else f"{name}: {what}" for line, what in errors), name)
 
 

@@ -89,26 +89,20 @@ class Situation(NamedTuple):
     position: Floats
 
 
-def check_ball_fits(ball: int, before: Situation, after: Situation) -> None:
-    """Raise SandboxError if a ball is deeper in another ball or in a wall than before, or in too many balls."""
+def check_ball_fits(ball: int, before: Situation | None, after: Situation) -> None:
+    """Raise SandboxError if a ball is deeper in another ball or in a wall than before, or in too many balls.
+
+    before: None for a new ball, which may be in other balls as deep as it likes.
+    """
     balls = len(after.position)
-    depth, earlier = _depths_of_ball(ball, after), _depths_of_ball(ball, before)
+    depth = _depths_of_ball(ball, after)
+    earlier = _depths_of_ball(ball, before) if before else np.where(np.arange(len(depth)) < balls, np.inf, 0.0)
     earlier[balls:] = np.maximum(earlier[balls:], after.scene.arena.overlap)
     into = _deepest(depth, earlier, after.scene)
     if into is not None:
         body = f"ball {into}" if into < balls else after.scene.wall_name(into - balls)
         raise SandboxError(f"ball {ball} would overlap {body} by {_shown(after.scene, depth[into])}")
     check_overlaps(after.position, after.scene.bodies)
-
-
-def check_added_ball_fits(after: Situation) -> None:
-    """Raise SandboxError if the last ball is too deep in a wall of the scene, or if too many balls overlap."""
-    scene, ball = after.scene, len(after.position) - 1
-    for number in range(len(scene.walls)):
-        depth = float(_depths_in_wall(number, after)[ball])
-        if depth > scene.arena.overlap + depth_rounding(scene):
-            raise SandboxError(f"ball {ball} would overlap wall {number} by {_shown(scene, depth)}")
-    check_overlaps(after.position, scene.bodies)
 
 
 def check_wall_fits(wall: int, before: Situation | None, after: Situation) -> None:

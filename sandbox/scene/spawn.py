@@ -17,6 +17,7 @@ from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.overlaps import balls_in_walls, check_overlaps, depth_rounding
 from sandbox.scene.packing import Packing
+from sandbox.scene.validation import shown_problems
 from sandbox.scene.walls import depths_in_wall
 from sandbox.state import Floats, State
 
@@ -55,7 +56,7 @@ def _spawns_alike(scene: Scene, changed: Scene) -> bool:
 
 def _spawn(scene: Scene) -> State:
     if problems := [*balls_in_walls(scene)]:
-        raise first_errors((scene.at_key(path, message) for path, message in problems), str(scene.file))
+        raise first_errors((scene.at_key(path, message) for path, message in shown_problems(problems)), str(scene.file))
     rng = random.Random(scene.seed)
     packing = Packing(scene)
     last_packed = max((index for index, group in enumerate(scene.balls) if group.inside), default=-1)
