@@ -34,7 +34,6 @@ from sandbox.cli.options import (
     Limits,
     Parts,
     Rates,
-    ReportFile,
     RunOptions,
     SceneArgument,
     Seconds,
@@ -227,7 +226,8 @@ def compare(
 
     FILE may be -, for standard output. Exit code 1: a limit was exceeded; 2: an engine of your own failed.
     """
-    _check_ending(files.report)
+    if files.report and files.report not in STANDARD_OUTPUT and Path(files.report).suffix != ".html":
+        raise SandboxError(f"{files.report}: a report must end in .html")
     outputs = files.by_option
     check_outputs(outputs, [scene, options.inputs])
     chosen, replayed = options.load(scene)
@@ -276,12 +276,6 @@ def _write_comparison(
         if trials:
             print()
             print_advice(trials, console())
-
-
-def _check_ending(report: str | None) -> None:
-    """Raise SandboxError if a report is to be written to a file with another ending than .html."""
-    if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
-        raise SandboxError(f"{report}: a report must end in .html")
 
 
 def _has_document(files: Iterable[str | None]) -> bool:
@@ -426,7 +420,6 @@ def sweep(
     seconds: Seconds = None,
     out: Annotated[str, file_option("Write the table as CSV; - prints it.")] = "-",
     workforce: Workforce,
-    report: Annotated[str | None, file_option("Write charts as one HTML page.")] = None,
 ) -> None:
     """Run many seeds, rates, engines and settings of a scene.
 
@@ -442,12 +435,11 @@ def sweep(
     workers, scheduler = workforce.workers, workforce.scheduler
     if workers and scheduler is not None:
         raise SandboxError("--workers and --scheduler exclude each other")
-    _check_ending(report)
-    check_outputs({"--out": out, "--report": report}, [scene])
+    check_outputs({"--out": out}, [scene])
     if scheduler is not None:
         check_scheduler(scheduler)
     chosen = load(scene).changed(**({} if seconds is None else {"seconds": seconds}))
-    with _printed_beside([out, report]):
+    with _printed_beside([out]):
         planned = plan(
             chosen,
             seeds or [chosen.seed],
@@ -458,12 +450,7 @@ def sweep(
         )
     with open_journal(planned, out) as kept:
         failures = sweep_with_bar(planned, kept, workers or core_count(), scheduler)
-        rows = in_order(planned, kept.rows)
-        if report:
-            from sandbox.report.sweep import page
-
-            write_text(report, page(planned, rows))
-        write(planned, rows, out)
+        write(planned, in_order(planned, kept.rows), out)
     if failures:
         raise typer.Exit(1)
 
@@ -477,7 +464,6 @@ def converge(
     seed: Seed = None,
     seconds: Seconds = None,
     json_file: JsonFile = None,
-    report: ReportFile = None,
 ) -> None:
     """Measure how fast the errors of engines vanish as the steps become shorter.
 
@@ -487,20 +473,15 @@ def converge(
     from sandbox.report.tables import print_convergence
     from sandbox.sweeps.convergence import converge as measure_order
 
-    _check_ending(report)
-    check_outputs({"--json": json_file, "--report": report}, [scene])
+    check_outputs({"--json": json_file}, [scene])
     chosen, _ = scene_and_inputs(scene, None, seed=seed, seconds=seconds)
     print_warnings(chosen)
     names = engines or default_engines(chosen)
-    with _printed_beside([json_file, report]), progress_bar(chosen.title or chosen.name) as progress:
+    with _printed_beside([json_file]), progress_bar(chosen.title or chosen.name) as progress:
         convergence = measure_order(chosen, names, rates or DEFAULT_RATES, starts, progress)
     if json_file:
         write_text(json_file, json_text(convergence.as_json()))
-    if report:
-        from sandbox.report.sweep import convergence_page
-
-        write_text(report, convergence_page(convergence))
-    if not _has_document([json_file, report]):
+    if not _has_document([json_file]):
         print_convergence(convergence, console())
 
 

@@ -219,7 +219,6 @@ Seed = Annotated[int | None, typer.Option(help="Seed, instead of the scene's.")]
 Seconds = Annotated[float | None, typer.Option(help="Seconds to run, instead of the scene's.")]
 Inputs = Annotated[Path | None, file_option("Replay the drags and edits saved with --save-inputs.")]
 JsonFile = Annotated[str | None, file_option("Write the figures as JSON.", "--json")]
-ReportFile = Annotated[str | None, file_option("Write a report as one .html file.")]
 JunitFile = Annotated[str | None, file_option("Write the results as JUnit XML.", "--junit")]
 SizeOption = Annotated[Size, typer.Option(metavar="WxH", parser=_if_text(parse_size), help="Width and height, px.")]
 Layers = Annotated[Sequence[Layer], _names(f"What to show: {', '.join(Layer)}.", _if_text(parse_layers))]
@@ -262,7 +261,7 @@ class ComparisonFiles:
     json: JsonFile = None
     csv: Annotated[str | None, file_option("Write the figures as CSV.", "--csv")] = None
     series: Annotated[str | None, file_option("Write energy, gap and more at every step as CSV.")] = None
-    report: ReportFile = None
+    report: Annotated[str | None, file_option("Write a report as one .html file.")] = None
 
     @property
     def by_option(self) -> dict[str, str]:

@@ -16,9 +16,8 @@ from bokeh.themes import Theme
 from bokeh.transform import dodge
 
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.series import contacts_by, energies, thinned
+from sandbox.analysis.series import energies, thinned
 from sandbox.judge.causes import Cause
-from sandbox.quantity import length
 from sandbox.report.colours import colours_of
 from sandbox.report.numbers import minus
 from sandbox.report.scales import BothSigns, Logarithmic, Scale, gap_scale
@@ -123,11 +122,10 @@ def legend_of(styles: Mapping[str, Style], symbol: str | None = None) -> tuple[E
 
 
 def charts(comparison: Comparison) -> list[Chart]:
-    """Draw gap, energy, momentum and contacts over time, and the ledger if it has entries."""
-    over_time = [_energy(comparison), _momentum(comparison), _contacts(comparison)]
+    """Draw gap and energy over time, and the ledger if it has entries."""
     gap = [_gap(comparison)] if len(comparison.runs) > 1 else []
     ledger = [_ledger(comparison)] if _bars(comparison)[1] else []
-    return gap + over_time + ledger
+    return [*gap, _energy(comparison), *ledger]
 
 
 def as_document(drawn: Sequence[Chart]) -> tuple[dict[str, Any], dict[str, str]]:
@@ -198,35 +196,12 @@ def _energy(comparison: Comparison) -> Chart:
 
 def _energy_itself(comparison: Comparison) -> Chart:
     series, unit = energies(comparison)
-    about = "Kinetic and potential energy together. Elastic balls keep all of it."
-    return _from_zero(comparison, "Energy", about, series, unit, unit, "Energy at the end")
-
-
-def _momentum(comparison: Comparison) -> Chart:
-    units = comparison.scene.units
-    factor, unit = units.factor(Dimension.MOMENTUM), units.name(Dimension.MOMENTUM)
-    series = {name: factor * length(run.momentum) for name, run in comparison.runs.items()}
-    about = (
-        "The magnitude of the total momentum. Walls, gravity and the mouse change it; contacts between balls must not."
-    )
-    return _from_zero(comparison, "Momentum", about, series, unit, unit, "Momentum at the end")
-
-
-def _contacts(comparison: Comparison) -> Chart:
-    series = {name: contacts_by(comparison.time, run) for name, run in comparison.runs.items()}
-    about = "Contacts of balls with each other and with walls, so far. Balls that stick count again in every step."
-    return _from_zero(comparison, "Contacts", about, series, "so far", "", "All contacts")
-
-
-def _from_zero(
-    comparison: Comparison, title: str, about: str, series: dict[str, Floats], axis: str, unit: str, last: str
-) -> Chart:
-    """Return a chart of values over time from 0, or less. axis: its label; last: what the last values are called."""
     low = min(0.0, *(float(values.min()) for values in series.values()))
     high = max(float(values.max()) for values in series.values())
-    plot = _figure(comparison, axis, y_range=Range1d(start=low, end=high + 0.08 * (high - low) or 1.0))
+    plot = _figure(comparison, unit, y_range=Range1d(start=low, end=high + 0.08 * (high - low) or 1.0))
     _draw(plot, comparison, series)
-    return Chart(title.lower(), title, about, _ends(last, series, unit), _legend(comparison, series), plot)
+    about, alt = "Kinetic and potential energy together.", _ends("Energy at the end", series, unit)
+    return Chart("energy", "Energy", about, alt, _legend(comparison, series), plot)
 
 
 def _trust(comparison: Comparison) -> str:

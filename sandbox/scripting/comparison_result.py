@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from functools import partial
+from html import escape
 from typing import TYPE_CHECKING, Final, Self
 
 from sandbox.analysis import comparison, verdict
@@ -65,10 +66,8 @@ class Comparison(comparison.Comparison, Mapping[str, Figures]):
         return f"<{headline(self)}\n" + "\n".join(lines) + ">"
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the page."""
-        from sandbox.report.notebook import html_of  # noqa: PLC0415  (Bokeh is slow to import)
-
-        return html_of(self)
+        """Return what a notebook shows: the text of the command line."""
+        return f"<pre>{escape(self.table())}</pre>"
 
     @property
     def verdict(self) -> str:

@@ -12,17 +12,12 @@ from importlib.util import find_spec
 from itertools import product
 from typing import Any, Final, NamedTuple
 
-import numpy as np
-
-from sandbox.analysis.comparison import Comparison, Reference, compare, compare_with, run_reference
+from sandbox.analysis.comparison import Reference, compare, compare_with, run_reference
 from sandbox.analysis.documents import figure_columns
-from sandbox.analysis.figures import Run
-from sandbox.analysis.gas import speed_law
 from sandbox.engines import REFERENCE, TEXTBOOK_ENGINES, TUNED, create, settings_in
 from sandbox.engines.article import pow_variant
 from sandbox.engines.specs import Value, format_settings, parse_settings
 from sandbox.errors import EngineError, SandboxError, suggestion
-from sandbox.quantity import length
 from sandbox.run.edits import with_every_contact
 from sandbox.scene.model import PymunkSettings, Scene
 from sandbox.scene.spawn import spawn
@@ -35,7 +30,6 @@ MAX_REFERENCE_BYTES: Final = 256_000_000  # of positions: a longer run is not sh
 OF_CONTACTS: Final = {"elasticity": 1.0, "friction": math.inf}  # keys of every contact -> the largest value
 OF_PYMUNK: Final = tuple(PymunkSettings.model_fields)
 UNTUNED: Final = (REFERENCE, *TEXTBOOK_ENGINES)  # engines that do not read Pymunk's settings
-SPEED_CLASSES: Final = 20  # equally likely under the law of speeds, for counting final speeds
 
 
 class Job(NamedTuple):
@@ -208,7 +202,7 @@ def run_shared(scene: Scene, job: Job) -> Shared | None:
 
 
 def run_job(scene: Scene, against: str, job: Job, shared: Shared | None = None) -> Row:
-    """Run a job and return its row, without empty values. Its `speeds` are for the report only.
+    """Run a job and return its row, without empty values.
 
     shared: what `run_shared` returns for the job's reference. Without it, or if it ran with another variant of pow, the
     reference runs along.
@@ -223,9 +217,8 @@ def run_job(scene: Scene, against: str, job: Job, shared: Shared | None = None) 
         comparison = compare_with(shared.reference, scene, job.engine)
     wall = time.perf_counter() - start
     [figures] = (row for row in comparison.rows() if row["engine"] == job.engine)
-    speeds = count_speeds(comparison, comparison.runs[job.engine])
-    row = figures | job._asdict() | versions() | {"wall_s": round(wall, 6), "speeds": speeds}
-    return {name: row[name] for name in (*COLUMNS, "speeds") if row[name] is not None}
+    row = figures | job._asdict() | versions() | {"wall_s": round(wall, 6)}
+    return {name: row[name] for name in COLUMNS if row[name] is not None}
 
 
 @cache
@@ -233,20 +226,6 @@ def versions() -> dict[str, str]:
     """Return the versions that a row records: with other libraries, or another `pow`, results may differ."""
     libraries = {name: version(package) if find_spec(name) else "" for name, package in LIBRARIES.items()}
     return libraries | {"python": platform.python_version(), "pow": pow_variant()}
-
-
-def count_speeds(comparison: Comparison, run: Run) -> list[int]:
-    """Count final speeds in classes that are equally likely under the law of speeds for the same number and energy.
-
-    If the law holds, the counts are alike. Empty where no law applies: balls of several masses, a single ball, or rest.
-    """
-    mass, speed = comparison.scene.bodies.mass, length(run.final.velocity)
-    whole = float(np.sqrt(np.sum(speed**2)))
-    if np.ptp(mass) > 0 or len(mass) < 2 or not whole > 0:
-        return []
-    shares = speed_law(speed, whole, len(mass))
-    counts, _ = np.histogram(shares, SPEED_CLASSES, (0, 1))
-    return [int(count) for count in counts]
 
 
 def in_order(sweep: Sweep, rows: Iterable[Row]) -> list[Row]:

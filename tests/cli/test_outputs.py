@@ -215,7 +215,6 @@ OPTIONS = (
     ("trace", "article", "--engine", "article", "--out"),
     ("record", "article", "--out"),
     ("sweep", "article", "--out"),
-    ("sweep", "article", "--report"),
     ("verify", "--json"),
     ("bench", "--json"),
     ("run", "article", "--save-inputs"),
@@ -308,7 +307,6 @@ def test_missing_permission_is_reported_before_anything_runs() -> None:
             "--json x and --csv ./x: must be different files\n",
         ),
         (("compare", "article", "--json", "x", "--csv", "l"), "--json x and --csv l: must be different files\n"),
-        (("sweep", "article", "--report", "-"), "--out - and --report -: must be different files\n"),
     ],
     ids=lambda value: "-".join(value) if isinstance(value, tuple) else "",
 )
