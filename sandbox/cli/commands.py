@@ -8,7 +8,6 @@ import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext, redirect_stdout
-from dataclasses import asdict
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -20,32 +19,36 @@ from typer.core import TyperGroup
 from sandbox import __version__
 from sandbox.cli.exit import exit_codes, print_error
 from sandbox.cli.options import (
-    DEFAULT_SIZE,
     Against,
-    ComparisonFiles,
+    AllRows,
+    CsvFile,
     Engines,
     EnginesToCompare,
     EnginesToScore,
     EngineToTrace,
+    First,
+    FirstContacts,
     Inputs,
     JsonFile,
     JunitFile,
     Layers,
-    Limits,
+    MaxDrift,
+    MaxEnergyError,
+    MaxGap,
     Parts,
+    Rate,
     Rates,
-    RunOptions,
+    ReportFile,
     SceneArgument,
+    Scheduler,
     Seconds,
     Seed,
     Seeds,
+    SeriesFile,
     Settings,
-    Shown,
     SizeOption,
-    Workforce,
-    complete_scene,
+    Workers,
     file_option,
-    grouped,
     print_warnings,
     scene_and_inputs,
     settings_by_key,
@@ -180,15 +183,16 @@ def run(
 
 
 @app.command()
-@grouped
 def record(
     scene: SceneArgument,
     out: Annotated[str, file_option("A .gif, .webp or .mp4 file, or .png for the end.")],
-    *,
     engines: Engines = None,
-    options: RunOptions,
-    size: SizeOption = DEFAULT_SIZE,
-    show: Layers = (Layer.CHARTS,),
+    seconds: Seconds = None,
+    seed: Seed = None,
+    rate: Rate = None,
+    inputs: Inputs = None,
+    size: SizeOption = "1280x720",
+    show: Layers = Layer.CHARTS,
 ) -> None:
     """Record a scene in real time as a video, or its end as a picture.
 
@@ -198,39 +202,48 @@ def record(
     from sandbox.view.offscreen import check_recording
     from sandbox.view.offscreen import record as record_scene
 
-    pixels = size.width, size.height
-    check_outputs({"--out": out}, [scene, options.inputs])
-    check_recording(out, pixels)
-    chosen, replayed = options.load(scene)
+    check_outputs({"--out": out}, [scene, inputs])
+    check_recording(out, size)
+    chosen, replayed = scene_and_inputs(scene, inputs, seconds=seconds, seed=seed, rate=rate)
     print_warnings(chosen)
     bar = terminal_bar()
     with bar:
         track = partial(bar.track, description="Recording")
-        record_scene(chosen, engines, out, pixels, show, replayed, track)
+        record_scene(chosen, engines, out, size, show, replayed, track)
 
 
 @app.command()
-@grouped
 def compare(
     scene: SceneArgument,
-    *,
     engines: EnginesToCompare = None,
     against: Against = None,
-    options: RunOptions,
-    files: ComparisonFiles,
-    limits: Limits,
-    shown: Shown,
+    seconds: Seconds = None,
+    seed: Seed = None,
+    rate: Rate = None,
+    inputs: Inputs = None,
+    json_file: JsonFile = None,
+    csv_file: CsvFile = None,
+    series: SeriesFile = None,
+    report: ReportFile = None,
+    max_gap: MaxGap = None,
+    max_drift: MaxDrift = None,
+    max_energy_error: MaxEnergyError = None,
+    all_rows: AllRows = False,
+    first: First = False,
+    contacts: FirstContacts = None,
     advise: Annotated[bool, typer.Option("--advise", help="Try other settings of Pymunk.")] = False,
 ) -> None:
     """Compare engines: how far apart they are, since when, and why.
 
     FILE may be -, for standard output. Exit code 1: a limit was exceeded; 2: an engine of your own failed.
     """
-    if files.report and files.report not in STANDARD_OUTPUT and Path(files.report).suffix != ".html":
-        raise SandboxError(f"{files.report}: a report must end in .html")
-    outputs = files.by_option
-    check_outputs(outputs, [scene, options.inputs])
-    chosen, replayed = options.load(scene)
+    from sandbox.report.tables import print_advice, print_comparison
+
+    if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
+        raise SandboxError(f"{report}: a report must end in .html")
+    outputs = {"--json": json_file, "--csv": csv_file, "--series": series, "--report": report}
+    check_outputs(outputs, [scene, inputs])
+    chosen, replayed = scene_and_inputs(scene, inputs, seconds=seconds, seed=seed, rate=rate)
     print_warnings(chosen)
     with _printed_beside(outputs.values()):
         comparison = _compare(chosen, engines, against, replayed)
@@ -240,8 +253,19 @@ def compare(
 
             with progress_bar("Trying other settings") as progress:
                 trials = try_settings(chosen, comparison.against, replayed, progress)
-    _write_comparison(comparison, trials, outputs, shown)
-    _exit_of(comparison, [message for _, message in comparison.exceeded(**asdict(limits))])
+    _write_comparison(comparison, trials, outputs)
+    if not _has_document(outputs.values()):
+        print_comparison(comparison, console(), all_rows=all_rows, first=first, contacts=contacts)
+        if trials:
+            print()
+            print_advice(trials, console())
+    exceeded = [message for _, message in comparison.exceeded(max_gap, max_drift, max_energy_error)]
+    for error in comparison.failed.values():
+        print_error(error)
+    if exceeded:
+        print("\n".join(exceeded), file=sys.stderr)
+    if comparison.failed or exceeded:
+        raise typer.Exit(2 if comparison.failed else 1)
 
 
 def _compare(
@@ -254,12 +278,11 @@ def _compare(
 
 
 def _write_comparison(
-    comparison: "Comparison", trials: "Sequence[TriedSettings]", outputs: Mapping[str, str], shown: Shown
+    comparison: "Comparison", trials: "Sequence[TriedSettings]", outputs: Mapping[str, str | None]
 ) -> None:
-    """Write a comparison into a file for each option, and print it unless one of them is standard output."""
+    """Write a comparison into a file for each option."""
     from sandbox.analysis.advice import as_json as advice_as_json
     from sandbox.analysis.series import write_series
-    from sandbox.report.tables import print_advice, print_comparison
 
     if file := outputs.get("--json"):
         write_text(file, json_text(comparison.as_json() | advice_as_json(trials)))
@@ -271,11 +294,6 @@ def _write_comparison(
         from sandbox.report.comparison_page import page
 
         write_text(file, page(comparison, trials))
-    if not _has_document(outputs.values()):
-        print_comparison(comparison, console(), **asdict(shown))
-        if trials:
-            print()
-            print_advice(trials, console())
 
 
 def _has_document(files: Iterable[str | None]) -> bool:
@@ -288,24 +306,12 @@ def _printed_beside(files: Iterable[str | None]) -> AbstractContextManager[objec
     return redirect_stdout(sys.stderr) if _has_document(files) else nullcontext()
 
 
-def _exit_of(comparison: "Comparison", exceeded: Sequence[str]) -> None:
-    """Print the engines that failed and the limits exceeded, if any, and end with their exit code."""
-    for error in comparison.failed.values():
-        print_error(error)
-    if exceeded:
-        print("\n".join(exceeded), file=sys.stderr)
-    if comparison.failed or exceeded:
-        raise typer.Exit(2 if comparison.failed else 1)
-
-
 @app.command(context_settings={"allow_interspersed_args": False, "ignore_unknown_options": False})
-@grouped
 def watch(
     program: Annotated[str, typer.Argument(metavar="PROGRAM", help="A Python file; with -m, a module.")],
     arguments: Annotated[
         list[str] | None, typer.Argument(metavar="ARGUMENTS", help="The program's own arguments and options.")
     ] = None,
-    *,
     module: Annotated[bool, typer.Option("-m", help="PROGRAM is a module, as in python -m.")] = False,
     seconds: Annotated[
         float | None,
@@ -334,22 +340,24 @@ def watch(
 
 
 @app.command()
-@grouped
 def trace(
     scene: SceneArgument,
     engine: EngineToTrace,
-    options: RunOptions,
+    seconds: Seconds = None,
+    seed: Seed = None,
+    rate: Rate = None,
+    inputs: Inputs = None,
     steps: Annotated[int | None, typer.Option(min=0, help="Steps to run, instead of --seconds.")] = None,
     out: Annotated[str, file_option("A .npz or .csv file; - prints CSV.")] = "-",
 ) -> None:
     """Write positions and velocities at every step."""
     from sandbox.run.trajectory import simulate, trace_writer
 
-    if steps is not None and options.seconds is not None:
+    if steps is not None and seconds is not None:
         raise SandboxError("--steps and --seconds exclude each other")
-    check_outputs({"--out": out}, [scene, options.inputs])
+    check_outputs({"--out": out}, [scene, inputs])
     trace_writer(out)  # rejects an unknown ending before anything runs
-    chosen, replayed = options.load(scene)
+    chosen, replayed = scene_and_inputs(scene, inputs, seconds=seconds, seed=seed, rate=rate)
     print_warnings(chosen)
     with _printed_beside([out]):
         trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
@@ -360,9 +368,7 @@ def trace(
 def verify(
     scenes: Annotated[
         list[str] | None,
-        typer.Argument(
-            metavar="SCENE", help="Files, or bundled scenes. Default: all of these.", autocompletion=complete_scene
-        ),
+        typer.Argument(metavar="SCENE", help="Files, or bundled scenes. Default: all of these."),
     ] = None,
     engines: EnginesToScore = None,
     json_file: JsonFile = None,
@@ -408,10 +414,8 @@ def verify(
 
 
 @app.command()
-@grouped
 def sweep(
     scene: SceneArgument,
-    *,
     seeds: Seeds = None,
     rates: Rates = None,
     engines: Engines = None,
@@ -419,7 +423,8 @@ def sweep(
     against: Against = None,
     seconds: Seconds = None,
     out: Annotated[str, file_option("Write the table as CSV; - prints it.")] = "-",
-    workforce: Workforce,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
 ) -> None:
     """Run many seeds, rates, engines and settings of a scene.
 
@@ -432,7 +437,6 @@ def sweep(
     from sandbox.sweeps import in_order, open_journal, plan, write
     from sandbox.sweeps.workers import check_scheduler
 
-    workers, scheduler = workforce.workers, workforce.scheduler
     if workers and scheduler is not None:
         raise SandboxError("--workers and --scheduler exclude each other")
     check_outputs({"--out": out}, [scene])
@@ -489,7 +493,7 @@ def converge(
 def check(
     scenes: Annotated[
         list[str],
-        typer.Argument(metavar="SCENE", help="Files, or bundled scenes.", autocompletion=complete_scene),
+        typer.Argument(metavar="SCENE", help="Files, or bundled scenes."),
     ],
 ) -> None:
     """Check scene files for errors.
