@@ -112,7 +112,8 @@ class _Block:
 
     c: all contacts that may happen, with touch, s, before and deepest, px; contacts: how many do; active: (steps, n),
     which balls do not fly as the engine does; kicked: whose velocity or spin is not as in its flights; done: which are
-    explained; own: the line of what the scene takes where balls rest or several exact contacts follow one another.
+    explained; carried: which rest or roll, so that they do not fly; own: the line of what the scene takes where balls
+    rest or several exact contacts follow one another.
     """
 
     def __init__(self, run: Run, damping: float) -> None:
@@ -135,7 +136,7 @@ class _Block:
         self.kicked = speed > 1.5 * run.floor
         self.active = self.kicked | (place > 1.5 * run.floor)
         self.is_noisy = bool(free.any() and self.active[free].mean() > 0.5)
-        self.done = np.zeros(run.v0.shape, bool)
+        self.done, self.carried = np.zeros(run.v0.shape, bool), np.zeros(run.v0.shape, bool)
 
     # Contacts
 
@@ -165,7 +166,7 @@ class _Block:
         single = alone & ~rest
         self._singles(some.part(single), self.touch[acts][single])
         at_rest = some.part(alone & rest)
-        self.done[at_rest.k, at_rest.i] = True
+        self.done[at_rest.k, at_rest.i] = self.carried[at_rest.k, at_rest.i] = True
         self.ledger.rightful(self.own, run.gain(at_rest.k, at_rest.i))
         self._early(nodes)
         left_out = self._islands()
@@ -378,6 +379,7 @@ class _Block:
         ledger.rightful(Cause.ELASTICITY, -taken[0], int((heat > 0).sum()))
         ledger.rightful(Cause.FRICTION, -taken[1], int((rubbed > 0).sum()))
         ledger.rightful(self.own, rest[right | rests])
+        self.carried[k, i] |= rests[island]
         gained = np.stack([summed(part) for part in ledger.gained(k, i).T], axis=1)
         gained[summed(~c.pair[near], of_near) > 0] = 0.0
         ledger.enter(
@@ -476,19 +478,25 @@ class _Block:
         )  # fmt: skip
 
     def judge_flights(self, *, is_soft: bool) -> None:
-        """Enter what the engine's way to fly is wrong by; of soft contacts, the rest of the energy is theirs."""
+        """Enter what the engine's way to fly is wrong by; of soft contacts, the rest of the energy is theirs.
+
+        A ball that rests or rolls does not fly: the contact takes within the step what gravity gave.
+        """
         run, habit, dt = self.run, self.habit, self.run.dt[:, None]
         x, v = run.x[:-1] + run.v0 * dt + run.g * dt**2 / 2, run.v0 + run.g * dt
-        off_x, off_v, turning = np.abs(run.hx - x), np.abs(run.hv - v), run.w[:-1] != 0
+        flies = ~self.carried
+        off_x, off_v, turning = flies * np.abs(run.hx - x), flies * np.abs(run.hv - v), run.w[:-1] != 0
         zero, kept = np.zeros_like(x), run.w[:-1] * run.kept
         lifted = run.energies(run.hx - x, zero, zero.real)
         moved = run.energies(zero, run.hv, kept) - run.energies(zero, v, run.w[:-1])
+        self.ledger.rightful(self.own, (lifted + moved)[self.carried])
+        lifted, moved = lifted * flies, moved * flies
         wrong = [("place", habit.place.cause, off_x > run.floor, off_x, 0 * off_v, lifted)]
         if habit.speed.cause is not None:
             wrong.insert(0, ("speed", habit.speed.cause, off_v * dt > run.floor, 0 * off_x, off_v, moved))
         elif run.kept != 1:
-            wrong.insert(0, ("slows spin", Cause.UNREPORTED, turning, 0 * off_x, 0 * off_v, moved))
-        rest, gained = float((lifted + moved).sum()), [*pairs((run.m * (run.hv - v)).sum()), 0.0]
+            wrong.insert(0, ("slows spin", Cause.UNREPORTED, turning & flies, 0 * off_x, 0 * off_v, moved))
+        rest, gained = float((lifted + moved).sum()), [*pairs((run.m * flies * (run.hv - v)).sum()), 0.0]
         for name, cause, where, x_off, v_off, energy in wrong:
             if cause is None or not where.any():
                 continue
