@@ -1,6 +1,5 @@
 """Scenes built in Python: as convenient as a file, and with the same words for errors."""
 
-import pickle
 import tomllib
 from collections.abc import Iterator
 from typing import Any
@@ -99,16 +98,6 @@ def test_tables_may_be_dictionaries_or_models_and_lists_or_tuples() -> None:
     assert len(mixed.bodies) == 5
 
 
-def test_from_is_called_start_in_python() -> None:
-    wall = Wall(start=(1, 2), to=(3, 4))
-    assert wall == parse(
-        "[arena]\nsize = [9, 9]\n[[balls]]\nradius = 1\nposition = [5, 5]\n[[walls]]\nfrom = [1, 2]\nto = [3, 4]",
-        "mine.toml",
-    ).walls[0]  # fmt: skip
-    assert wall.model_dump(by_alias=True)["from"] == (1, 2)
-    assert Range(start=1, to=3, step=2) == Range.model_validate({"from": 1, "to": 3, "step": 2})
-
-
 ALONE = {
     "arena": (Arena, {"size": (800, 0)}, "size[1] must be greater than 0, got 0"),
     "group": (BallGroup, {"radius": -1, "position": (9, 9)}, "radius must be greater than 0, got -1"),
@@ -176,11 +165,3 @@ def test_a_change_checks_the_groups_that_are_new_and_all_in_a_new_arena(monkeypa
     copy = more.balls[3].model_copy(update={"count": 2})
     with pytest.raises(SandboxError, match=r"balls\[3\]\.count puts 2 balls on one position"):
         more.changed(balls=[*more.balls[:3], copy])
-
-
-def test_a_scene_survives_pickling_with_its_source() -> None:
-    scene = load("funnel")
-    again: Scene = pickle.loads(pickle.dumps(scene))
-    assert again == scene
-    assert (again.source, again.name) == (scene.source, scene.name)
-    assert again.at_key(("balls", 0, "radius"), "is 10") == scene.at_key(("balls", 0, "radius"), "is 10")
