@@ -7,7 +7,7 @@ import pygame
 import pytest
 from conftest import Command
 
-from sandbox.run.inputs import End, Start, load_inputs, write_inputs
+from sandbox.run.inputs import End, Start, load_inputs
 from sandbox.scene.files import bundled, load
 
 COMMANDS = ("run", "record", "compare", "trace", "verify", "sweep", "check", "scenes", "engines", "schema", "bench")
@@ -133,10 +133,3 @@ def test_an_error_is_one_message_and_exit_code_2(command: Command, arguments: tu
     assert (code, out) == (2, "")
     assert err.startswith(message)
     assert err.count("\n") == 1
-
-
-def test_a_rate_that_the_scene_does_not_allow_is_an_error_in_the_inputs(command: Command) -> None:
-    write_inputs([Start(scene="article", seed=0, rate=1_000_000)], Path("inputs.jsonl"))
-    code, _, err = command("trace", "article", "--engine", "exact", "--inputs", "inputs.jsonl")
-    assert code == 2
-    assert err.splitlines()[0] == "inputs.jsonl:1: seconds must be at most 10 at this rate, got 20"
