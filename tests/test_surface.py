@@ -83,6 +83,10 @@ class Mine:
         return self.initial
 
 
+def built(scene: Scene, initial: State) -> Engine:
+    return Mine(scene, initial)
+
+
 def energy_left(name: str) -> float | None:
     try:
         scene: Scene = sandbox.load(name).changed(seed=3)

@@ -32,7 +32,7 @@ from sandbox.scene.toml_lines import Source
 from sandbox.scene.units import PIXELS, Units
 from sandbox.scene.validation import Problem, sandbox_error
 from sandbox.state import Bodies
-from sandbox.text import printable
+from sandbox.text import counted, printable
 
 MAX_WALLS: Final = 1_000  # each is compared with each ball
 MIN_LENGTH: Final = 1e-6  # px, of a wall that is no peg
@@ -302,6 +302,11 @@ class Scene(Model):
     def _make_pegs_walls(self) -> Self:
         self.__dict__.update(walls=(*self.walls, *(wall for group in self.pegs for wall in group.walls)), pegs=())
         return self
+
+    def __repr__(self) -> str:
+        return f"<Scene {self.name}: {counted(len(self.bodies), 'ball')}, {self.seconds:g} s {self.clock}>"
+
+    __str__ = __repr__
 
     @classmethod
     def read(cls, document: object, source: Source) -> Self:
