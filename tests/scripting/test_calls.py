@@ -3,10 +3,8 @@
 import csv
 import json
 import re
-import sys
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -15,7 +13,6 @@ from conftest import Command, scene_of
 
 import sandbox
 from sandbox.run.inputs import INPUT_KINDS, Grab, Input, Release, Start, write_inputs
-from sandbox.state import CONTACT
 
 FREE = "radius = 5\nposition = [400, 300]\nvelocity = [60, -30]"
 DRAG: list[Input] = [Grab(step=2, ball=0, at=(100, 100)), Release(step=20)]
@@ -277,31 +274,6 @@ def test_a_comparison_is_a_mapping_with_one_error_for_an_unknown_name(oblique: s
             with pytest.raises(kind) as error:
                 look_up()
             assert re.fullmatch(r'no (engine|scene) "\w+" here; did you mean (exact|oblique)\?', str(error.value))
-
-
-def test_tables_have_a_row_for_each_contact_line_and_engine(
-    oblique: sandbox.Comparison, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pandas = ModuleType("pandas")
-    pandas.DataFrame = lambda data: data  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "pandas", pandas)
-    run = oblique.runs["pymunk"]
-    contacts: Any = sandbox.to_dataframe(run.contacts)
-    assert contacts["impulse"].tolist() == run.contacts["impulse"].tolist()
-    assert (contacts["normal_y"] == run.contacts["normal"][:, 1]).all()
-    assert list(contacts) == ["time", "first", "second", *CONTACT.names[4:], "normal_x", "normal_y"]  # type: ignore[index]
-    ledger: Any = sandbox.to_dataframe(run.figures.ledger)
-    assert [row["cause"] for row in ledger] == [entry.cause.key for entry in run.figures.ledger]
-    assert sum(row["energy"] for row in ledger) == pytest.approx(run.energy[-1] - run.energy[0], abs=1e-6)
-    for engines in (oblique.to_dataframe(), sandbox.to_dataframe(oblique)):
-        rows: Any = engines
-        assert [(row["engine"], row["gap_rms"]) for row in rows] == [(name, oblique[name].gap_rms) for name in oblique]
-        assert list(rows[0]) == next(csv.reader(oblique.as_csv().splitlines()))
-    trajectory = sandbox.simulate("oblique", "exact", steps=2)
-    assert len(list(sandbox.to_dataframe(trajectory)["x"])) == 6
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(sandbox.SandboxError, match=r"^to_dataframe needs pandas, which is not installed"):
-        sandbox.to_dataframe(run.contacts)
 
 
 @pytest.mark.parametrize("name", ["break-shot", "marble-run"])
