@@ -161,14 +161,6 @@ def test_a_group_denser_than_jamming_is_put_on_a_lattice(monkeypatch: pytest.Mon
     assert min(pitches) >= 20
 
 
-def test_a_lattice_is_shuffled() -> None:
-    group = "radius = 10\ncount = 300\ninside = [[0, 0], [400, 400]]"
-    first, second = (spawn(scene_of(group, more=f"seed = {seed}")).position for seed in (1, 2))
-    in_order = first[np.lexsort((first[:, 0], first[:, 1]))]
-    assert not np.array_equal(first, in_order)
-    assert not np.array_equal(first, second)
-
-
 def test_balls_inside_do_not_overlap_earlier_groups_of_any_size() -> None:
     scene = scene_of(
         "radius = 100\nposition = [400, 300]",
@@ -249,11 +241,6 @@ def test_rms_speed_is_a_maxwell_distribution_in_the_plane(seed: int) -> None:
     assert abs(np.corrcoef(*velocity.T)[0, 1]) < 4 / math.sqrt(2000)
 
 
-@pytest.mark.parametrize("throw", ["speed = 0", "rms_speed = 0", ""])
-def test_no_speed_is_at_rest(throw: str) -> None:
-    assert not thrown(throw, 0, count=5).any()
-
-
 # --- Warnings --------------------------------------------------------------------------------------------------
 
 
@@ -271,19 +258,6 @@ def test_overlapping_balls_cause_a_warning_about_the_deepest_pair() -> None:
     assert warnings_of(scene) == [
         "test.toml: warning: 2 pairs of balls overlap, the deepest: balls 2 and 3 overlap by 7.5 px at the start"
     ]
-
-
-@pytest.mark.parametrize(
-    "group",
-    [
-        "radius = 5\ngrid = [20, 10]\nspacing = 10",
-        "radius = 4\nposition = [300, 300]\nvelocity = [240, 0]",
-        "radius = 5\nposition = [100, 107]\n[[walls]]\nfrom = [0, 100]\nto = [200, 100]\nthickness = 4",
-    ],
-    ids=["touching balls", "moves by its radius", "touching a wall"],
-)
-def test_the_limit_of_a_warning_causes_none(group: str) -> None:
-    assert warnings_of(scene_of(group)) == []
 
 
 # --- In walls ----------------------------------------------------------------------------------------------------
@@ -334,12 +308,6 @@ def test_places_drawn_at_random_are_in_no_wall() -> None:
     assert np.abs(spawn(scene).position[:, 0] - 400).min() >= 40
     free = spawn(scene_of(f"count = 300\nradius = 20\n{ANYWHERE}")).position
     assert np.abs(free[:, 0] - 400).min() < 40
-
-
-def test_random_places_that_are_all_in_a_wall_are_an_error() -> None:
-    walls = "walls = [{ from = [400, 0], to = [400, 600], thickness = 700 }]"
-    with pytest.raises(SandboxError, match=r"balls\[0\].x and y leave hardly any place outside the walls"):
-        spawn(scene_of(f"radius = 20\n{ANYWHERE}", more=walls))
 
 
 # --- Crowds ------------------------------------------------------------------------------------------------------
