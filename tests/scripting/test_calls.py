@@ -111,10 +111,6 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
         lambda: ANY.simulate("oblique", "exact", seconds=1, steps=60),
         "seconds and steps exclude each other: a run ends after either",
     ),
-    "no such table": (
-        lambda: ANY.to_dataframe({"a": 1}),
-        'only contacts, a ledger, a trajectory or a comparison can be a table, got {"a": 1}',
-    ),
     "negative steps": (lambda: ANY.simulate("oblique", "exact", steps=-1), "steps must be at least 0, got -1"),
     "seed -1": (lambda: ANY.compare("oblique", seed=-1), "seed must be at least 0, got -1"),
     "seed is a list": (lambda: ANY.compare("oblique", seed=[1]), "seed must be a whole number, got [1]"),

@@ -577,7 +577,7 @@ def test_a_journal_of_another_sweep_or_one_in_use_is_left_alone() -> None:
             ("article", "--set", "subteps=1"),
             "--set subteps: is neither a setting of pymunk nor a key of the scene; did",
         ),
-        (("article", "--set", "gravity=900"), "gravity must be a list in brackets, got 900"),
+        (("article", "--set", "gravity=900"), "gravity must be a list in brackets, such as [0, 900], got 900"),
         (("article", "--set", "gravity=[0, 900"), "--set gravity=[0, 900: must be a setting of Pymunk or a key of"),
         (("article", "--set", "balls.3.radius=9"), "balls.3.radius: 3 must be a number from 0 to 0"),
         (("article", "--set", "balls.0.radios=9"), f"balls[0].radios {NO_KEY}; did you mean radius?"),
