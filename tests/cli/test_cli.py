@@ -8,7 +8,7 @@ import pytest
 from conftest import Command
 
 from sandbox.run.inputs import End, Start, load_inputs
-from sandbox.scene.files import bundled, load
+from sandbox.scene.files import load
 
 COMMANDS = ("run", "record", "compare", "trace", "verify", "sweep", "check", "scenes", "engines", "schema", "bench")
 
@@ -91,13 +91,6 @@ def test_the_table_fits_a_narrow_terminal(command: Command, monkeypatch: pytest.
     _, folded, _ = command("compare", "article", "--seconds", "1")
     assert "…" not in folded
     assert max(map(len, folded.splitlines())) <= 30
-
-
-def test_scenes_are_listed_with_what_to_watch_for(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", "1000")
-    _, listed, _ = command("scenes")
-    for name in bundled():
-        assert load(name).about in listed
 
 
 @pytest.mark.parametrize(

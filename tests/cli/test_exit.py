@@ -47,12 +47,6 @@ def test_errors_are_not_written_to_standard_output_if_standard_error_is_closed()
     assert Path("out").read_bytes() == b""
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-def test_an_error_that_cannot_be_printed_is_still_exit_code_2() -> None:
-    with Path("/dev/full").open("wb") as full:
-        assert exit_code_of(forked(main_with("check", "none.toml"), error=full.fileno())) == 2
-
-
 def test_a_closed_standard_output_is_reported_if_it_is_needed() -> None:
     def act() -> None:
         sys.stdout = None  # as Python sets it if it is closed

@@ -285,14 +285,6 @@ def test_an_output_must_not_overwrite_an_input(arguments: tuple[str, ...]) -> No
     assert sorted(entry.name for entry in Path().iterdir()) == ["link", "mine.toml", "mouse.jsonl"]
 
 
-def test_a_file_named_like_a_bundled_scene_can_be_written_and_inputs_saved_over_themselves() -> None:
-    check_outputs({"--json": "article"}, ["article"])
-    Path("mouse.jsonl").write_text('{"step": 0, "do": "start", "scene": "article", "seed": 0, "rate": 60}\n')
-    again = ("run", "head-on", "--inputs", "mouse.jsonl", "--save-inputs", "mouse.jsonl")
-    assert outcome_of(*again)[0] == 0
-    assert '"scene":"head-on"' in Path("mouse.jsonl").read_text()
-
-
 # What is not a plain file
 
 
