@@ -589,19 +589,16 @@ def print_schema(
     ] = Document.SCENE,
 ) -> None:
     """Print the JSON Schema of scene files, or what compare or verify writes with --json."""
+    from sandbox.analysis.documents import comparison_schema, json_schema
+    from sandbox.scene.files import schema
+    from sandbox.scores.verify import Scores
+
     match document:
         case Document.SCENE:
-            from sandbox.scene.files import schema
-
             content = schema()
         case Document.COMPARE:
-            from sandbox.analysis.documents import comparison_schema
-
             content = comparison_schema()
         case Document.VERIFY:
-            from sandbox.analysis.documents import json_schema
-            from sandbox.scores.verify import Scores
-
             content = json_schema(Scores)
     print(json_text(content), end="")
 
