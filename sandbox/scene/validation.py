@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from importlib.metadata import version
-from typing import Final
+from typing import Final, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
@@ -82,7 +82,10 @@ def _message(detail: ErrorDetails, path: KeyPath, model: type[BaseModel]) -> Mes
         return f"must be one table, [{dotted(path)}] in a file"
     if (template := _MESSAGES.get(detail["type"])) is None:
         return detail["msg"]
-    example = ", such as [0, 900]" if isinstance(given, int | float) else ""
+    kind = fields[str(path[-1])].annotation if path and str(path[-1]) in fields else None
+    kinds = [kind] if get_origin(kind) is tuple else get_args(kind)  # of Vector | None
+    is_vector = any(get_origin(kind) is tuple and ... not in get_args(kind) for kind in kinds)
+    example = ", such as [0, 900]" if is_vector and isinstance(given, int | float) else ""
     return template.format(got=shown(given), example=example, **detail.get("ctx", {}))
 
 
