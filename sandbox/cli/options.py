@@ -28,7 +28,7 @@ class OptionError(typer.BadParameter):
 
 
 class Setting(NamedTuple):
-    """A setting of Pymunk or a key of the scene, and the values to run it with."""
+    """A setting of Pymunk, elasticity or friction, and the values to run it with."""
 
     key: str
     values: "Sequence[Value]"
@@ -124,8 +124,8 @@ def parse_setting(text: str) -> Setting:
         return Setting(key.strip(), [parse_value(value) for value in split_values(values)])
     except (ValueError, TypeError):
         raise OptionError(
-            f"{text}: must be a setting of Pymunk or a key of the scene, and its values, such as substeps=1,4 or "
-            "gravity=[0, 0],[0, 900]"
+            f"{text}: must be a setting of Pymunk, elasticity or friction, and its values, such as substeps=1,4 or "
+            "elasticity=0.5,1"
         ) from None
 
 
@@ -177,7 +177,6 @@ Rate = Annotated[int | None, typer.Option(help="Steps per second, instead of the
 Inputs = Annotated[Path | None, file_option("Replay the drags and edits saved with --save-inputs.")]
 JsonFile = Annotated[str | None, file_option("Write the figures as JSON.", "--json")]
 CsvFile = Annotated[str | None, file_option("Write the figures as CSV.", "--csv")]
-SeriesFile = Annotated[str | None, file_option("Write energy, gap and more at every step as CSV.")]
 ReportFile = Annotated[str | None, file_option("Write a report as one .html file.")]
 JunitFile = Annotated[str | None, file_option("Write the results as JUnit XML.", "--junit")]
 SizeOption = Annotated[Any, typer.Option(metavar="WxH", parser=parse_size, help="Width and height, px.")]
@@ -203,7 +202,7 @@ Settings = Annotated[
         "--set",
         metavar="KEY=V,V,...",
         parser=parse_setting,
-        help="Run with each value of a setting of Pymunk, or of a key of the scene; may be repeated.",
+        help="Run with each value of a setting of Pymunk, of elasticity or of friction; may be repeated.",
     ),
 ]
 Workers = Annotated[int | None, typer.Option(min=1, help="Local processes. Default: one per core.")]

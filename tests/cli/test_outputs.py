@@ -20,7 +20,6 @@ from forked import exit_code_of, forked, outcome_of, write_text
 from pygame import Surface
 
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.series import write_series
 from sandbox.errors import SandboxError
 from sandbox.files import check_outputs, is_replaceable, whole_file
 from sandbox.report.comparison_page import page
@@ -29,8 +28,8 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.files import write as write_scene
 from sandbox.scene.spawn import spawn
-from sandbox.sweeps import in_order, plan, write
-from sandbox.sweeps.jobs import run_job
+from sandbox.sweeps import as_csv, plan
+from sandbox.sweeps.workers import run_here
 from sandbox.view.offscreen import save_picture
 from sandbox.view.video import VIDEO_FORMATS
 
@@ -60,7 +59,7 @@ def writers() -> Mapping[str, Write]:
     run = simulate(scene, "article", steps=20)
     surface = Surface((64, 64))
     sweep = plan(scene, [0, 1], [60], ["article"])
-    rows = [run_job(sweep.scene, sweep.against, job) for job in sweep.jobs]
+    rows = [result.row for result in run_here(sweep, sweep.jobs) if result.row]
     comparison = compare(scene, ["article"])
     videos = [ending for ending in VIDEO_FORMATS if ending != ".mp4" or find_spec("av")]
     return (
@@ -69,11 +68,10 @@ def writers() -> Mapping[str, Write]:
         | {
             "end.png": partial(save_picture, surface, "end.png"),
             "page.html": partial(write_text, page(comparison), "page.html"),
-            "series.csv": partial(write_series, comparison, "series.csv"),
             "figures.csv": partial(write_text, comparison.as_csv(), "figures.csv"),
             "scene.toml": partial(write_scene, scene, "scene.toml", spawn(scene)),
             "mouse.jsonl": partial(write_inputs, [Grab(step=1, ball=0, at=(1, 1)), Release(step=9)], "mouse.jsonl"),
-            "table.csv": partial(write, sweep, in_order(sweep, rows), "table.csv"),
+            "table.csv": partial(write_text, as_csv(rows), "table.csv"),
         }
     )
 
@@ -183,7 +181,6 @@ OPTIONS = (
     ("compare", "article", "--json"),
     ("compare", "article", "--csv"),
     ("compare", "article", "--report"),
-    ("compare", "article", "--series"),
     ("trace", "article", "--engine", "article", "--out"),
     ("record", "article", "--out"),
     ("sweep", "article", "--out"),
