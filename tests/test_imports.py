@@ -15,8 +15,9 @@ import sandbox
 from sandbox.engines import registry
 
 ROOT: Final = Path(sandbox.__file__).parent
-LAYOUT: Final = (ROOT.parent / "docs" / "developing.md").read_text().partition("\nsandbox/\n")[2].partition("```")[0]
-ORDER: Final = re.findall(r"^  (\w+)(?:\.py|/) ", LAYOUT, re.MULTILINE)  # each may import itself and those above it
+LAYOUT: Final = (ROOT.parent / "docs" / "developing.md").read_text().partition("\nsandbox/")[2].partition("```")[0]
+SHARED: Final = re.findall(r"\w+", re.findall(r"^  \*\.py .*  (.*): ", LAYOUT, re.MULTILINE)[0])
+ORDER: Final = SHARED + re.findall(r"^  (\w+)/ ", LAYOUT, re.MULTILINE)  # each may import itself and those above it
 MODULES: Final = {
     ".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): file
     for file in sorted(ROOT.rglob("*.py"))
