@@ -31,7 +31,6 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from sandbox.engines import Engine
     from sandbox.engines.engine import Traits
-    from sandbox.engines.pymunk import to_space
     from sandbox.engines.support import engines
     from sandbox.errors import Refused, SandboxError, SpaceWarning
     from sandbox.run.trajectory import Trajectory
@@ -41,7 +40,7 @@ if TYPE_CHECKING:
     from sandbox.scripting.results import Advice, Scores, SweepTable
     from sandbox.scripting.simulation import Simulation
     from sandbox.space.findings import Finding
-    from sandbox.space.from_pymunk import from_space
+    from sandbox.space.from_pymunk import from_space, to_space
     from sandbox.space.lint import lint
     from sandbox.space.watch import watch
     from sandbox.state import Contacts, State
@@ -109,7 +108,7 @@ _MODULES: Final = {
     "simulate": "scripting.calls",
     "sweep": "scripting.calls",
     "to_dataframe": "scripting.calls",
-    "to_space": "engines.pymunk",
+    "to_space": "space.from_pymunk",
     "verify": "scripting.calls",
     "watch": "space.watch",
     "write": "scene",
