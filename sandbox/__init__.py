@@ -30,7 +30,6 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from sandbox.engines import Engine
     from sandbox.engines.engine import Traits
-    from sandbox.engines.pymunk import to_space
     from sandbox.engines.support import engines
     from sandbox.errors import Refused, SandboxError, SpaceWarning
     from sandbox.run.trajectory import Trajectory
@@ -40,7 +39,7 @@ if TYPE_CHECKING:
     from sandbox.scripting.results import Advice, Scores, SweepTable
     from sandbox.scripting.simulation import Simulation
     from sandbox.space.findings import Finding
-    from sandbox.space.from_pymunk import from_space
+    from sandbox.space.from_pymunk import from_space, to_space
     from sandbox.space.lint import lint
     from sandbox.space.watch import watch
     from sandbox.state import Contacts, State
@@ -81,6 +80,7 @@ __all__ = [
 ]
 
 _MODULES: Final = {
+<<<<<<< HEAD
     name: module
     for module, names in {
         "engines": "Engine",
@@ -101,6 +101,38 @@ _MODULES: Final = {
         "state": "Contacts State",
     }.items()
     for name in names.split()
+=======
+    "Advice": "scripting.results",
+    "Comparison": "scripting.comparison_result",
+    "Contacts": "state",
+    "Engine": "engines",
+    "Finding": "space.findings",
+    "Refused": "errors",
+    "SandboxError": "errors",
+    "Scene": "scene",
+    "Scores": "scripting.results",
+    "Simulation": "scripting.simulation",
+    "SpaceWarning": "errors",
+    "State": "state",
+    "SweepTable": "scripting.results",
+    "Traits": "engines.engine",
+    "Trajectory": "run.trajectory",
+    "advise": "scripting.calls",
+    "compare": "scripting.calls",
+    "dump": "scene",
+    "engines": "engines.support",
+    "from_space": "space.from_pymunk",
+    "lint": "space.lint",
+    "load": "scene",
+    "scenes": "scene",
+    "simulate": "scripting.calls",
+    "sweep": "scripting.calls",
+    "to_dataframe": "scripting.calls",
+    "to_space": "space.from_pymunk",
+    "verify": "scripting.calls",
+    "watch": "space.watch",
+    "write": "scene",
+>>>>>>> watch
 }
 
 
