@@ -39,19 +39,19 @@ class Difference:
     What should be is what the exact step makes of the engine's own state before it.
     """
 
-    kind: Kind  # `outcome` of a contact, `missing` or `extra` contact, `flight`, or `start` if it begins elsewhere
+    kind: Kind
     time: float  # s, at the end of the step
-    first: int  # a ball
-    second: int | None  # a ball, or a wall as a negative number; None if no contact shows the difference
-    cause: Cause  # its key
+    first: int  # ball
+    second: int | None  # ball, or ~wall; None if no contact shows the difference
+    cause: Cause
     because: str  # a sentence
     in_reference: bool  # whether the error is the reference's
     before: Velocities  # px/s of the ball or balls, before the step
-    after: Velocities  # px/s, after it
-    should_after: Velocities  # px/s, after the exact step; empty if that is not known, as are the spins
+    after: Velocities
+    should_after: Velocities  # empty if the exact step is not known, as are the spins
     spin_before: Spins  # rad/s, as the velocities
-    spin_after: Spins  # rad/s, likewise
-    should_spin_after: Spins  # rad/s, likewise
+    spin_after: Spins
+    should_spin_after: Spins
     normal: Vector | None = None  # from the first to the second body, as the engine found it; None if not known
     depth: float | None = None  # px, their overlap then; negative if they were apart
     should_normal: Vector | None = None  # in the exact step; None if the two do not touch in it

@@ -16,12 +16,12 @@ from sandbox.text import csv_text
 SERIES: Final[dict[str, Callable[[Comparison, Run], np.ndarray[Any, Any]]]] = {  # column -> its values, (steps + 1,)
     "energy": lambda _, run: run.energy,  # kg px²/s², of flight, spin and gravity
     "gap_rms": lambda _, run: run.gap_rms,  # px
-    "gap_max": lambda _, run: run.gap_max,  # px
+    "gap_max": lambda _, run: run.gap_max,
     "momentum_x": lambda _, run: run.momentum[:, 0],  # kg px/s
-    "momentum_y": lambda _, run: run.momentum[:, 1],  # kg px/s
+    "momentum_y": lambda _, run: run.momentum[:, 1],
     "angular_momentum": lambda _, run: run.angular_momentum,  # kg px²/s, about the arena's centre
     "centre_of_mass_height": lambda comparison, run: height(run.centre_of_mass, comparison.scene.arena.size),  # px
-    "contacts": lambda comparison, run: contacts_by(comparison.time, run).astype(int),  # number so far
+    "contacts": lambda comparison, run: contacts_by(comparison.time, run).astype(int),  # so far
 }
 BLOCK_STEPS: Final = 10_000  # that are written together
 MAX_POINTS: Final = 2_000  # of a line, about; screens have fewer columns

@@ -161,13 +161,13 @@ class Skip:
 
 @dataclass(frozen=True)
 class Judged:
-    """An engine's result in a scene."""
+    """An engine's result in a scene. error, tolerance: of what it misses most; error is None if it is not finite."""
 
-    error: float | None  # of the expectation that it misses most; None if it is not finite
-    tolerance: float  # of the same
-    passed: bool  # whether it meets all expectations
-    missed: list[Miss]  # what it misses, with all figures
-    skipped: list[Skip]  # what could not be judged: `at` (s) and `because`
+    error: float | None
+    tolerance: float
+    passed: bool
+    missed: list[Miss]
+    skipped: list[Skip]
 
 
 @dataclass(frozen=True)
