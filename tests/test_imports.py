@@ -30,7 +30,7 @@ LIBRARIES: Final = {  # library -> the modules and folders that may import it; n
     "tomlkit": ("scene.files",),
     "pandas": ("run.trajectory", "scripting.comparison_result", "scripting.calls"),
     "PIL": ("scene", "view"),
-    "numba": ("compiled", "space.memory"),
+    "numba": ("compiled",),
     "pymunk": (
         "engines.pymunk",
         "engines.space_reader",

@@ -133,7 +133,7 @@ def play(scene: Scene) -> Trajectory:
         watched.step(1 / 60)
     sandbox.dump(scene, "mine.toml")
     sandbox.simulate(scene, "exact").save("run.npz")
-    return Trajectory.load("run.npz")
+    return sandbox.simulate(scene, "exact")
 
 
 def advice() -> list[str]:
