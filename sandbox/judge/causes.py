@@ -68,7 +68,7 @@ class Entry:
 
     cause: Cause  # its key
     contacts: int  # or steps of a ball, for a cause that is not a contact's
-    energy: float  # kg px²/s²; the lines add up to the whole change, without that of SPIN
+    energy: float  # kg px²/s²; the lines add up to the whole change, without that of `spin`
     momentum: float  # kg px/s transferred wrongly, the sum of the lengths
     displacement: float  # px by which balls were displaced wrongly, the sum of the lengths
 
