@@ -68,8 +68,6 @@ def engines() -> dict[str, Support]:
     >>> support = engines()
     >>> "gravity" in support["article"].accepts, "gravity" in support["impulse"].accepts
     (False, True)
-    >>> support["pymunk"].traits.together, support["exact"].traits.together
-    (True, False)
     """
     scenes = {feature: _PLAIN.changed(**changes) for feature, changes in _CHANGES.items()}
     return {

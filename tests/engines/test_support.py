@@ -33,8 +33,6 @@ def test_it_is_what_the_documents_say(supported: dict[str, Support]) -> None:
             if name in supported:
                 accepted = {feature in supported[name].accepts for feature in features}
                 assert accepted == {cell == "yes"}, f"{name}: {label}"
-    together = {name for name, support in supported.items() if support.traits.together}
-    assert together == {"pymunk", "box2d"} & set(supported)
 
 
 def test_the_module_can_be_called_before_and_after_it_is_imported(supported: dict[str, Support]) -> None:
