@@ -38,7 +38,6 @@ class Support:
 
 
 _TRAITS: Final = {  # in the table
-    "together": "simultaneous contacts together",
     "soft": "soft contacts",
     "reports_contacts": "reports its contacts",
     "can_be_dragged": "can be dragged",
