@@ -26,16 +26,16 @@ class Difference:
     """
 
     time: float  # s, at the end of the step
-    first: int  # ball
-    second: int | None  # ball, or ~wall; None if no contact shows the difference
-    cause: Cause
+    first: int  # a ball
+    second: int | None  # a ball, or a wall as a negative number; None if no contact shows the difference
+    cause: Cause  # its key
     because: str  # a sentence
     before: Velocities  # px/s of the ball or balls, before the step
-    after: Velocities
-    should_after: Velocities  # empty if the exact step is not known, as are the spins
+    after: Velocities  # px/s, after it
+    should_after: Velocities  # px/s, after the exact step; empty if that is not known, as are the spins
     spin_before: Spins  # rad/s, as the velocities
-    spin_after: Spins
-    should_spin_after: Spins
+    spin_after: Spins  # rad/s, likewise
+    should_spin_after: Spins  # rad/s, likewise
     normal: Vector | None = None  # from the first to the second body, as the engine found it; None if not known
     depth: float | None = None  # px, their overlap then; negative if they were apart
     should_normal: Vector | None = None  # in the exact step; None if the two do not touch in it

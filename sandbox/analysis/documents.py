@@ -24,32 +24,32 @@ CauseKey = Annotated[str, WithJsonSchema({"type": "string", "enum": [cause.key f
 class Conditions:
     """What all engines of a comparison share, by the keys of JSON and CSV; see `Comparison` for their meaning."""
 
-    scene: str
-    seed: int
+    scene: str  # its name
+    seed: int  # of what is drawn at random
     rate: int  # steps per second
-    since: float  # s
-    seconds: float
-    against: str
-    horizon: float | None  # s
-    undecided: float | None  # s
-    unresolved: float | None  # s
-    reference_until: float | None  # s
-    energy_scale: float  # kg px²/s²
+    since: float  # s, time of the last edit, from which times count
+    seconds: float  # how long the engines ran
+    against: str  # the reference
+    horizon: float | None  # s, from when on its paths mean nothing; None if they mean something to the end
+    undecided: float | None  # s, likewise
+    unresolved: float | None  # s, likewise
+    reference_until: float | None  # s, when an engine that cannot go on ended the comparison; None if none did
+    energy_scale: float  # kg px²/s², what shares of energy are relative to; 0 if nothing moves
 
 
 @dataclass(frozen=True)
 class Failure:
     """What JSON has of an engine that failed."""
 
-    time: float  # s
-    message: str
+    time: float  # s, when it failed
+    message: str  # why
 
 
 @dataclass(frozen=True)
 class TrialFigures:
     """What JSON has of a run of Pymunk with some settings changed, compared with the reference."""
 
-    changes: dict[str, int]
+    changes: dict[str, int]  # of the scene's rate, and of settings of `[pymunk]`
     passages: int  # of balls through walls or each other, without a contact
     escapes: int  # balls that left the arena
     apart: float | None  # s, when its paths leave the reference's; None if not while the reference means anything

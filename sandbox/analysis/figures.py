@@ -24,17 +24,17 @@ class Figures:
 
     energy_ratio: float | None  # at the end: 1 + the change as a fraction of the comparison's scale; None if that is 0
     energy_drift: float | None  # the largest change of that, at any time
-    energy_error: float | None  # the largest of `Run.energy_gap`, as a magnitude
-    momentum_drift: float | None  # no wall, gravity or mouse gave it; as a fraction of the sum of all balls' |momentum|
+    energy_error: float | None  # the largest difference from the reference's energy, as a fraction of the scale
+    momentum_drift: float | None  # what no wall, gravity or mouse gave; as a fraction of the sum of all momenta
     gap_rms: float  # px from the reference, over all balls and times
     gap_max: float  # px, of any ball at any time
-    pair_contacts: int | None
-    wall_contacts: int | None
+    pair_contacts: int | None  # number of contacts of two balls; None if the engine does not report them
+    wall_contacts: int | None  # likewise of a ball and a wall
     max_overlap: float  # px, of two balls at the end of any step
     escaped: int  # balls whose centre was outside the arena's walls at any step
-    expected: int  # of the scene's expectations, the number that fall into the run and can be judged
-    met: int  # the number of those that the engine meets
-    skipped: int  # expectations that fall into the run and cannot be judged, because a contact is next to their time
+    expected: int  # number of the scene's expectations that can be judged
+    met: int  # number of those that the engine meets
+    skipped: int  # number of those that cannot be judged, because a contact is next to their time
     first_difference: Difference | None  # its first wrong step
     causes: tuple[CauseOfError, ...]  # what is wrong with its steps, the largest share first
     ledger: tuple[Entry, ...]  # every change of energy, momentum and positions, by its cause

@@ -270,7 +270,7 @@ def print_scores(board: Board, terminal: Console) -> None:
 
 
 def _cell(result: Result) -> str:
-    if result.outcome in (Outcome.MET, Outcome.MISSED):
+    if result.outcome in (Outcome.MET, Outcome.CLOSE, Outcome.MISSED):
         return f"{result.worst.error:.1e} {result.outcome.value}"
     word: str = result.outcome.value
     return word

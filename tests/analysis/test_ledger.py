@@ -7,16 +7,16 @@ import pytest
 from conftest import sample, scene_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from verdicts import on_states
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.figures import Run
 from sandbox.engines import can_run, registry
 from sandbox.judge.causes import Cause, Entry
-from sandbox.judge.judge import judge
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
-from sandbox.state import PUSH, States
+from sandbox.state import States
 
 ENGINES = tuple(registry())
 SCENES = [*bundled(), *sample(bundled("truths"), 6)]
@@ -230,7 +230,7 @@ def test_a_floor_that_throws_a_resting_ball_up_is_not_gravity() -> None:
     states = States.empty(3, 1)
     states.position[:] = 200, 285
     states.velocity[:] = np.array([(0, 0), (0, 0), (0, -200)])[:, None]
-    ledger = judge(scene, states, np.empty(0, PUSH), np.full(2, 1 / 60)).ledger
+    ledger = on_states(scene, states).ledger
     [error] = [entry for entry in ledger if entry.cause not in (Cause.ELASTICITY, Cause.ROUNDING)]
     assert error.cause != Cause.GRAVITY
     assert error.energy == pytest.approx(200**2 / 2)

@@ -6,6 +6,7 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from conftest import Command, scene_of
 
@@ -49,7 +50,96 @@ def test_pymunk_s_score_is_its_error() -> None:
     """In `oblique` it leaves at 105.88, -99.83 px/s where 100, -100 is true."""
     result = result_of(load("oblique"), "pymunk")
     assert result.worst.error == pytest.approx(((105.882353 - 100) ** 2 + (99.826840 - 100) ** 2) ** 0.5, abs=1e-5)
-    assert result.outcome is Outcome.MISSED
+    assert result.outcome is Outcome.CLOSE
+
+
+class Textbook:
+    """An engine of one's own: balls that meet each other and the arena, with no friction, in steps."""
+
+    gravity_factor = impulse_factor = 1.0
+    ignores_mass = ignores_elasticity = False
+
+    def __init__(self, scene: Scene, initial: State) -> None:
+        self.scene, self.steps = scene, 0
+        self.position, self.velocity = initial.position.copy(), initial.velocity.copy()
+
+    def step(self) -> None:
+        dt, gravity = 1 / self.scene.rate, self.gravity_factor * np.array(self.scene.gravity)
+        self.position += self.velocity * dt + gravity * dt**2 / 2
+        self.velocity += gravity * dt
+        for i in range(len(self.position)):
+            self._bounce(i)
+            for j in range(i):
+                self._collide(j, i)
+        self.steps += 1
+
+    def _bounce(self, i: int) -> None:
+        bodies, arena = self.scene.bodies, self.scene.arena
+        for axis, sign in ((0, -1), (0, 1), (1, -1), (1, 1)):
+            face = arena.size[axis] - bodies.radius[i] if sign > 0 else bodies.radius[i]
+            depth, closing = sign * (self.position[i, axis] - face), sign * self.velocity[i, axis]
+            if depth > 0 and closing > 0:
+                change = 1 + (1 if self.ignores_elasticity else bodies.elasticity[i] * arena.elasticity)
+                self.velocity[i, axis] -= sign * change * closing
+                self.position[i, axis] -= sign * change * depth
+
+    def _collide(self, i: int, j: int) -> None:
+        bodies, apart = self.scene.bodies, self.position[j] - self.position[i]
+        distance, reach = np.hypot(*apart), bodies.radius[i] + bodies.radius[j]
+        normal = apart / distance
+        closing = (self.velocity[i] - self.velocity[j]) @ normal
+        if distance < reach and closing > 0:
+            per = [1 if self.ignores_mass else 1 / bodies.mass[k] for k in (i, j)]
+            e = 1 if self.ignores_elasticity else bodies.elasticity[i] * bodies.elasticity[j]
+            impulse = self.impulse_factor * (1 + e) * closing / sum(per) * normal
+            push = (reach - distance) / sum(per) * normal
+            for k, sign, per_mass in ((i, -1, per[0]), (j, 1, per[1])):
+                self.velocity[k] += sign * per_mass * impulse
+                self.position[k] += sign * per_mass * push
+
+    def state(self) -> State:
+        return State(self.steps / self.scene.rate, self.position.copy(), self.velocity.copy())
+
+
+class NoLoss(Textbook):
+    ignores_elasticity = True
+
+
+class EqualMasses(Textbook):
+    ignores_mass = True
+
+
+class WeakImpulse(Textbook):
+    impulse_factor = 0.9
+
+
+class WeakGravity(Textbook):
+    gravity_factor = 0.9
+
+
+def test_a_good_engine_of_steps_and_each_with_one_bug_score_differently() -> None:
+    names = [
+        *("chain-of-five", "chains-touching-soft", "cradle-gapped", "free-fall-collision", "head-on-elasticities"),
+        *("head-on-mass-ratios", "light-on-heavy", "heavy-on-light", "soft-rows-in-flight", "cluster"),
+    ]
+    engines = {each.__name__: each for each in (Textbook, NoLoss, EqualMasses, WeakImpulse, WeakGravity)}
+    board = dict(verify([load(f"truths/{name}") for name in names], engines))
+    passed = {
+        name: sum(row[name].outcome in (Outcome.MET, Outcome.CLOSE) for row in board.values()) for name in engines
+    }
+    assert passed == {"Textbook": 10, "NoLoss": 8, "EqualMasses": 5, "WeakImpulse": 2, "WeakGravity": 8}
+    assert {scene for scene, row in board.items() if row["WeakGravity"].outcome is Outcome.MISSED} == {
+        "free-fall-collision",
+        "soft-rows-in-flight",
+    }
+
+
+def test_an_engine_too_slow_for_a_scene_skips_it_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sandbox.scores.verify.FIRST_SECONDS", 0.0)
+    board = dict(verify([load("oblique")], {"mine": Textbook, "impulse": "impulse"}, patience=0.0))
+    assert board["oblique"]["impulse"].outcome is Outcome.CLOSE
+    assert board["oblique"]["mine"].outcome is Outcome.SKIPPED
+    assert "which is scored if it is named" in board["oblique"]["mine"].lines[0]
 
 
 def test_the_json_names_error_tolerance_and_passed_or_why_it_was_refused() -> None:
@@ -103,10 +193,12 @@ def test_the_score_is_that_of_the_expectation_missed_most_and_so_is_the_first_li
 
 
 def test_the_engines_asked_for_must_pass_or_else_the_exact_engine() -> None:
-    board = board_of(load("oblique"), engines=("pymunk", "exact"))
+    board = board_of(load("oblique"), engines=("article", "pymunk", "exact"))
     assert all_passed(board, None)
-    assert all_passed(board, ["exact"])
-    assert not all_passed(board, ["pymunk", "exact"])
+    assert all_passed(board, ["pymunk", "exact"])
+    assert not all_passed(board, ["article", "exact"])
+    strict = dict(verify([load("oblique")], ["pymunk"], tolerance=1e-3))
+    assert strict["oblique"]["pymunk"].outcome is Outcome.MISSED
     refused = board_of(load("bouncing"), engines=("article",))
     assert refused["bouncing"]["article"].outcome is Outcome.REFUSED
     assert all_passed(refused, ["article"])
@@ -299,23 +391,23 @@ def test_junit_has_a_test_case_for_each_scene_and_engine() -> None:
     cases = {(case.get("classname"), case.get("name")): [kind.tag for kind in case] for case in suite}
     assert cases == {
         ("exact", "oblique"): [],
-        ("pymunk", "oblique"): ["failure"],
+        ("pymunk", "oblique"): [],
         ("article", "oblique"): ["failure"],
         ("exact", "bouncing"): [],
-        ("pymunk", "bouncing"): ["failure"],
+        ("pymunk", "bouncing"): [],
         ("article", "bouncing"): ["skipped"],
     }
-    assert [suite.get(count) for count in ("tests", "failures", "errors", "skipped")] == ["6", "3", "0", "1"]
-    missed = suite.find("testcase[@classname='pymunk']/failure")
+    assert [suite.get(count) for count in ("tests", "failures", "errors", "skipped")] == ["6", "1", "0", "1"]
+    missed = suite.find("testcase[@classname='article']/failure")
     assert missed is not None
-    assert missed.get("message", "").startswith("ball 0 at 1 s: velocity (105.8823529, -99.8268397) instead of")
+    assert missed.get("message", "").startswith("ball 0 at 1 s: velocity (")
     assert len((missed.text or "").splitlines()) == 2
 
 
 WIDE = """\
 scene              exact          pymunk         article
-oblique       2.0e-14 ok  5.9e+00 MISSED  1.2e+02 MISSED
-bouncing      0.0e+00 ok  1.5e+01 MISSED         refused
+oblique       2.0e-14 ok   5.9e+00 close  1.2e+02 MISSED
+bouncing      0.0e+00 ok   1.5e+01 close         refused
 """
 
 
@@ -333,13 +425,13 @@ NARROW = """\
 scene
            exact          pymunk         article
 oblique
-      2.0e-14 ok  5.9e+00 MISSED  1.2e+02 MISSED
+      2.0e-14 ok   5.9e+00 close  1.2e+02 MISSED
 bouncing
 """
 NARROWEST = """\
 oblique
   exact    2.0e-14 ok
-  pymunk   5.9e+00 MISSED
+  pymunk   5.9e+00 close
   article  1.2e+02 MISSED
 bouncing
 """
@@ -351,7 +443,7 @@ def test_rows_fit_the_terminal(command: Command, monkeypatch: pytest.MonkeyPatch
     _, out, _ = command("verify", "oblique", "bouncing", "--engines", "exact,pymunk,article")
     assert out.startswith(rows)
     tally = (
-        "exact: 2 of 2 scenes met pymunk: 0 of 2 scenes met, 2 missed article: 0 of 2 scenes met, 1 missed, 1 refused"
+        "exact: 2 of 2 scenes met pymunk: 0 of 2 scenes met, 2 close article: 0 of 2 scenes met, 1 missed, 1 refused"
     )
     assert out.rpartition("\n\n")[2].split() == tally.split()
 
