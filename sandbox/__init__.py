@@ -80,12 +80,10 @@ __all__ = [
 ]
 
 _MODULES: Final = {
-<<<<<<< HEAD
     name: module
     for module, names in {
         "engines": "Engine",
         "engines.engine": "Traits",
-        "engines.pymunk": "to_space",
         "engines.support": "engines",
         "errors": "Refused SandboxError SpaceWarning",
         "run.trajectory": "Trajectory",
@@ -95,44 +93,12 @@ _MODULES: Final = {
         "scripting.results": "Advice Scores SweepTable",
         "scripting.simulation": "Simulation",
         "space.findings": "Finding",
-        "space.from_pymunk": "from_space",
+        "space.from_pymunk": "from_space to_space",
         "space.lint": "lint",
         "space.watch": "watch",
         "state": "Contacts State",
     }.items()
     for name in names.split()
-=======
-    "Advice": "scripting.results",
-    "Comparison": "scripting.comparison_result",
-    "Contacts": "state",
-    "Engine": "engines",
-    "Finding": "space.findings",
-    "Refused": "errors",
-    "SandboxError": "errors",
-    "Scene": "scene",
-    "Scores": "scripting.results",
-    "Simulation": "scripting.simulation",
-    "SpaceWarning": "errors",
-    "State": "state",
-    "SweepTable": "scripting.results",
-    "Traits": "engines.engine",
-    "Trajectory": "run.trajectory",
-    "advise": "scripting.calls",
-    "compare": "scripting.calls",
-    "dump": "scene",
-    "engines": "engines.support",
-    "from_space": "space.from_pymunk",
-    "lint": "space.lint",
-    "load": "scene",
-    "scenes": "scene",
-    "simulate": "scripting.calls",
-    "sweep": "scripting.calls",
-    "to_dataframe": "scripting.calls",
-    "to_space": "space.from_pymunk",
-    "verify": "scripting.calls",
-    "watch": "space.watch",
-    "write": "scene",
->>>>>>> watch
 }
 
 

@@ -53,7 +53,7 @@ class Box2DEngine:
     slides, friction is 1/(1 + e) of Coulomb's.
     """
 
-    traits = Traits(together=True, soft=True)
+    traits = Traits(soft=True)
 
     def __init__(self, scene: Scene, initial: State) -> None:
         self.world = pyb2d3.World(

@@ -13,15 +13,12 @@ from sandbox.state import NO_DAMPING, Contacts, Damping, Floats, State, States
 class Traits:
     """How an engine is to be judged, and what it can do. Raises SandboxError for a value of another type.
 
-    together: whether it resolves all contacts of one time together, not one after another: each then acts on the
-    velocities before all of them.
     damping: how it damps velocities and spins in flight, as Pymunk does if a scene asks for it.
     soft: whether its contacts last several steps, as springs do: they are not judged one by one.
     reports_contacts: whether it reports contacts, and not states only; False without a method `contacts`.
     can_be_dragged: whether the mouse can drag its balls; False without a method `kick`.
     """
 
-    together: bool = False
     damping: Damping = NO_DAMPING
     soft: bool = False
     reports_contacts: bool = True
@@ -38,7 +35,7 @@ class Traits:
 class Engine(Protocol):
     """One solver running one scene. The same scene and kicks give the same bytes, in any process on one machine.
 
-    An engine may declare `traits`, such as `traits = Traits(together=True)` on its class, and have the methods of
+    An engine may declare `traits`, such as `traits = Traits(soft=True)` on its class, and have the methods of
     FullEngine.
     """
 

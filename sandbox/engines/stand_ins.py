@@ -68,7 +68,7 @@ class RecordedEngine:
 
     def __init__(self, states: States, contacts: Contacts, clock: Clock, damping: Damping) -> None:
         self._states, self._contacts, self._clock = states, contacts, clock
-        self.traits = Traits(together=True, damping=damping)
+        self.traits = Traits(damping=damping)
         ends = clock.times(np.arange(len(states.position)))
         self._until = np.searchsorted(contacts["time"], ends, side="right")  # contacts, after each step
         self._steps = 0

@@ -538,8 +538,8 @@ def test_a_function_can_be_dragged(loop: str) -> None:
 @pytest.mark.parametrize(
     ("declared", "message"),
     [
-        ({"together": True}, "Mine: together = True has no effect; write traits = sandbox.Traits(together=True)"),
-        ({"togther": True}, "Mine: togther = True has no effect; write traits = sandbox.Traits(together=True)"),
+        ({"soft": True}, "Mine: soft = True has no effect; write traits = sandbox.Traits(soft=True)"),
+        ({"sofft": True}, "Mine: sofft = True has no effect; write traits = sandbox.Traits(soft=True)"),
         ({"trait": Traits()}, "Mine: its traits must be in the attribute traits, got them in trait"),
         ({"traits": {"soft": True}}, "Mine: its traits must be sandbox.Traits(...), got {'soft': True}"),
     ],
@@ -553,8 +553,8 @@ def test_traits_that_would_have_no_effect_are_an_error(declared: dict[str, objec
 def test_traits_have_types() -> None:
     with pytest.raises(SandboxError, match=r"^Traits: soft must be True or False, got 1$"):
         Traits(soft=1)  # type: ignore[arg-type]
-    with pytest.raises(TypeError, match="togther"):
-        Traits(togther=True)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match="sofft"):
+        Traits(sofft=True)  # type: ignore[call-arg]
 
 
 # Contacts that last several steps
