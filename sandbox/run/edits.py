@@ -22,7 +22,6 @@ from sandbox.scene.clock import Clock
 from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, NotTiny, Number, Vector
 from sandbox.scene.model import Scene, Wall
 from sandbox.scene.overlaps import Situation, check_ball_fits, check_wall_fits
-from sandbox.scene.validation import invalid
 from sandbox.state import State, States
 
 CONSTANTS: Final = ("radius", "mass", "elasticity", "friction")  # of a ball
