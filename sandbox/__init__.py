@@ -29,8 +29,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from sandbox.engines import Engine
-    from sandbox.engines.engine import Traits
+    from sandbox.engines.engine import Engine, Traits
     from sandbox.engines.pymunk import to_space
     from sandbox.engines.support import engines
     from sandbox.errors import Refused, SandboxError, SpaceWarning
@@ -86,7 +85,7 @@ _MODULES: Final = {
     "Advice": "scripting.results",
     "Comparison": "scripting.comparison_result",
     "Contacts": "state",
-    "Engine": "engines",
+    "Engine": "engines.engine",
     "Finding": "space.findings",
     "Refused": "errors",
     "SandboxError": "errors",

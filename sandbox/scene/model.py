@@ -42,7 +42,7 @@ from sandbox.scene.toml_lines import Source
 from sandbox.scene.units import PIXELS, Units
 from sandbox.scene.validation import invalid, sandbox_error
 from sandbox.state import Bodies
-from sandbox.text import printable
+from sandbox.text import counted, printable
 
 MAX_WALLS: Final = 1_000  # each is compared with each ball
 MIN_LENGTH: Final = 1e-6  # px, of a wall that is no peg
@@ -372,6 +372,9 @@ class Scene(Model):
     def name(self) -> str:
         """The name of the scene's file, printable and without the ending."""
         return printable(self.file.stem)
+
+    def __repr__(self) -> str:
+        return f"<Scene {self.name}: {counted(len(self.bodies), 'ball')}, {counted(len(self.walls), 'wall')}>"
 
     def at_key(self, path: KeyPath, message: str) -> str:
         """Return a message about a key of the scene, with its file and line: `file:line: key message`."""

@@ -43,7 +43,7 @@ def test_a_ball_of_another_mass_and_elasticity_collides_as_the_formula_says(engi
     assert run.velocity[-1, :, 0] == pytest.approx([together - e * 120 / (m + 1), together + e * m * 120 / (m + 1)])
 
 
-@pytest.mark.parametrize("engine", EVERY)
+@pytest.mark.parametrize("engine", ENGINES)
 def test_a_larger_ball_collides_earlier(engine: str) -> None:
     before = simulate(head_on(), engine, steps=60).contacts["time"][0]
     after = simulate(head_on(), engine, steps=60, inputs=[ChangeBall(step=5, ball=1, radius=44)]).contacts["time"][0]
