@@ -28,8 +28,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from sandbox.engines import Engine
-    from sandbox.engines.engine import Traits
+    from sandbox.engines.engine import Engine, Traits
     from sandbox.engines.support import engines
     from sandbox.errors import Refused, SandboxError, SpaceWarning
     from sandbox.run.trajectory import Trajectory
@@ -82,8 +81,7 @@ __all__ = [
 _MODULES: Final = {
     name: module
     for module, names in {
-        "engines": "Engine",
-        "engines.engine": "Traits",
+        "engines.engine": "Engine Traits",
         "engines.support": "engines",
         "errors": "Refused SandboxError SpaceWarning",
         "run.trajectory": "Trajectory",
