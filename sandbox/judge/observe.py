@@ -123,7 +123,7 @@ class Singles(Bodies):
         self.x, self.v, self.h, self.hv, after = f.x, f.v, run.hx[k, ball], run.hv[k, ball], run.v[k + 1, ball]
         if undo != 1:
             after, self.hv = after / undo, by_gravity(f)
-            self.h = habit.place.place(f, self.hv)
+            self.h = habit.place.of(f, self.hv)
         self.dx, self.dv = run.x[k + 1, ball] - self.h, after - self.hv
         kept, later = (run.kept, 1.0) if undo == 1 else (1.0, run.kept)  # when spins are slowed down, if they are
         self.w = run.w[k, ball] * kept

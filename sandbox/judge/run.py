@@ -41,13 +41,11 @@ def vectors(pairs: Floats) -> Vectors:
 
 
 class Flights(NamedTuple):
-    """Balls at the start of steps: x px, v px/s, dt s, radius r px, mass m kg, each (k,); g: px/s², of the scene."""
+    """Balls at the start of steps: x px, v px/s and dt s, each (k,); g: px/s², of the scene."""
 
     x: Vectors
     v: Vectors
     dt: Floats
-    r: Floats
-    m: Floats
     g: complex
 
 
@@ -142,7 +140,7 @@ class Run:
 
     def flights(self, k: Integers, i: Integers) -> Flights:
         """Return balls at the start of steps."""
-        return Flights(self.x[k, i], self.v0[k, i], self.dt[k], self.r[i], self.m[i], self.g)
+        return Flights(self.x[k, i], self.v0[k, i], self.dt[k], self.g)
 
     def geometry(self, i: Integers, j: Integers, xi: Vectors, xj: Vectors) -> tuple[Vectors, Floats]:
         """Return the normals from ball i to the body j, and how deep they are in each other, px: (k,) each.
