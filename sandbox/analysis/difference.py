@@ -6,10 +6,10 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.judge.causes import NEGLIGIBLE, Cause
+from sandbox.judge.causes import Cause
 from sandbox.judge.ledger import NO_BODY, Errors
 from sandbox.judge.summary import Verdict
-from sandbox.judge.thresholds import SINGLE
+from sandbox.judge.thresholds import NEGLIGIBLE, SINGLE
 from sandbox.judge.words import of_errors
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector

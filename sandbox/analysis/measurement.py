@@ -13,9 +13,10 @@ from sandbox.analysis.figures import Course, Escape, Run
 from sandbox.analysis.gas import TheoryRow, measure_gas, why_lawless, why_no_gas
 from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, impacts_in
 from sandbox.analysis.misreports import Misreport, misreports
-from sandbox.judge.causes import NEGLIGIBLE, Cause
+from sandbox.judge.causes import Cause
 from sandbox.judge.judge import Steps
 from sandbox.judge.summary import Verdict
+from sandbox.judge.thresholds import NEGLIGIBLE
 from sandbox.quantity import angular_momentum, centre_of_mass, deepest_overlap, energy, length, momentum, outside
 from sandbox.run.lockstep import Runner
 from sandbox.scene.fields import Vector

@@ -9,10 +9,9 @@ import numpy as np
 
 from sandbox.judge.causes import Cause
 from sandbox.judge.run import Flights, Run, Vectors, dot
-from sandbox.judge.thresholds import ALIKE, DOUBLE
+from sandbox.judge.thresholds import ALIKE, DOUBLE, FEW
 from sandbox.state import Bools, Floats, Integers
 
-FEW: Final = 3  # flights, of which no law is read
 MOST: Final = 20_000  # flights that a law is read from
 SCHEMES: Final = (0.0, 0.5, 1.0, *(0.5 + s * 0.5 / k for k in range(2, 65) for s in (1, -1)))  # of gravity, in k parts
 BY_SPEED: Final = ((" v²", 1), ("", -1))  # the power of v in the share of the speed that a drag takes

@@ -13,12 +13,12 @@ from sandbox.judge.causes import Cause
 from sandbox.judge.choose import ANYWHERE, NOTHING, RIGHT, Chosen, choose, doubt_faults, explain
 from sandbox.judge.contacts import components, due, keys_of, near_pairs, near_pairs_of, near_walls, way_of
 from sandbox.judge.flight import Habit, by_gravity, habit_of
-from sandbox.judge.islands import SAID, Islands, Shown, explain_islands
+from sandbox.judge.islands import MAX_ISLANDS, SAID, Islands, Shown, explain_islands
 from sandbox.judge.ledger import NO_BODY, Errors, Ledger, pairs
 from sandbox.judge.observe import SIGN, Singles, When
 from sandbox.judge.run import NEVER, Contacts, Run, Vectors, dot
 from sandbox.judge.summary import Judged, Verdict, summary
-from sandbox.judge.thresholds import MAX_ISLANDS, MAX_TOGETHER, REST, TINY
+from sandbox.judge.thresholds import MAX_TOGETHER, NEGLIGIBLE, REST
 from sandbox.judge.words import of_flight
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT
@@ -370,8 +370,8 @@ class _Block:
         off_x, off_v = np.abs(run.x[k + 1, i] - run.hx[at]), np.abs(run.v[k + 1, i] - run.hv[at])
         gain = run.gain(k, i)
         spun = np.abs(run.w[k + 1, i] - run.w[k, i] * run.kept) * run.r[i]
-        least = TINY * (1 + np.abs(run.v0[at]))
-        small = (off_x < TINY * run.r[i]) & (off_v < least) & (spun < least)
+        least = NEGLIGIBLE * (1 + np.abs(run.v0[at]))
+        small = (off_x < NEGLIGIBLE * run.r[i]) & (off_v < least) & (spun < least)
         self.ledger.rightful(Cause.ROUNDING, gain[small])
         may, kicked, speed = self.near[at], self.kicked[at], np.abs(run.v[k + 1, i])
         cause = np.where(may, Cause.UNKNOWN, np.where(kicked, Cause.UNREPORTED, Cause.TELEPORTED))

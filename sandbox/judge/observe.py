@@ -67,7 +67,7 @@ class Met:
     """Contacts where they are resolved, and what is due then: (k,) each, of both bodies (2, k).
 
     t: s from the step's start; n: normals; depth: px; v, w: px/s and rad/s, just before; started: px/s, how fast they
-    approached along the normal when the step began; slack: px/s, by which a fitted time leaves velocities unsure,
+    approached along the normal when the step began; slack: px/s, the error of velocities that a fitted time causes,
     negative if there is no such time; six: what the states show; u: px/s, how fast the two approach; due, rub: kg px/s,
     the right impulse, (1 + e) m u with the reduced mass m, and friction; pull: px/s², how balls fall.
     """

@@ -11,7 +11,7 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.judge.thresholds import DOUBLE, SINGLE, TINY
+from sandbox.judge.thresholds import DOUBLE, NEGLIGIBLE, SINGLE
 from sandbox.quantity import passing
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT, arena_faces, walls_of
@@ -124,7 +124,7 @@ class Run:
         whole = single and np.array_equal(self.x[1:].real, np.rint(self.x[1:].real))  # an engine that cuts places
         reach, fastest = (float(max(np.abs(z.real).max(), np.abs(z.imag).max())) for z in (self.x, self.v))
         self.floor = (SINGLE if single and not whole else DOUBLE) * (reach + fastest * float(clock.max()))
-        self.tiny = 3 * self.floor + TINY * float(self.r.min())
+        self.tiny = 3 * self.floor + NEGLIGIBLE * float(self.r.min())
 
     def fly(self, hx: Vectors, hv: Vectors, pull: complex, kept: float, clock: float) -> None:
         """Set how the engine flies. clock: what share of a step it flies."""
