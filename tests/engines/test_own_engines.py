@@ -628,4 +628,4 @@ def test_step_and_state_make_an_engine() -> None:
 
 
 def test_a_scene_is_shown_in_one_short_line() -> None:
-    assert repr(load("plinko")) == "<Scene plinko: 200 balls, 25 s at 60 steps a second>"
+    assert repr(load("plinko")) == "<Scene plinko: 200 balls, 8 s at 60 steps a second>"
