@@ -22,6 +22,7 @@ from sandbox.run.inputs import End, Start, load_inputs, write_inputs
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.view.controls import Action, Panel
+from sandbox.view.layout import MIN_SIZE
 from sandbox.view.window import Window
 
 SCENES: Final = ("article", "bouncing", "newtons-cradle", "oblique", "head-on", "funnel", "break-shot", "mine.toml")
@@ -225,7 +226,7 @@ class Monkey(RuleBasedStateMachine):
         SystemWindow.from_display_module().size = size
         for event in pygame.event.get():
             self.window.on_event(event)
-        assert self.window.screen.get_size() == size
+        assert self.window.screen.get_size() == tuple(map(max, size, MIN_SIZE))
 
     @rule(name=st.sampled_from([*FILES, "missing.toml", "", "."]))
     def drop(self, name: str) -> None:
