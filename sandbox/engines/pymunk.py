@@ -52,7 +52,7 @@ class PymunkEngine:
             scene.rate,
             self._substeps,
         )
-        self.traits = Traits(together=True, damping=self._reader.damping)
+        self.traits = Traits(damping=self._reader.damping)
         self._substates: list[States] | None = None  # since the last call, if they are asked for
         self._steps_per_read = max(1, STATES_BYTES // (STATE_BYTES * self._reader.bodies * self._substeps))
 

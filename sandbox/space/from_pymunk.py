@@ -1,4 +1,4 @@
-"""A scene of a live `pymunk.Space`, and the Space of a scene: balls on dynamic bodies, walls on static ones."""
+"""A scene of a live `pymunk.Space`, and the Space of a scene: balls are dynamic bodies, walls and pegs static ones."""
 
 import math
 import os
