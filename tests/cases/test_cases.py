@@ -78,7 +78,7 @@ def test_the_mend_of_a_program_leaves_no_such_finding(command: Command, name: st
 
 def run(name: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     program = [sys.executable, "-m", "sandbox", "watch", "--headless", str(CASES / f"{name}.py"), *arguments]
-    return subprocess.run(program, capture_output=True, text=True, check=False, timeout=120)
+    return subprocess.run(program, capture_output=True, text=True, check=False, timeout=300)
 
 
 def test_a_step_that_never_returns_ends_with_its_line() -> None:
