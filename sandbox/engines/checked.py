@@ -11,7 +11,7 @@ from typing import Any, Final, cast
 
 import numpy as np
 
-from sandbox.engines.engine import BlockEngine, Engine, Traits, traits_of
+from sandbox.engines.engine import BlockEngine, FullEngine, Traits, traits_of
 from sandbox.errors import EngineError, Refused, SandboxError, shown, traceback_beyond
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
@@ -32,7 +32,7 @@ TWO_PARAMETERS: Final = (
 )
 
 
-def build(name: str, factory: Factory, scene: Scene, initial: State) -> Engine:
+def build(name: str, factory: Factory, scene: Scene, initial: State) -> FullEngine:
     """Build an engine that is not built in.
 
     Its scene has arrays that cannot be written to; the initial state is its own, and begins at 0 s. Raises EngineError

@@ -38,7 +38,8 @@ class Traits:
 class Engine(Protocol):
     """One solver running one scene. The same scene and kicks give the same bytes, in any process on one machine.
 
-    An engine may declare `traits`, such as `traits = Traits(together=True)` on its class.
+    An engine may declare `traits`, such as `traits = Traits(together=True)` on its class, and have the methods of
+    FullEngine.
     """
 
     def step(self) -> None:
@@ -46,6 +47,10 @@ class Engine(Protocol):
 
     def state(self) -> State:
         """Return a snapshot, which later steps do not change."""
+
+
+class FullEngine(Engine, Protocol):
+    """An engine that reports contacts and can be dragged: in a run, every engine is one or pretends to be."""
 
     def contacts(self) -> Contacts:
         """Return the contacts resolved since the last call, by time; at equal times, in the order they were resolved.
@@ -68,7 +73,7 @@ class CheckingEngine(Engine, Protocol):
         """Raise Refused if the engine cannot run a scene."""
 
 
-class BlockEngine(Engine, Protocol):
+class BlockEngine(FullEngine, Protocol):
     """An engine that can also do many steps in one call, which saves the time to return each state."""
 
     def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
