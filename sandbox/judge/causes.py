@@ -6,11 +6,9 @@ under its cause. So the lines add up to the whole change.
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Final, Self
+from typing import Self
 
 from sandbox.state import Floats
-
-NEGLIGIBLE: Final = 1e-6  # fraction of an impulse, a speed or a radius; smaller errors count as rounding
 
 
 class Cause(IntEnum):
