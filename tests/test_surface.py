@@ -18,7 +18,7 @@ import sandbox
 
 VERBS = (
     *("advise", "compare", "dump", "engines", "from_space", "lint", "load", "scenes"),
-    *("simulate", "sweep", "to_dataframe", "to_space", "verify", "watch", "write"),
+    *("simulate", "sweep", "to_space", "verify", "watch", "write"),
 )
 CLASSES = (
     "Advice",
@@ -83,6 +83,10 @@ class Mine:
         return self.initial
 
 
+def built(scene: Scene, initial: State) -> Engine:
+    return Mine(scene, initial)
+
+
 def energy_left(name: str) -> float | None:
     try:
         scene: Scene = sandbox.load(name).changed(seed=3)
@@ -139,8 +143,7 @@ def play(scene: Scene) -> Trajectory:
 def advice() -> list[str]:
     comparison = sandbox.compare("oblique")
     ledger = comparison["pymunk"].ledger
-    tables = [sandbox.to_dataframe(ledger), sandbox.to_dataframe(comparison.runs["pymunk"].contacts)]
-    tables += [comparison.to_dataframe(), sandbox.simulate("oblique", Mine).to_dataframe()]
+    tables = [comparison.rows(), sandbox.simulate("oblique", Mine).to_dataframe()]
     found: Advice = sandbox.advise("oblique", seconds=1)
     print(found.recommendation, found.table(), found.best.gap_rms, [trial.changes for trial in found], len(tables))
     accepting = [name for name, support in sandbox.engines().items() if "gravity" in support.accepts]

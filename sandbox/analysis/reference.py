@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.engines import REFERENCE, Engine
+from sandbox.engines import REFERENCE, RunningEngine
 from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.engine import ExactEngine
 from sandbox.engines.stand_ins import RenumberedEngine
@@ -147,6 +147,6 @@ def _shifted(state: State, number: int) -> State:
     return replace(state, position=position + sign * units * np.spacing(position))
 
 
-def _finer(scene: Scene, initial: State) -> Engine:
+def _finer(scene: Scene, initial: State) -> RunningEngine:
     """Build `exact` with half the hop of discs that lean on each other."""
     return ExactEngine(scene, initial, hop_time=HOP_TIME / 2)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from conftest import Command, scene_of
 
-from sandbox.report.sweep import convergence_page
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
@@ -123,13 +122,6 @@ def test_the_law_depends_on_what_the_balls_touch() -> None:
         assert law_of("impulse", scene, contacts).order == order
         assert law_of("pymunk", scene, contacts).order == 1
         assert law_of("pymunk(damping=0.5)", scene, contacts).order == 0
-
-
-def test_the_page_has_the_orders() -> None:
-    measured = converge(falling(), ["pymunk", "impulse"], RATES, starts=2)
-    page = convergence_page(measured)
-    assert page.count('class="chart"') == 1
-    assert "theory expects order 1" in page
 
 
 def test_the_command_prints_or_writes(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
