@@ -20,7 +20,7 @@ from sandbox.run.edits import SetVelocity
 from sandbox.run.inputs import Grab
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
-from sandbox.scores.verify import Board, Outcome, Result, all_passed, as_json, as_junit, verify
+from sandbox.scores.verify import Board, Judged, Outcome, Result, all_passed, as_json, as_junit, verify
 from sandbox.state import Floats, State
 
 TRUTHS = list(bundled("truths"))
@@ -165,7 +165,9 @@ def test_a_miss_names_the_ball_the_quantity_its_unit_what_was_expected_and_what_
         "at 1 s: momentum (120, 0) instead of (123, 4), off by 5 kg px/s (tolerance 1): nothing acts",
     ]
     assert result.worst.error == pytest.approx(5)
-    first, second = asdict(result.document())["missed"]
+    document = result.document()
+    assert isinstance(document, Judged)
+    first, second = map(asdict, document.missed)
     assert first == {
         "at": 1.0,
         "ball": 1,
