@@ -15,7 +15,6 @@
     watch       records what a live pymunk.Space does, and returns what is wrong with it
     scenes      returns the bundled scenes
     engines     returns what each engine supports
-    to_dataframe  returns a pandas table of contacts, of a ledger, a trajectory or a comparison
 
 >>> import sandbox
 >>> sandbox.simulate("article", "article", seconds=1).position.shape  # steps + 1, balls, x and y
@@ -35,7 +34,7 @@ if TYPE_CHECKING:
     from sandbox.errors import Refused, SandboxError, SpaceWarning
     from sandbox.run.trajectory import Trajectory
     from sandbox.scene import Scene, dump, load, scenes, write
-    from sandbox.scripting.calls import advise, compare, simulate, sweep, to_dataframe, verify
+    from sandbox.scripting.calls import advise, compare, simulate, sweep, verify
     from sandbox.scripting.comparison_result import Comparison
     from sandbox.scripting.results import Advice, Scores, SweepTable
     from sandbox.scripting.simulation import Simulation
@@ -74,7 +73,6 @@ __all__ = [
     "scenes",
     "simulate",
     "sweep",
-    "to_dataframe",
     "to_space",
     "verify",
     "watch",
@@ -82,36 +80,25 @@ __all__ = [
 ]
 
 _MODULES: Final = {
-    "Advice": "scripting.results",
-    "Comparison": "scripting.comparison_result",
-    "Contacts": "state",
-    "Engine": "engines.engine",
-    "Finding": "space.findings",
-    "Refused": "errors",
-    "SandboxError": "errors",
-    "Scene": "scene",
-    "Scores": "scripting.results",
-    "Simulation": "scripting.simulation",
-    "SpaceWarning": "errors",
-    "State": "state",
-    "SweepTable": "scripting.results",
-    "Traits": "engines.engine",
-    "Trajectory": "run.trajectory",
-    "advise": "scripting.calls",
-    "compare": "scripting.calls",
-    "dump": "scene",
-    "engines": "engines.support",
-    "from_space": "space.from_pymunk",
-    "lint": "space.lint",
-    "load": "scene",
-    "scenes": "scene",
-    "simulate": "scripting.calls",
-    "sweep": "scripting.calls",
-    "to_dataframe": "scripting.calls",
-    "to_space": "engines.pymunk",
-    "verify": "scripting.calls",
-    "watch": "space.watch",
-    "write": "scene",
+    name: module
+    for module, names in {
+        "engines.engine": "Engine Traits",
+        "engines.pymunk": "to_space",
+        "engines.support": "engines",
+        "errors": "Refused SandboxError SpaceWarning",
+        "run.trajectory": "Trajectory",
+        "scene": "Scene dump load scenes write",
+        "scripting.calls": "advise compare simulate sweep verify",
+        "scripting.comparison_result": "Comparison",
+        "scripting.results": "Advice Scores SweepTable",
+        "scripting.simulation": "Simulation",
+        "space.findings": "Finding",
+        "space.from_pymunk": "from_space",
+        "space.lint": "lint",
+        "space.watch": "watch",
+        "state": "Contacts State",
+    }.items()
+    for name in names.split()
 }
 
 

@@ -5,7 +5,7 @@ import io
 import json
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:  # slow to import
     from rich.console import Console
@@ -74,11 +74,11 @@ def json_text(value: object) -> str:
     return json.dumps(value, indent=2, allow_nan=False) + "\n"
 
 
-def console(*, stderr: bool = False) -> "Console":
-    """Return a Rich console that prints [red] and :smile: verbatim."""
+def console(**options: Any) -> "Console":
+    """Return a Rich console that prints [red] and :smile: verbatim. options: others of Rich."""
     from rich.console import Console  # noqa: PLC0415
 
-    terminal = Console(stderr=stderr, highlight=False, markup=False, emoji=False)
+    terminal = Console(highlight=False, markup=False, emoji=False, **options)
     if terminal.width == 0:  # as with COLUMNS=0, where Rich would print nothing
         terminal.width = DEFAULT_WIDTH
     return terminal
@@ -86,20 +86,8 @@ def console(*, stderr: bool = False) -> "Console":
 
 def text_of(show: "Callable[[Console], object]", width: int) -> str:
     """Return what a function prints on a console so many columns wide, without colours."""
-    from rich.console import Console  # noqa: PLC0415
-
     text = io.StringIO()
-    verbatim = Console(
-        file=text,
-        width=width,
-        color_system=None,
-        force_terminal=False,
-        force_jupyter=False,
-        highlight=False,
-        markup=False,
-        emoji=False,
-    )
-    show(verbatim)
+    show(console(file=text, width=width, color_system=None, force_terminal=False, force_jupyter=False))
     return "".join(f"{line.rstrip()}\n" for line in text.getvalue().splitlines())
 
 

@@ -101,30 +101,6 @@ class Browser:
         self.call("Page.navigate", url=page.as_uri())
         self.wait_for(READY)
 
-    @contextmanager
-    def frames_of(self, page: Path, count: int) -> Iterator[Iterator[None]]:
-        """Load a page with some frames, which have their own origins; yield as commands are sent to each in turn."""
-        self.call("Page.navigate", url="about:blank")
-        while self._frames():  # of the page before
-            time.sleep(0.05)
-        self.call("Page.navigate", url=page.as_uri())
-        while len(self._frames()) < count:
-            time.sleep(0.05)
-        self.requests.clear()
-        self.errors.clear()
-        sessions = [self._attach(frame) for frame in self._frames()]
-        try:
-            yield map(self._switch, sessions)
-        finally:
-            self._session = self._page
-
-    def _switch(self, session: str) -> None:
-        self._session = session
-
-    def _frames(self) -> list[str]:
-        targets = self.call("Target.getTargets")["targetInfos"]
-        return [target["targetId"] for target in targets if target["type"] == "iframe"]
-
     def run(self, script: str) -> Any:
         """Run a script in the page, and return its value."""
         answer = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)

@@ -266,13 +266,8 @@ def repeated(history: Sequence[tuple[Course, ...]]) -> Courses:
     return ()
 
 
-def continued(
-    discs: Sequence[Disc], touches: Sequence[Touch], *, leaps: bool = True, shuffle: random.Random | None = None
-) -> Outcome:
-    """Continue a sequence of impacts to its end or limit.
-
-    leaps: whether rounds may be made many at once; shuffle: what chooses each of the first SHUFFLED impacts.
-    """
+def continued(discs: Sequence[Disc], touches: Sequence[Touch], shuffle: random.Random | None = None) -> Outcome:
+    """Continue a sequence of impacts to its end or limit. shuffle: what chooses each of the first SHUFFLED impacts."""
     with localcontext(prec=DIGITS):
         motions = Motions(discs, touches)
         motion = [speed for disc in discs for speed in speeds(disc)]
@@ -288,7 +283,7 @@ def continued(
             if all(course == Course.OPEN for course in history[-1]):
                 ending = Ending.PARTED
                 break
-            if leaps and (rounds := repeated(history)):
+            if rounds := repeated(history):
                 motion, given, endless = leap(motions, motion, given, rounds, still)
                 history.clear()
                 if endless:

@@ -5,10 +5,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-import pytest
-
-from sandbox.report import notebook
-
 NOTEBOOK = Path(__file__).parents[1] / "docs" / "examples" / "notebook.ipynb"
 CELLS: list[dict[str, Any]] = [
     cell for cell in json.loads(NOTEBOOK.read_text())["cells"] if cell["cell_type"] == "code"
@@ -26,13 +22,11 @@ def run_cell(code: str, names: dict[str, Any]) -> object:
     return eval(compile(ast.Expression(last.value), "cell", "eval"), names)
 
 
-def test_it_runs_from_top_to_bottom_and_has_bokeh_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(notebook, "_provider", None)
+def test_it_runs_from_top_to_bottom() -> None:
     names: dict[str, Any] = {"__name__": "__main__"}
     values = [run_cell(code, names) for code in CODE]
-    pages = [value._repr_html_() for value in values if hasattr(value, "_repr_html_")]
-    assert [page.startswith("<script>") for page in pages] == [True, False]
-    assert all(len(page) < 1_000_000 for page in pages)
+    shown = [value._repr_html_() for value in values if hasattr(value, "_repr_html_")]
+    assert [text.startswith("<pre>") for text in shown] == [True, True]
 
 
 def test_it_is_stored_without_outputs() -> None:

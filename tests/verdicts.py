@@ -7,7 +7,7 @@ import numpy as np
 
 from sandbox.engines import Source
 from sandbox.judge.causes import Cause
-from sandbox.judge.judge import judge
+from sandbox.judge.judge import Steps
 from sandbox.judge.summary import Verdict
 from sandbox.run.trajectory import simulate
 from sandbox.scene.model import Scene
@@ -28,7 +28,9 @@ def on_states(
     """Judge states. clock: s, the length of each step, by default the scene's."""
     steps = np.arange(1, len(states.position))
     dt = 1 / scene.clock.rates(steps) if clock is None else np.array(clock)
-    return judge(scene, states, pushes, dt, damping, is_soft=is_soft)
+    judged = Steps(scene, damping, is_soft=is_soft)
+    judged.add(states, pushes, dt)
+    return judged.verdict()
 
 
 def states_of(scene: Scene, engine: Source, *, seconds: float | None = None) -> States:

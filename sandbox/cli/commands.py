@@ -9,7 +9,6 @@ import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext, redirect_stdout
-from dataclasses import asdict
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -21,42 +20,44 @@ from typer.core import TyperGroup
 from sandbox import __version__
 from sandbox.cli.exit import exit_codes, print_error
 from sandbox.cli.options import (
-    DEFAULT_SIZE,
     Against,
-    ComparisonFiles,
+    AllRows,
+    CsvFile,
     Engines,
     EnginesToCompare,
     EnginesToScore,
     EngineToTrace,
+    First,
+    FirstContacts,
     Inputs,
     JsonFile,
     JunitFile,
     Layers,
-    Limits,
+    MaxDrift,
+    MaxEnergyError,
+    MaxGap,
     Parts,
+    Rate,
     Rates,
     ReportFile,
-    RunOptions,
     SceneArgument,
+    Scheduler,
     Seconds,
     Seed,
     Seeds,
     Settings,
-    Shown,
     SizeOption,
-    Workforce,
-    complete_scene,
+    Workers,
     file_option,
-    grouped,
     print_warnings,
     scene_and_inputs,
     settings_by_key,
     warn_of_pygame,
 )
 from sandbox.cli.progress import progress_bar, sweep_with_bar, terminal_bar
-from sandbox.errors import SandboxError
+from sandbox.errors import SandboxError, suggestion
 from sandbox.files import STANDARD_OUTPUT, check_outputs, write_text
-from sandbox.text import console, counted, json_text, printable
+from sandbox.text import console, counted, json_text, listed, printable
 from sandbox.view import Layer
 
 if TYPE_CHECKING:
@@ -64,6 +65,9 @@ if TYPE_CHECKING:
     from sandbox.analysis.comparison import Comparison
     from sandbox.run.inputs import Input
     from sandbox.scene.model import Scene
+
+
+USAGE_ERROR: Final[type[Exception]] = typer.BadParameter.__mro__[1]  # typer does not export it
 
 
 class _Commands(TyperGroup):
@@ -84,9 +88,24 @@ class _Commands(TyperGroup):
         return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
-        """Run a command. Typer itself would end with 1 at a closed pipe."""
+        """Run a command. Typer itself would end with 1 at a closed pipe, and offer --seed for --seconds."""
         with exit_codes():
-            return super().invoke(ctx)
+            try:
+                return super().invoke(ctx)
+            except USAGE_ERROR as error:
+                if option := getattr(error, "option_name", None):
+                    raise self._no_option(ctx.invoked_subcommand, option) from None
+                raise
+
+    def _no_option(self, command: str, option: str) -> SandboxError:
+        """Return an error for an option that a command does not have, with the commands that have it."""
+        options = {
+            name: [text for key in each.params for text in key.opts if text.startswith("-")]
+            for name, each in self.commands.items()
+        }
+        others = [name for name, known in options.items() if option in known]
+        hint = f"{listed(others)} {'have' if len(others) > 1 else 'has'} it" if others else None
+        return SandboxError(f"{command} has no option {option}; {hint or suggestion(option, options[command])}")
 
 
 app = typer.Typer(
@@ -158,21 +177,22 @@ def run(
     else:
         print("No display: comparing instead of opening the window.")
         print_warnings(chosen)
-        _compare_and_draw(chosen, engines, replayed)
         if save_inputs:
             write_run(chosen, replayed, chosen.steps, save_inputs)
+        _compare_and_draw(chosen, engines, replayed)
 
 
 @app.command()
-@grouped
 def record(
     scene: SceneArgument,
     out: Annotated[str, file_option("A .gif, .webp or .mp4 file, or .png for the end.")],
-    *,
     engines: Engines = None,
-    options: RunOptions,
-    size: SizeOption = DEFAULT_SIZE,
-    show: Layers = (Layer.CHARTS,),
+    seconds: Seconds = None,
+    seed: Seed = None,
+    rate: Rate = None,
+    inputs: Inputs = None,
+    size: SizeOption = "1280x720",
+    show: Layers = Layer.CHARTS,
 ) -> None:
     """Record a scene in real time as a video, or its end as a picture.
 
@@ -182,38 +202,47 @@ def record(
     from sandbox.view.offscreen import check_recording
     from sandbox.view.offscreen import record as record_scene
 
-    pixels = size.width, size.height
-    check_outputs({"--out": out}, [scene, options.inputs])
-    check_recording(out, pixels)
-    chosen, replayed = options.load(scene)
+    check_outputs({"--out": out}, [scene, inputs])
+    check_recording(out, size)
+    chosen, replayed = scene_and_inputs(scene, inputs, seconds=seconds, seed=seed, rate=rate)
     print_warnings(chosen)
     bar = terminal_bar()
     with bar:
         track = partial(bar.track, description="Recording")
-        record_scene(chosen, engines, out, pixels, show, replayed, track)
+        record_scene(chosen, engines, out, size, show, replayed, track)
 
 
 @app.command()
-@grouped
 def compare(
     scene: SceneArgument,
-    *,
     engines: EnginesToCompare = None,
     against: Against = None,
-    options: RunOptions,
-    files: ComparisonFiles,
-    limits: Limits,
-    shown: Shown,
+    seconds: Seconds = None,
+    seed: Seed = None,
+    rate: Rate = None,
+    inputs: Inputs = None,
+    json_file: JsonFile = None,
+    csv_file: CsvFile = None,
+    report: ReportFile = None,
+    max_gap: MaxGap = None,
+    max_drift: MaxDrift = None,
+    max_energy_error: MaxEnergyError = None,
+    all_rows: AllRows = False,
+    first: First = False,
+    contacts: FirstContacts = None,
     advise: Annotated[bool, typer.Option("--advise", help="Try other settings of Pymunk.")] = False,
 ) -> None:
     """Compare engines: how far apart they are, since when, and why.
 
     FILE may be -, for standard output. Exit code 1: a limit was exceeded; 2: an engine of your own failed.
     """
-    _check_ending(files.report)
-    outputs = files.by_option
-    check_outputs(outputs, [scene, options.inputs])
-    chosen, replayed = options.load(scene)
+    from sandbox.report.tables import print_advice, print_comparison
+
+    if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
+        raise SandboxError(f"{report}: a report must end in .html")
+    outputs = {"--json": json_file, "--csv": csv_file, "--report": report}
+    check_outputs(outputs, [scene, inputs])
+    chosen, replayed = scene_and_inputs(scene, inputs, seconds=seconds, seed=seed, rate=rate)
     print_warnings(chosen)
     with _printed_beside(outputs.values()):
         comparison = _compare(chosen, engines, against, replayed)
@@ -223,8 +252,19 @@ def compare(
 
             with progress_bar("Trying other settings") as progress:
                 trials = try_settings(chosen, comparison.against, replayed, progress)
-    _write_comparison(comparison, trials, outputs, shown)
-    _exit_of(comparison, [message for _, message in comparison.exceeded(**asdict(limits))])
+    _write_comparison(comparison, trials, outputs)
+    if not _has_document(outputs.values()):
+        print_comparison(comparison, console(), all_rows=all_rows, first=first, contacts=contacts)
+        if trials:
+            print()
+            print_advice(trials, console())
+    exceeded = [message for _, message in comparison.exceeded(max_gap, max_drift, max_energy_error)]
+    for error in comparison.failed.values():
+        print_error(error)
+    if exceeded:
+        print("\n".join(exceeded), file=sys.stderr)
+    if comparison.failed or exceeded:
+        raise typer.Exit(2 if comparison.failed else 1)
 
 
 def _compare(
@@ -237,34 +277,19 @@ def _compare(
 
 
 def _write_comparison(
-    comparison: "Comparison", trials: "Sequence[TriedSettings]", outputs: Mapping[str, str], shown: Shown
+    comparison: "Comparison", trials: "Sequence[TriedSettings]", outputs: Mapping[str, str | None]
 ) -> None:
-    """Write a comparison into a file for each option, and print it unless one of them is standard output."""
+    """Write a comparison into a file for each option."""
     from sandbox.analysis.advice import as_json as advice_as_json
-    from sandbox.analysis.series import write_series
-    from sandbox.report.tables import print_advice, print_comparison
 
     if file := outputs.get("--json"):
         write_text(file, json_text(comparison.as_json() | advice_as_json(trials)))
     if file := outputs.get("--csv"):
         write_text(file, comparison.as_csv())
-    if file := outputs.get("--series"):
-        write_series(comparison, file)
     if file := outputs.get("--report"):
         from sandbox.report.comparison_page import page
 
         write_text(file, page(comparison, trials))
-    if not _has_document(outputs.values()):
-        print_comparison(comparison, console(), **asdict(shown))
-        if trials:
-            print()
-            print_advice(trials, console())
-
-
-def _check_ending(report: str | None) -> None:
-    """Raise SandboxError if a report is to be written to a file with another ending than .html."""
-    if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
-        raise SandboxError(f"{report}: a report must end in .html")
 
 
 def _has_document(files: Iterable[str | None]) -> bool:
@@ -277,30 +302,25 @@ def _printed_beside(files: Iterable[str | None]) -> AbstractContextManager[objec
     return redirect_stdout(sys.stderr) if _has_document(files) else nullcontext()
 
 
-def _exit_of(comparison: "Comparison", exceeded: Sequence[str]) -> None:
-    """Print the engines that failed and the limits exceeded, if any, and end with their exit code."""
-    for error in comparison.failed.values():
-        print_error(error)
-    if exceeded:
-        print("\n".join(exceeded), file=sys.stderr)
-    if comparison.failed or exceeded:
-        raise typer.Exit(2 if comparison.failed else 1)
-
-
 @app.command(context_settings={"allow_interspersed_args": False, "ignore_unknown_options": False})
-@grouped
 def watch(
     program: Annotated[str, typer.Argument(metavar="PROGRAM", help="A Python file; with -m, a module.")],
     arguments: Annotated[
         list[str] | None, typer.Argument(metavar="ARGUMENTS", help="The program's own arguments and options.")
     ] = None,
-    *,
     module: Annotated[bool, typer.Option("-m", help="PROGRAM is a module, as in python -m.")] = False,
     seconds: Annotated[
         float | None,
         typer.Option(min=0, help="End after so many seconds of a Space's time. Default with --headless: 20."),
     ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="Run without a window, a display or waiting.")] = False,
+    tries: Annotated[
+        bool | None,
+        typer.Option("--try/--no-tries", help="Run it up to 3 times more, to try cures. Default: with --headless."),
+    ] = None,
+    parts: Annotated[int, typer.Option(min=1, hidden=True, help="Do each step in so many parts.")] = 1,
+    iterations: Annotated[int, typer.Option(min=1, hidden=True, help="Do so many times the iterations.")] = 1,
+    costs: Annotated[bool, typer.Option("--costs", hidden=True, help="Write what steps cost to JSON.")] = False,
     json_file: JsonFile = None,
 ) -> None:
     """Run a Pymunk program unchanged, and print what is wrong in its Spaces and what to change.
@@ -310,35 +330,37 @@ def watch(
     """
     from sandbox.cli.diagnoses import HEADLESS_SECONDS, Report, warn_of_misplaced_options
     from sandbox.scripting.program import Program, run_on_trial
-    from sandbox.space.trial import Trials
+    from sandbox.space.watch import Trials
 
     check_outputs({"--json": json_file}, [None if module else program])
     given = Program(program, arguments or (), module)
     warn_of_misplaced_options(given)
-    trials = Trials(HEADLESS_SECONDS if headless and seconds is None else seconds)
-    diagnoses = Report(given, trials, json_file)
+    trials = Trials(HEADLESS_SECONDS if headless and seconds is None else seconds, parts, iterations)
+    diagnoses = Report(given, trials, json_file, headless if tries is None else tries, costs)
     with _printed_beside([json_file]):
         code = run_on_trial(given, trials, diagnoses.write, headless=headless)
     raise typer.Exit(code)
 
 
 @app.command()
-@grouped
 def trace(
     scene: SceneArgument,
     engine: EngineToTrace,
-    options: RunOptions,
+    seconds: Seconds = None,
+    seed: Seed = None,
+    rate: Rate = None,
+    inputs: Inputs = None,
     steps: Annotated[int | None, typer.Option(min=0, help="Steps to run, instead of --seconds.")] = None,
     out: Annotated[str, file_option("A .npz or .csv file; - prints CSV.")] = "-",
 ) -> None:
     """Write positions and velocities at every step."""
     from sandbox.run.trajectory import simulate, trace_writer
 
-    if steps is not None and options.seconds is not None:
+    if steps is not None and seconds is not None:
         raise SandboxError("--steps and --seconds exclude each other")
-    check_outputs({"--out": out}, [scene, options.inputs])
+    check_outputs({"--out": out}, [scene, inputs])
     trace_writer(out)  # rejects an unknown ending before anything runs
-    chosen, replayed = options.load(scene)
+    chosen, replayed = scene_and_inputs(scene, inputs, seconds=seconds, seed=seed, rate=rate)
     print_warnings(chosen)
     with _printed_beside([out]):
         trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
@@ -349,9 +371,7 @@ def trace(
 def verify(
     scenes: Annotated[
         list[str] | None,
-        typer.Argument(
-            metavar="SCENE", help="Files, or bundled scenes. Default: all of these.", autocompletion=complete_scene
-        ),
+        typer.Argument(metavar="SCENE", help="Files, or bundled scenes. Default: all of these."),
     ] = None,
     engines: EnginesToScore = None,
     json_file: JsonFile = None,
@@ -407,10 +427,8 @@ def verify(
 
 
 @app.command()
-@grouped
 def sweep(
     scene: SceneArgument,
-    *,
     seeds: Seeds = None,
     rates: Rates = None,
     engines: Engines = None,
@@ -418,29 +436,27 @@ def sweep(
     against: Against = None,
     seconds: Seconds = None,
     out: Annotated[str, file_option("Write the table as CSV; - prints it.")] = "-",
-    workforce: Workforce,
-    report: Annotated[str | None, file_option("Write charts as one HTML page.")] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
 ) -> None:
     """Run many seeds, rates, engines and settings of a scene.
 
-    The table has a row for each. Finished rows are kept in FILE.journal: the same command resumes a sweep that was
-    stopped. Exit code 1: some rows are missing, because their runs failed.
+    The table has a row for each; on Ctrl-C, those that have finished. Exit code 1: some rows are missing, because their
+    runs failed.
     """
     from sandbox.engines import default_engines
     from sandbox.processes import core_count
     from sandbox.scene.files import load
-    from sandbox.sweeps import in_order, open_journal, plan, write
+    from sandbox.sweeps import Row, as_csv, in_order, plan
     from sandbox.sweeps.workers import check_scheduler
 
-    workers, scheduler = workforce.workers, workforce.scheduler
     if workers and scheduler is not None:
         raise SandboxError("--workers and --scheduler exclude each other")
-    _check_ending(report)
-    check_outputs({"--out": out, "--report": report}, [scene])
+    check_outputs({"--out": out}, [scene])
     if scheduler is not None:
         check_scheduler(scheduler)
     chosen = load(scene).changed(**({} if seconds is None else {"seconds": seconds}))
-    with _printed_beside([out, report]):
+    with _printed_beside([out]):
         planned = plan(
             chosen,
             seeds or [chosen.seed],
@@ -449,15 +465,14 @@ def sweep(
             settings_by_key(set_ or ()),
             against=against,
         )
-    with open_journal(planned, out) as kept:
-        failures = sweep_with_bar(planned, kept, workers or core_count(), scheduler)
-        rows = in_order(planned, kept.rows)
-        if report:
-            from sandbox.report.sweep import page
-
-            write_text(report, page(planned, rows))
-        write(planned, rows, out)
-    if failures:
+    rows: list[Row] = []
+    try:
+        sweep_with_bar(planned, rows, workers or core_count(), scheduler)
+    finally:  # also of a sweep that is interrupted
+        rows = in_order(planned, rows)
+        if rows:
+            write_text(out, as_csv(rows))
+    if len(rows) < len(planned.jobs):
         raise typer.Exit(1)
 
 
@@ -470,7 +485,6 @@ def converge(
     seed: Seed = None,
     seconds: Seconds = None,
     json_file: JsonFile = None,
-    report: ReportFile = None,
 ) -> None:
     """Measure how fast the errors of engines vanish as the steps become shorter.
 
@@ -480,20 +494,15 @@ def converge(
     from sandbox.report.tables import print_convergence
     from sandbox.sweeps.convergence import converge as measure_order
 
-    _check_ending(report)
-    check_outputs({"--json": json_file, "--report": report}, [scene])
+    check_outputs({"--json": json_file}, [scene])
     chosen, _ = scene_and_inputs(scene, None, seed=seed, seconds=seconds)
     print_warnings(chosen)
     names = engines or default_engines(chosen)
-    with _printed_beside([json_file, report]), progress_bar(chosen.title or chosen.name) as progress:
+    with _printed_beside([json_file]), progress_bar(chosen.title or chosen.name) as progress:
         convergence = measure_order(chosen, names, rates or DEFAULT_RATES, starts, progress)
     if json_file:
         write_text(json_file, json_text(convergence.as_json()))
-    if report:
-        from sandbox.report.sweep import convergence_page
-
-        write_text(report, convergence_page(convergence))
-    if not _has_document([json_file, report]):
+    if not _has_document([json_file]):
         print_convergence(convergence, console())
 
 
@@ -501,7 +510,7 @@ def converge(
 def check(
     scenes: Annotated[
         list[str],
-        typer.Argument(metavar="SCENE", help="Files, or bundled scenes.", autocompletion=complete_scene),
+        typer.Argument(metavar="SCENE", help="Files, or bundled scenes."),
     ],
 ) -> None:
     """Check scene files for errors.
@@ -597,19 +606,16 @@ def print_schema(
     ] = Document.SCENE,
 ) -> None:
     """Print the JSON Schema of scene files, or what compare or verify writes with --json."""
+    from sandbox.analysis.documents import comparison_schema, json_schema
+    from sandbox.scene.files import schema
+    from sandbox.scores.verify import Scores
+
     match document:
         case Document.SCENE:
-            from sandbox.scene.files import schema
-
             content = schema()
         case Document.COMPARE:
-            from sandbox.analysis.documents import comparison_schema
-
             content = comparison_schema()
         case Document.VERIFY:
-            from sandbox.analysis.documents import json_schema
-            from sandbox.scores.verify import Scores
-
             content = json_schema(Scores)
     print(json_text(content), end="")
 
@@ -619,10 +625,9 @@ def _compare_and_draw(scene: "Scene", names: Sequence[str] | None, inputs: "Sequ
     from sandbox.view.offscreen import draw_picture, save_picture
 
     path = f"{scene.name}-{scene.seed}-{scene.steps:06}.png"
-    check_outputs({"Picture": path})
     comparison = _compare(scene, names, None, inputs)
     print_comparison(comparison, console())
-    save_picture(draw_picture(comparison), path)
-    print(f"Picture of the end: {path}")
     for error in comparison.failed.values():
         print_error(error)
+    save_picture(draw_picture(comparison), path)
+    print(f"Picture of the end: {path}")

@@ -1,13 +1,10 @@
-"""The options that commands share: how each is parsed, described and completed."""
+"""The options that commands share: how each is parsed and described."""
 
-import inspect
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields, is_dataclass
-from functools import wraps
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Annotated, Any, Final, NamedTuple, TypeVar
+from typing import IO, TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -20,8 +17,6 @@ if TYPE_CHECKING:
     from sandbox.run.inputs import Input
     from sandbox.scene.model import Scene
 
-T = TypeVar("T")
-
 
 class OptionError(typer.BadParameter):
     """A wrong value, reported in one line as all errors are: typer's own report puts the usage above it."""
@@ -32,22 +27,8 @@ class OptionError(typer.BadParameter):
         typer.echo(printable(f"{option}{self.message}"), file=file, err=True)
 
 
-@dataclass(frozen=True)
-class Size:
-    """Width and height of a recording, px."""
-
-    width: int
-    height: int
-
-    def __str__(self) -> str:
-        return f"{self.width}x{self.height}"
-
-
-DEFAULT_SIZE: Final = Size(1280, 720)
-
-
 class Setting(NamedTuple):
-    """A setting of Pymunk or a key of the scene, and the values to run it with."""
+    """A setting of Pymunk, elasticity or friction, and the values to run it with."""
 
     key: str
     values: "Sequence[Value]"
@@ -92,12 +73,12 @@ def parse_layers(text: str) -> Sequence[Layer]:
     return [Layer(name) for name in names]
 
 
-def parse_size(text: str) -> Size:
-    """Parse "1280x720"."""
+def parse_size(text: str) -> tuple[int, int]:
+    """Parse "1280x720": width and height, px."""
     sides = re.fullmatch(r"(\d{1,9})x(\d{1,9})", text)
     if not sides:
         raise OptionError(f"{text}: write width x height in px, as in 1280x720")
-    return Size(int(sides[1]), int(sides[2]))
+    return int(sides[1]), int(sides[2])
 
 
 def parse_seeds(text: str) -> range:
@@ -143,8 +124,8 @@ def parse_setting(text: str) -> Setting:
         return Setting(key.strip(), [parse_value(value) for value in split_values(values)])
     except (ValueError, TypeError):
         raise OptionError(
-            f"{text}: must be a setting of Pymunk or a key of the scene, and its values, such as substeps=1,4 or "
-            "gravity=[0, 0],[0, 900]"
+            f"{text}: must be a setting of Pymunk, elasticity or friction, and its values, such as substeps=1,4 or "
+            "elasticity=0.5,1"
         ) from None
 
 
@@ -157,30 +138,14 @@ def settings_by_key(settings: Sequence[Setting]) -> "dict[str, Sequence[Value]]"
     return dict(settings)
 
 
-def complete_scene(incomplete: str) -> list[str]:
-    """List the bundled scenes, and the scene files of this folder; for other folders, the shell completes."""
-    from sandbox.scene.files import bundled
-
-    names = [*bundled(), *(bundled("truths") if "/" in incomplete else ()), *map(str, Path().glob("*.toml"))]
-    return [name for name in names if name.startswith(incomplete)]
+def _names(what: str, parser: Callable[[str], Any] = parse_names) -> Any:
+    """Return an option for names, separated by commas."""
+    return typer.Option(metavar="A,B,...", parser=parser, help=what)
 
 
-def complete_engine(incomplete: str) -> list[str]:
-    """List the engines; after a comma, those not yet named."""
-    from sandbox.engines import registry
-
-    named, comma, begun = incomplete.rpartition(",")
-    return [f"{named}{comma}{name}" for name in registry() if name.startswith(begun) and name not in named.split(",")]
-
-
-def _if_text(parse: Callable[[str], T]) -> Callable[[Any], T]:
-    """Return a parser that leaves defaults as they are: typer calls parsers on defaults too."""
-    return lambda value: parse(value) if isinstance(value, str) else value
-
-
-def file_option(what: str, *names: str) -> Any:
-    """Return an option for a file. names: the option's, if it is not the parameter's."""
-    return typer.Option(*names, metavar="FILE", help=what)
+def _engine(what: str) -> Any:
+    """Return an option for one engine."""
+    return typer.Option(metavar="ENGINE", parser=parse_engine, help=what)
 
 
 def _limit(of: str, metavar: str = "X") -> Any:
@@ -188,28 +153,19 @@ def _limit(of: str, metavar: str = "X") -> Any:
     return typer.Option(min=0, metavar=metavar, help=f"Exit with 1 if {of}.")
 
 
-def _names(what: str, parser: Callable[[str], Any] = parse_names, **more: Any) -> Any:
-    """Return an option for names, separated by commas."""
-    return typer.Option(metavar="A,B,...", parser=parser, help=what, **more)
+def file_option(what: str, *names: str) -> Any:
+    """Return an option for a file. names: the option's, if it is not the parameter's."""
+    return typer.Option(*names, metavar="FILE", help=what)
 
 
-def _engines(default: str) -> Any:
-    """Return an option for engines. default: those without it."""
-    return _names(f"Engines. Default: {default}.", parse_engines, autocompletion=complete_engine)
-
-
-def _engine(what: str) -> Any:
-    """Return an option for one engine."""
-    return typer.Option(metavar="ENGINE", parser=parse_engine, help=what, autocompletion=complete_engine)
-
-
-SceneArgument = Annotated[
-    str,
-    typer.Argument(metavar="SCENE", help="A file, or the name of a bundled scene.", autocompletion=complete_scene),
+SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="A file, or the name of a bundled scene.")]
+Engines = Annotated[
+    Sequence[str] | None, _names("Engines. Default: pymunk, and article or else impulse.", parse_engines)
 ]
-Engines = Annotated[Sequence[str] | None, _engines("pymunk, and article or else impulse")]
-EnginesToCompare = Annotated[Sequence[str] | None, _engines("pymunk, article or else impulse, exact")]
-EnginesToScore = Annotated[Sequence[str] | None, _engines("all")]
+EnginesToCompare = Annotated[
+    Sequence[str] | None, _names("Engines. Default: pymunk, article or else impulse, exact.", parse_engines)
+]
+EnginesToScore = Annotated[Sequence[str] | None, _names("Engines. Default: all.", parse_engines)]
 Parts = Annotated[Sequence[str] | None, _names("Parts to measure. Default: all.")]
 Against = Annotated[
     str | None, _engine("Engine that the others are measured against. Default: exact, or else the last.")
@@ -217,12 +173,22 @@ Against = Annotated[
 EngineToTrace = Annotated[str, _engine("The engine that runs it.")]
 Seed = Annotated[int | None, typer.Option(help="Seed, instead of the scene's.")]
 Seconds = Annotated[float | None, typer.Option(help="Seconds to run, instead of the scene's.")]
+Rate = Annotated[int | None, typer.Option(help="Steps per second, instead of the scene's.")]
 Inputs = Annotated[Path | None, file_option("Replay the drags and edits saved with --save-inputs.")]
 JsonFile = Annotated[str | None, file_option("Write the figures as JSON.", "--json")]
+CsvFile = Annotated[str | None, file_option("Write the figures as CSV.", "--csv")]
 ReportFile = Annotated[str | None, file_option("Write a report as one .html file.")]
 JunitFile = Annotated[str | None, file_option("Write the results as JUnit XML.", "--junit")]
-SizeOption = Annotated[Size, typer.Option(metavar="WxH", parser=_if_text(parse_size), help="Width and height, px.")]
-Layers = Annotated[Sequence[Layer], _names(f"What to show: {', '.join(Layer)}.", _if_text(parse_layers))]
+SizeOption = Annotated[Any, typer.Option(metavar="WxH", parser=parse_size, help="Width and height, px.")]
+Layers = Annotated[Any, _names(f"What to show: {', '.join(Layer)}.", parse_layers)]
+MaxGap = Annotated[float | None, _limit("a gap is larger", "PX")]
+MaxDrift = Annotated[float | None, _limit("energy changes by a larger fraction")]
+MaxEnergyError = Annotated[float | None, _limit("energy differs by a larger fraction from the reference's")]
+AllRows = Annotated[bool, typer.Option("--all", help="Print all rows of the table.")]
+First = Annotated[bool, typer.Option("--first", help="Print the first difference of each engine.")]
+FirstContacts = Annotated[
+    int | None, typer.Option(min=0, metavar="N", help="Print the motion at the first N contacts of each engine.")
+]
 Seeds = Annotated[
     range | None, typer.Option(metavar="A:B", parser=parse_seeds, help="Seeds from A up to but not including B.")
 ]
@@ -236,96 +202,11 @@ Settings = Annotated[
         "--set",
         metavar="KEY=V,V,...",
         parser=parse_setting,
-        help="Run with each value of a setting of Pymunk, or of a key of the scene; may be repeated.",
+        help="Run with each value of a setting of Pymunk, of elasticity or of friction; may be repeated.",
     ),
 ]
-
-
-@dataclass(frozen=True)
-class RunOptions:
-    """How a scene is run: instead of what it says itself, and with which recorded inputs."""
-
-    seconds: Seconds = None
-    seed: Seed = None
-    rate: Annotated[int | None, typer.Option(help="Steps per second, instead of the scene's.")] = None
-    inputs: Inputs = None
-
-    def load(self, scene: str) -> "tuple[Scene, Sequence[Input]]":
-        """Load a scene with these changes, and the recorded inputs."""
-        return scene_and_inputs(scene, self.inputs, seed=self.seed, rate=self.rate, seconds=self.seconds)
-
-
-@dataclass(frozen=True)
-class ComparisonFiles:
-    """The files that a comparison is written to."""
-
-    json: JsonFile = None
-    csv: Annotated[str | None, file_option("Write the figures as CSV.", "--csv")] = None
-    series: Annotated[str | None, file_option("Write energy, gap and more at every step as CSV.")] = None
-    report: ReportFile = None
-
-    @property
-    def by_option(self) -> dict[str, str]:
-        """The files that are wanted, by their options."""
-        return {f"--{name}": file for name, file in vars(self).items() if file is not None}
-
-
-@dataclass(frozen=True)
-class Limits:
-    """The limits of a comparison, beyond which its exit code is 1."""
-
-    max_gap: Annotated[float | None, _limit("a gap is larger", "PX")] = None
-    max_drift: Annotated[float | None, _limit("energy changes by a larger fraction")] = None
-    max_energy_error: Annotated[float | None, _limit("energy differs by a larger fraction from the reference's")] = None
-
-
-@dataclass(frozen=True)
-class Shown:
-    """What the text of a comparison shows besides its first lines and ten rows."""
-
-    all_rows: Annotated[bool, typer.Option("--all", help="Print all rows of the table.")] = False
-    first: Annotated[bool, typer.Option("--first", help="Print the first difference of each engine.")] = False
-    contacts: Annotated[
-        int | None, typer.Option(min=0, metavar="N", help="Print the motion at the first N contacts of each engine.")
-    ] = None
-
-
-@dataclass(frozen=True)
-class Workforce:
-    """Where the runs of a sweep are done."""
-
-    workers: Annotated[int | None, typer.Option(min=1, help="Local processes. Default: one per core.")] = None
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Run on the cluster of a Dask scheduler.")
-    ] = None
-
-
-def grouped(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command that typer can read: each parameter of a dataclass of options is replaced by its fields."""
-    annotations = {name: parameter.annotation for name, parameter in inspect.signature(command).parameters.items()}
-    groups: dict[str, type[Any]] = {
-        name: kind for name, kind in annotations.items() if isinstance(kind, type) and is_dataclass(kind)
-    }
-
-    @wraps(command)
-    def flat(**values: Any) -> None:
-        for name, group in groups.items():
-            values[name] = group(**{field.name: values.pop(field.name) for field in fields(group)})
-        command(**values)
-
-    parameters = list(_flat_parameters(command))
-    flat.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]  # as inspect documents
-    flat.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-    return flat
-
-
-def _flat_parameters(command: Callable[..., None]) -> Iterator[inspect.Parameter]:
-    for parameter in inspect.signature(command).parameters.values():
-        if not is_dataclass(parameter.annotation):
-            yield parameter.replace(kind=parameter.KEYWORD_ONLY)
-            continue
-        for field in fields(parameter.annotation):
-            yield inspect.Parameter(field.name, parameter.KEYWORD_ONLY, default=field.default, annotation=field.type)
+Workers = Annotated[int | None, typer.Option(min=1, help="Local processes. Default: one per core.")]
+Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", help="Run on the cluster of a Dask scheduler.")]
 
 
 def scene_and_inputs(scene: str, inputs: Path | None, **changes: object) -> "tuple[Scene, Sequence[Input]]":

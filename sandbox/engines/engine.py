@@ -38,8 +38,8 @@ class Traits:
 class Engine(Protocol):
     """One solver running one scene: all that an engine of your own must have.
 
-    The same scene and kicks give the same bytes, in any process on one machine. An engine may declare `traits`, such as
-    `traits = Traits(together=True)` on its class, and have methods of `RunningEngine`.
+    An engine may declare `traits`, such as `traits = Traits(together=True)` on its class, and have the methods of
+    FullEngine.
     """
 
     def step(self) -> None:
@@ -49,8 +49,8 @@ class Engine(Protocol):
         """Return a snapshot, which later steps do not change."""
 
 
-class RunningEngine(Engine, Protocol):
-    """An engine as the sandbox runs it, which also reports its contacts and takes kicks."""
+class FullEngine(Engine, Protocol):
+    """An engine that reports contacts and can be dragged: in a run, every engine is one or pretends to be."""
 
     def contacts(self) -> Contacts:
         """Return the contacts resolved since the last call, by time; at equal times, in the order they were resolved.
@@ -65,7 +65,7 @@ class RunningEngine(Engine, Protocol):
         """Add dv (px/s) to a ball's velocity."""
 
 
-class CheckingEngine(RunningEngine, Protocol):
+class CheckingEngine(FullEngine, Protocol):
     """An engine that refuses some scenes, and says so without being built, which takes a second for many balls."""
 
     @staticmethod
@@ -73,7 +73,7 @@ class CheckingEngine(RunningEngine, Protocol):
         """Raise Refused if the engine cannot run a scene."""
 
 
-class BlockEngine(RunningEngine, Protocol):
+class BlockEngine(FullEngine, Protocol):
     """An engine that can also do many steps in one call, which saves the time to return each state."""
 
     def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
@@ -84,14 +84,14 @@ class BlockEngine(RunningEngine, Protocol):
         """
 
 
-class SubsteppingEngine(RunningEngine, Protocol):
+class SubsteppingEngine(FullEngine, Protocol):
     """An engine whose steps have substeps, each of which is judged as a step of its own: its damping says how many."""
 
     def substates(self) -> States:
         """Return the states after each substep since the last call, oldest first; the first call starts recording."""
 
 
-def traits_of(engine: RunningEngine) -> Traits:
+def traits_of(engine: FullEngine) -> Traits:
     """Return the traits of an engine: what it declares, without what it has no method for."""
     traits = getattr(engine, "traits", Traits())
     return replace(
@@ -101,7 +101,7 @@ def traits_of(engine: RunningEngine) -> Traits:
     )
 
 
-def advance(engine: RunningEngine, states: States) -> None:
+def advance(engine: FullEngine, states: States) -> None:
     """Do as many steps as there are rows, and write the state after each into them, in any engine."""
     steps = len(states.position)
     if hasattr(engine, "advance"):

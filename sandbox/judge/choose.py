@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.judge.causes import Cause
-from sandbox.judge.laws import BOUNCES, BY_NAME, LAWS, Law, Place, Seen, alike, places
-from sandbox.judge.observe import FITTED, Singles, When
+from sandbox.judge.laws import BOUNCES, BY_NAME, LAWS, Law, Place, places, six_of
+from sandbox.judge.observe import FITTED, Met, Singles, When
 from sandbox.judge.run import NEVER, dot
 from sandbox.judge.thresholds import DOUBTED, REFUTED
 from sandbox.state import Bools, Floats, Integers
@@ -116,8 +116,7 @@ def explain(s: Singles) -> Chosen:
     for when in (When.TOUCH, When.END):
         part = s.part(left)
         met = part.met(when)
-        fits = met.is_valid & (met.closing > 0)
-        fits &= part.miss(part.seen(met.n), alike(*part.right(met))) <= part.tol
+        fits = met.is_valid & met.closes & (part.miss(met.six, six_of(met.due, met.rub)) <= part.tol)
         fits &= next((ok for place, ok in places(part, met) if not place.name), False)
         rows, depth, key = left[fits], met.depth[fits], chosen.number(Key(when, "", ""))
         for name, values in (("cause", _by_depth(depth, s.run.tiny)), ("depth", depth), ("key", key)):
@@ -139,16 +138,16 @@ def _doubt_repeated(s: Singles, chosen: Chosen) -> None:
     met, cause = s.met(When.TOUCH), chosen.rows["cause"]
     falls = dot(np.asarray(s.run.pull), met.n)
     with np.errstate(all="ignore"):
-        back = 2 * s.e * dot(met.vi, met.n) / falls < s.dt - s.touch
+        back = 2 * s.e * dot(met.v[0], met.n) / falls < s.dt - s.touch
     again = ~s.pair & (s.touch < NEVER) & (falls > 0) & back
     is_timed = np.isin(cause, [RIGHT, Cause.LATE]) & ~chosen.those([key.when in FITTED for key in chosen.keys])
     cause[again & ~is_timed] = NOTHING
 
 
 class Case(NamedTuple):
-    """Contacts where they may be met, with the causes that depths tell of, and what may have become of places."""
+    """Contacts where they may be resolved, the causes that their depths show, and what may have become of places."""
 
-    seen: Seen
+    met: Met
     by_depth: Integers
     places: list[tuple[Place, Bools]]
 
@@ -158,56 +157,55 @@ def choose(s: Singles, chosen: Chosen, rows: Integers) -> None:
     cases = []
     for met in s.all_met():
         least = max(s.run.tiny, 1e-4 * float(s.run.r.min())) if met.when in FITTED else s.run.tiny
-        cases.append(Case(Seen(s, met), _by_depth(met.depth, least), places(s, met)))
-    candidates = [candidate for case in cases for candidate in _right(case)]
-    left = ~np.any([c.fits for c in candidates if c.free < max(FITTED.values())] or [np.zeros(len(rows), bool)], axis=0)
+        cases.append(Case(met, _by_depth(met.depth, least), places(s, met)))
+    candidates = [candidate for case in cases for candidate in _right(s, case)]
+    left = ~np.any([c.fits for c in candidates if c.free < DOUBTFUL] or [np.zeros(len(rows), bool)], axis=0)
     for case in cases:
-        where = left & case.seen.met.is_valid
-        if case.seen.met.when != When.TURNED and where.any():
-            candidates += [candidate for law in LAWS for candidate in _wrong(law, case, where)]
+        where = left & case.met.is_valid
+        if case.met.when != When.TURNED and where.any():
+            candidates += [candidate for law in LAWS for candidate in _wrong(s, law, case, where)]
     if candidates:
         _decide(candidates, chosen, rows)
 
 
-def _right(case: Case) -> Iterator[Candidate]:
+def _right(s: Singles, case: Case) -> Iterator[Candidate]:
     """Yield what has the right law, or no impulse."""
-    c, met, s = case.seen, case.seen.met, case.seen.s
-    laws = [("", alike(c.due, c.rub), c.closes)]
-    if met.when in (When.END, When.START):
-        laws.append((UNTOUCHED, alike(0 * c.due, 0 * c.due), np.ones(len(c.due), bool)))
+    c = case.met
+    laws = [("", six_of(c.due, c.rub), c.closes)]
+    if c.when in (When.END, When.START):
+        laws.append((UNTOUCHED, six_of(0 * c.due, 0 * c.due), np.ones(len(c.due), bool)))
     for law, six, may in laws:
-        right = met.is_valid & may & (s.miss(c.six, six) <= s.tol + met.slack)
-        right &= (met.depth > -s.run.tiny) | (met.when != When.END_PUSHED)
+        right = c.is_valid & may & (s.miss(c.six, six) <= s.tol + c.slack)
+        right &= (c.depth > -s.run.tiny) | (c.when != When.END_PUSHED)
         for place, fits in case.places if right.any() else ():
             causes = case.by_depth if place.cause is None else np.full(len(fits), place.cause)
             if law:
-                causes = np.where(met.depth > -s.run.tiny, Cause.POSITION_CORRECTION, Cause.TELEPORTED)
+                causes = np.where(c.depth > -s.run.tiny, Cause.POSITION_CORRECTION, Cause.TELEPORTED)
             if (right & fits).any() and (place.name or not law):
-                key, free = Key(met.when, place.name, law), FITTED.get(met.when, 0.0) + place.free
-                yield Candidate(free, key, causes, np.full(len(fits), np.nan), right & fits, met.depth)
+                key, free = Key(c.when, place.name, law), FITTED.get(c.when, 0.0) + place.free
+                yield Candidate(free, key, causes, np.full(len(fits), np.nan), right & fits, c.depth)
 
 
-def _wrong(law: Law, case: Case, where: Bools) -> Iterator[Candidate]:
+def _wrong(s: Singles, law: Law, case: Case, where: Bools) -> Iterator[Candidate]:
     """Yield what has another law of contact."""
-    c, met, s = case.seen, case.seen.met, case.seen.s
+    c = case.met
     with np.errstate(all="ignore"):
-        says = law.formula(c)
-        ok = where & (c.closes | law.parting) & (s.miss(c.six, says.six) <= s.tol + met.slack)
-    ok &= True if says.may is None else says.may
+        says = law.formula(c, None)
+        ok = where & (c.closes | law.parting) & (s.miss(c.six, says.six) <= s.tol + c.slack) & says.may
     if not ok.any():
         return
     value = np.full(len(ok), np.nan) if says.value is None else says.value
-    reads = FREE_VALUE if law.reads and says.value is not None else FREE_LAW
-    free = FITTED.get(met.when, 0.0) + reads + FREE_ODD * law.odd
+    reads = FREE_VALUE if law.reads or law.constant else FREE_LAW
+    free = FITTED.get(c.when, 0.0) + reads + FREE_ODD * law.odd
     causes = np.full(len(ok), law.cause) if says.causes is None else says.causes
     for place, fits in case.places:
         if law.name in BOUNCES:
             causes = case.by_depth if place.cause is None else np.full(len(ok), place.cause)
         if (ok & fits).any():
-            yield Candidate(free + place.free, Key(met.when, place.name, law.name), causes, value, ok & fits, met.depth)
-    if met.when in (When.TOUCH, When.END):
-        key = Key(met.when, ANYWHERE, law.name)
-        yield Candidate(free + FREE_ANYWHERE, key, causes, value, ok, met.depth)
+            yield Candidate(free + place.free, Key(c.when, place.name, law.name), causes, value, ok & fits, c.depth)
+    if c.when in (When.TOUCH, When.END):
+        key = Key(c.when, ANYWHERE, law.name)
+        yield Candidate(free + FREE_ANYWHERE, key, causes, value, ok, c.depth)
 
 
 def _decide(candidates: list[Candidate], chosen: Chosen, rows: Integers) -> None:

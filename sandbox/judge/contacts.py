@@ -60,7 +60,8 @@ def near_pairs_of(run: Run, step: Integers, ball: Integers, way: Floats, margin:
     keep = (gap <= way[a] + way[b] + margin) & (step[a] == step[b]) & (ball[a] != ball[b])
     a, b = a[keep], b[keep]
     i, j = np.minimum(ball[a], ball[b]), np.maximum(ball[a], ball[b])
-    found = Contacts(*np.unique(np.stack([step[a], i, j]), axis=1)) if len(fast) else Contacts(step[a], i, j)
+    _, once = np.unique((step[a] * run.n + i) * run.n + j, return_index=True)  # two that are fast are found twice
+    found = Contacts(step[a], i, j).part(once)
     return found.part(~run.passes(found.i, found.j))
 
 
@@ -95,33 +96,33 @@ def near_walls(run: Run, step: Integers, ball: Integers, way: Floats, margin: fl
 
 def due(run: Run, c: Contacts) -> Floats:
     """Return when bodies meet on the engine's own flight: s from the step's start, NEVER if not within it."""
-    t, dt = np.full(len(c.k), NEVER), run.flown[c.k]
-    x, v = run.x[c.k, c.i], run.u[c.k, c.i]
-    pairs = np.flatnonzero(c.pair)
-    p = c.part(pairs)
-    t[pairs] = to_touch(run.x[p.k, p.j] - x[pairs], v[pairs] - run.u[p.k, p.j], run.r[p.i] + run.r[p.j])
-    wall = ~c.j
-    faces = np.flatnonzero(~c.pair & (wall < ARENA_COUNT))
-    n = OUTWARD[wall[faces]]
-    gap = run.face[wall[faces]] - dot(x[faces], n) - run.r[c.i[faces]]
-    t[faces] = to_close(gap, -dot(v[faces], n), -dot(np.asarray(run.pull), n))
-    inner = np.flatnonzero(~c.pair & (wall >= ARENA_COUNT))
-    t[inner] = _to_segment(run, x[inner], v[inner], c.i[inner], wall[inner], dt[inner])
+    dt, ball = run.flown[c.k], np.stack([c.i, c.other])
+    t = until(run, c.i, c.j, run.x[c.k, ball], run.u[c.k, ball], dt)
     t[t > dt * (1 + 1e-9)] = NEVER
     return t
 
 
-def _to_segment(run: Run, x: Vectors, v: Vectors, i: Integers, wall: Integers, dt: Floats) -> Floats:
-    """Return when balls meet walls of the scene: a side, or a round end."""
-    reach, along = run.r[i] + run.half[wall], run.along[wall]
-    off, v_off, g_off = cross(along, x - run.start[wall]), cross(along, v), cross(along, np.asarray(run.pull))
+def until(run: Run, i: Integers, j: Integers, x: Vectors, v: Vectors, limit: Floats) -> Floats:
+    """Return when balls i and bodies j meet, s, NEVER if not; x, v: (2, k) px, px/s; limit: s, about which it matters.
+
+    Both fall, so that two balls meet as if neither did.
+    """
+    t, wall, pull = np.full(len(i), NEVER), ~j, np.asarray(run.pull)
+    pairs, faces, inner = j >= 0, (j < 0) & (wall < ARENA_COUNT), wall >= ARENA_COUNT
+    t[pairs] = to_touch((x[1] - x[0])[pairs], (v[0] - v[1])[pairs], (run.r[i] + run.r[np.maximum(j, 0)])[pairs])
+    n = OUTWARD[wall[faces]]
+    gap = run.face[wall[faces]] - dot(x[0, faces], n) - run.r[i[faces]]
+    t[faces] = to_close(gap, -dot(v[0, faces], n), -dot(pull, n))
+    w, x, v, dt = wall[inner], x[0, inner], v[0, inner], limit[inner]
+    reach, along = run.r[i[inner]] + run.half[w], run.along[w]
+    off, v_off, g_off = cross(along, x - run.start[w]), cross(along, v), cross(along, pull)
     side = np.where(off >= 0, 1.0, -1.0)
     face = to_close(side * off - reach, side * v_off, side * g_off)
-    t = np.where(np.isfinite(face), face, 0.0)
-    part = dot(along, x + t * (v + t * run.pull / 2) - run.start[wall])
-    face = np.where((part >= 0) & (part <= run.length[wall]), face, NEVER)
-    ends = (to_touch(z[wall] - x, v, reach, run.pull, dt) for z in (run.start, run.end))
-    return np.minimum(face, np.minimum(*ends))
+    s = np.where(np.isfinite(face), face, 0.0)
+    part = dot(along, x + s * (v + s * run.pull / 2) - run.start[w])
+    face = np.where((part >= 0) & (part <= run.length[w]), face, NEVER)
+    t[inner] = np.minimum(face, np.minimum(*(to_touch(z[w] - x, v, reach, run.pull, dt) for z in (run.start, run.end))))
+    return t
 
 
 def to_close(gap: Floats, v: Floats, a: Floats) -> Floats:

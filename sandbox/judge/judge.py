@@ -5,7 +5,6 @@ and a bounded number of islands of several by computing their step with what sin
 """
 
 from collections import Counter
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -14,16 +13,16 @@ from sandbox.judge.causes import Cause
 from sandbox.judge.choose import ANYWHERE, NOTHING, RIGHT, Chosen, choose, doubt_faults, explain
 from sandbox.judge.contacts import components, due, keys_of, near_pairs, near_pairs_of, near_walls, way_of
 from sandbox.judge.flight import Habit, by_gravity, habit_of
-from sandbox.judge.islands import Island, Shown, Tried
-from sandbox.judge.ledger import ERROR, NO_BODY, Errors, Ledger, pairs
-from sandbox.judge.observe import Singles, When
+from sandbox.judge.islands import SAID, Islands, Shown, explain_islands
+from sandbox.judge.ledger import NO_BODY, Errors, Ledger, pairs
+from sandbox.judge.observe import SIGN, Singles, When
 from sandbox.judge.run import NEVER, Contacts, Run, Vectors, dot
 from sandbox.judge.summary import Judged, Verdict, summary
 from sandbox.judge.thresholds import MAX_ISLANDS, MAX_TOGETHER, REST, TINY
 from sandbox.judge.words import of_flight
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT
-from sandbox.state import NO_DAMPING, Bools, Damping, Floats, Integers, Pushes, States
+from sandbox.state import Bools, Damping, Floats, Integers, Pushes, States
 
 OF_OVERLAP: Final = (  # causes of what balls do that overlap at the start
     *(Cause.LATE, Cause.EARLY, Cause.POSITION_CORRECTION, Cause.TELEPORTED, Cause.OVERSHOOT, Cause.DOUBLE_BOUNCE),
@@ -33,30 +32,11 @@ SEVERAL: Final = 10  # times its depth at the start, up to which an overlap expl
 BLOCK: Final = 2**20  # steps of a ball that are judged at once, some 300 MB of arrays
 
 
-def judge(
-    scene: Scene,
-    states: States,
-    pushes: Pushes,
-    clock: Floats,
-    damping: Damping = NO_DAMPING,
-    *,
-    is_soft: bool = False,
-) -> Verdict:
-    """Return what is wrong with a run.
-
-    states: of steps + 1 rows; pushes: see PUSH; clock: (steps,) s, the length of each step; damping: as the engine
-    declares; is_soft: whether its contacts last several steps, which are then not judged.
-    """
-    steps, rows = Steps(scene, damping, is_soft=is_soft), max(1, BLOCK // len(scene.bodies))
-    for first in range(0, len(clock), rows):
-        some = pushes[(pushes["row"] > first) & (pushes["row"] <= first + rows)].copy()
-        some["row"] -= first
-        steps.add(states.rows(slice(first, first + rows + 1)), some, clock[first : first + rows])
-    return steps.verdict()
-
-
 class Steps:
-    """The steps of a run, as they come: what fills a block is judged at once, and the rest when it is asked for."""
+    """The steps of a run, as they come: what fills a block is judged at once, and the rest when a verdict is asked for.
+
+    damping: as the engine declares; is_soft: whether its contacts last several steps, which are then not judged.
+    """
 
     def __init__(self, scene: Scene, damping: Damping, *, is_soft: bool) -> None:
         self._scene, self._damping, self._is_soft = scene, damping, is_soft
@@ -68,7 +48,7 @@ class Steps:
         self._count = 0
 
     def add(self, states: States, pushes: Pushes, clock: Floats) -> None:
-        """Add steps; arguments as of `judge`. The first row of the states is the last of those before."""
+        """Add steps. states: of steps + 1 rows, the first as the last before; pushes: see PUSH; clock: (steps,) s."""
         pushes = pushes.copy()
         pushes["row"] += self._count
         self._states.append(States(*(each[1 if self._count else 0 :].copy() for each in states)))
@@ -86,25 +66,16 @@ class Steps:
     def _judge(self) -> Judged:
         states = States(*map(np.concatenate, zip(*self._states, strict=True)))
         pushes, clock = np.concatenate(self._pushes), np.concatenate(self._clock)
-        settings = {"is_soft": self._is_soft, "is_first": not self._judged}
-        return judge_block(self._scene, states, pushes, clock, self._damping, **settings)
-
-
-def judge_block(
-    scene: Scene, states: States, pushes: Pushes, clock: Floats, damping: Damping, *, is_soft: bool, is_first: bool
-) -> Judged:
-    """Judge steps that follow one another; arguments as of `judge`. is_first: whether the run begins with them."""
-    block = _Block(Run(scene, states, pushes, clock), damping.per_second)
-    if not is_soft:
-        block.judge_contacts()
-    block.judge_flights(is_soft=is_soft)
-    errors = block.ledger.errors()
-    if is_first and not is_soft:
-        block.mark_overlaps(errors)
-    block.close(errors)
-    return Judged(
-        errors, block.ledger.sums, len(clock), float(clock.sum()), block.contacts, block.flights, not states.spin.any()
-    )
+        block = _Block(Run(self._scene, states, pushes, clock), self._damping.per_second)
+        if not self._is_soft:
+            block.judge_contacts()
+        block.judge_flights(is_soft=self._is_soft)
+        errors = block.ledger.errors()
+        if not self._judged and not self._is_soft:
+            block.mark_overlaps(errors)
+        block.close(errors)
+        is_spinless = not states.spin.any()
+        return Judged(errors, block.ledger.sums, clock, block.contacts, block.flights, is_spinless)
 
 
 class _Block:
@@ -136,7 +107,7 @@ class _Block:
         self.kicked = speed > 1.5 * run.floor
         self.active = self.kicked | (place > 1.5 * run.floor)
         self.is_noisy = bool(free.any() and self.active[free].mean() > 0.5)
-        self.done, self.carried = np.zeros(run.v0.shape, bool), np.zeros(run.v0.shape, bool)
+        self.done, self.near, self.carried = np.zeros((3, *run.v0.shape), bool)
 
     # Contacts
 
@@ -239,40 +210,38 @@ class _Block:
         wrong = known & (cause != RIGHT)
         w, at, rows = s.part(wrong), c.part(wrong), chosen.rows[wrong]
         met, rub, is_due = w.met(When.TOUCH), rub[wrong], w.touch < NEVER
-        push = impulse[wrong] * met.n + rub * 1j * met.n
+        given = SIGN * w.inverse * (impulse[wrong] * met.n + rub * 1j * met.n)
         left = np.where(is_due, w.dt - np.where(is_due, w.touch, 0.0), 0.0)
-        balls, given, masses = (at.i, at.other), (-push / w.mi, push / w.mj), (w.mi, np.where(at.pair, w.mj, 0.0))
-        off_v = [np.abs(dv - exact) for dv, exact in zip((w.dvi, w.dvj), given, strict=True)]
-        off_x = [np.abs(dx - left * exact) for dx, exact in zip((w.dxi, w.dxj), given, strict=True)]
+        off_v, off_x = np.abs(w.dv - given), np.abs(w.dx - left * given)
         gained = ledger.gained(at.k, at.i) + ledger.gained(at.k, at.other)
+        both = np.stack([at.i, at.other], axis=1)
         names = [
             (chosen.keys[one], chosen.keys[two].law if two != NOTHING else "") for one, two in rows[["key", "also"]]
         ]
         ledger.enter(
             at, cause=Cause.UNKNOWN if self.is_noisy else rows["cause"], value=rows["value"], depth=rows["depth"],
             law=[one.law for one, _ in names], place=[one.place for one, _ in names], also=[also for _, also in names],
-            energy=rest[wrong], displacement=sum(off_x), speed=sum(off_v), normal=pairs(w.met(When.END).n),
-            momentum=(masses[0] * off_v[0] + masses[1] * off_v[1]) / (1 + at.pair),
-            gained=np.where(at.pair[:, None], gained, 0.0),
+            energy=rest[wrong], displacement=off_x.sum(axis=0), speed=off_v.sum(axis=0),
+            momentum=(off_v / np.where(w.inverse > 0, w.inverse, np.inf)).sum(axis=0) / (1 + at.pair),
+            gained=np.where(at.pair[:, None], gained, 0.0), normal=pairs(w.met(When.END).n),
             should=self._exact_ends(at, given),
-            spin_should=np.stack([run.w[at.k, b] - 2 * rub / (run.m[b] * run.r[b]) for b in balls], axis=1),
+            spin_should=run.w[at.k[:, None], both] - 2 * rub[:, None] / (run.m * run.r)[both],
             should_normal=pairs(np.where(is_due, met.n, np.nan)),
         )  # fmt: skip
 
-    def _exact_ends(self, c: Contacts, given: Sequence[Vectors]) -> Floats:
-        """Return the velocities of both balls after exact steps in which contacts change them, px/s: (k, 2, 2)."""
-        ends = (by_gravity(self.run.flights(c.k, b)) + dv for b, dv in zip((c.i, c.other), given, strict=True))
-        return np.stack([pairs(v) for v in ends], axis=1)
+    def _exact_ends(self, c: Contacts, given: Vectors) -> Floats:
+        """Return the velocities of both balls after exact steps in which contacts change them by (2, k): (k, 2, 2)."""
+        ends = by_gravity(self.run.flights(c.k, np.stack([c.i, c.other]))) + given
+        return pairs(ends).swapaxes(0, 1)
 
     def _note_rules(self, chosen: Chosen, known: Bools, pair: Bools) -> None:
         """Note what explains contacts as rules for islands, with how many contacts show each."""
-        rows, seen = chosen.rows[known], Counter[tuple[int, str, int, bool]]()
-        for row, is_pair in zip(rows[["key", "value", "cause"]].tolist(), pair[known].tolist(), strict=True):
-            number, value, cause = row
-            seen[number, f"{value:.9g}", cause, is_pair] += 1
-        for (number, value, cause, is_pair), times in seen.most_common(50):
-            parameter, fault = 1.0 if value == "nan" else float(value), Cause(cause) if cause >= 0 else None
-            self.rules.append(Shown(chosen.keys[number], parameter, fault, is_pair, times))
+        rows, of_pair = chosen.rows[known], pair[known].tolist()
+        columns = (*(rows[name].tolist() for name in ("key", "value", "cause")), of_pair)
+        seen = Counter((key, f"{value:.9g}", *rest) for key, value, *rest in zip(*columns, strict=True))
+        for (key, value, cause, is_pair), times in seen.most_common(50):
+            parameter, fault = None if value == "nan" else float(value), Cause(cause) if cause >= 0 else None
+            self.rules.append(Shown(chosen.keys[key], parameter, fault, is_pair, times))
 
     def _crowded(self, c: Contacts) -> Bools:
         """Return which contacts are of balls that may have another: with an active ball, a wall, or what they touch."""
@@ -290,6 +259,8 @@ class _Block:
             near_pairs_of(run, k, i, self.way[k, i], margin),
             near_walls(run, k, i, self.way[k, i], margin / 2),
         )
+        for each, may in ((c, ~c.pair), (self.c, self.deepest > -run.tiny)):
+            self.near[each.part(may | each.all_in(self.active)).ends] = True
         if not len(c.k):
             return
         s = Singles(run, self.habit, c, np.full(len(c.k), NEVER), self.undo)
@@ -347,11 +318,11 @@ class _Block:
         s, of_due = Singles(run, self.habit, c.part(due), self.touch[due]), island[one[due]]
         impulse, rub, heat, rubbed = s.near_end()
         n = s.met(When.TOUCH).n
-        push = impulse * n + rub * 1j * n
+        given = SIGN * s.inverse * (impulse * n + rub * 1j * n)
         off_x, off_v = run.x[k + 1, i] - run.hx[k, i], run.v[k + 1, i] - run.hv[k, i]
-        for at, given in ((one[due], -push / s.mi), (two[due], np.where(s.pair, push / s.mj, 0.0))):
-            np.add.at(off_v, at, -given)
-            np.add.at(off_x, at, -given * (s.dt - s.touch))
+        for at, dv in zip((one[due], two[due]), given, strict=True):
+            np.add.at(off_v, at, -dv)
+            np.add.at(off_x, at, -dv * (s.dt - s.touch))
 
         def summed(values: Floats | Bools, of: Integers = island) -> Floats:
             return np.bincount(of, values, count).astype(float)
@@ -359,20 +330,23 @@ class _Block:
         slow = 4 * abs(run.g) * run.dt[k]
         moves = (np.abs(run.x[k + 1, i] - run.x[k, i]) > slow * run.dt[k] + run.tiny) | (np.abs(run.v[k + 1, i]) > slow)
         rests = (summed(moves) == 0) & bool(run.g)
-        times, said = summed(np.ones(len(due)), of_due), np.zeros(count, ERROR)
-        said["cause"], said["law"], said["value"] = Cause.UNKNOWN, "several", np.nan
-        said["times"] = np.maximum(times, 1)
-        tried, firsts = Tried(self.rules), Contacts(*np.full((3, count), NO_BODY))
-        balls, contacts = (np.searchsorted(of, np.arange(count + 1)) for of in (island, of_near))
-        for number in range(count):
-            group, rows = slice(*balls[number : number + 2]), near[slice(*contacts[number : number + 2])]
-            first = [*rows[self.is_due[rows]], *rows][:1]
-            firsts.k[number], firsts.i[number] = k[group][0], c.i[first[0]] if first else i[group][0]
-            firsts.j[number] = c.j[first[0]] if first else NO_BODY
-            if number < MAX_ISLANDS and not rests[number] and len(rows) <= MAX_TOGETHER:
-                one_of_them = Island(run, c.part(rows), k[group][0], i[group], self.undo)
-                for name, value in tried.explain(one_of_them, rows).items():
-                    said[name][number] = value
+        said = np.full(count, np.array((Cause.UNKNOWN, "several", "", np.nan), SAID))
+        tried = ~rests & (np.bincount(of_near, minlength=count) <= MAX_TOGETHER)
+        tried &= np.cumsum(tried) <= MAX_ISLANDS
+        number = np.cumsum(tried) - 1
+        nodes_of, near_of = np.flatnonzero(tried[island]), near[tried[of_near]]
+        where = np.cumsum(tried[island]) - 1
+        islands = Islands(
+            run, k[nodes_of], i[nodes_of], number[island[nodes_of]], c.part(near_of), where[one[near_of]],
+            where[two[near_of]], self.undo,
+        )  # fmt: skip
+        said[tried], left_out = explain_islands(islands, self.rules)
+        firsts = Contacts(*np.full((3, count), NO_BODY))
+        some, begin = np.unique(island, return_index=True)
+        firsts.k[some], firsts.i[some] = k[begin], i[begin]
+        best = near[np.lexsort((~self.is_due[near], of_near))]
+        some, begin = np.unique(island[one[best]], return_index=True)
+        firsts.i[some], firsts.j[some] = c.i[best[begin]], c.j[best[begin]]
         right, wrong = said["cause"] == RIGHT, ~rests & (said["cause"] != RIGHT)
         taken = summed(heat, of_due), summed(rubbed, of_due)
         rest = summed(run.gain(k, i)) + taken[0] + taken[1]
@@ -383,11 +357,12 @@ class _Block:
         gained = np.stack([summed(part) for part in ledger.gained(k, i).T], axis=1)
         gained[summed(~c.pair[near], of_near) > 0] = 0.0
         ledger.enter(
-            firsts.part(wrong), **{name: said[name][wrong] for name in ("cause", "law", "place", "value", "times")},
-            energy=rest[wrong], displacement=summed(np.abs(off_x))[wrong], speed=summed(np.abs(off_v))[wrong],
-            momentum=summed(run.m[i] * np.abs(off_v))[wrong], gained=gained[wrong],
+            firsts.part(wrong), **{name: said[name][wrong] for name in ("cause", "law", "place", "value")},
+            energy=rest[wrong],
+            times=np.maximum(summed(np.ones(len(due)), of_due), 1)[wrong], displacement=summed(np.abs(off_x))[wrong],
+            speed=summed(np.abs(off_v))[wrong], momentum=summed(run.m[i] * np.abs(off_v))[wrong], gained=gained[wrong],
         )  # fmt: skip
-        return keys_of(c.part(np.array(tried.left_out, np.int64)), run)
+        return keys_of(islands.c.part(left_out), run)
 
     def _lone(self, k: Integers, i: Integers) -> None:
         """Judge balls that touch nothing and do not fly as the engine does."""
@@ -398,13 +373,9 @@ class _Block:
         least = TINY * (1 + np.abs(run.v0[at]))
         small = (off_x < TINY * run.r[i]) & (off_v < least) & (spun < least)
         self.ledger.rightful(Cause.ROUNDING, gain[small])
-        touches, may = self._beside(k, i)
-        kicked = self.kicked[at]
+        may, kicked, speed = self.near[at], self.kicked[at], np.abs(run.v[k + 1, i])
         cause = np.where(may, Cause.UNKNOWN, np.where(kicked, Cause.UNREPORTED, Cause.TELEPORTED))
-        cause = np.where(touches & ~kicked, Cause.POSITION_CORRECTION, cause)
-        speed = np.abs(run.v[k + 1, i])
-        law = np.where(kicked, np.where(speed == 0, "stopped", "changed"), "put")
-        law = np.where(may, np.where(touches & ~kicked, "apart", "single"), law)
+        law = np.where(may, "single", np.where(kicked, np.where(speed == 0, "stopped", "changed"), "put"))
         rows = ~small
         lone = Contacts(k[rows], i[rows], np.full(np.count_nonzero(rows), NO_BODY))
         exact = by_gravity(run.flights(lone.k, lone.i))
@@ -414,30 +385,6 @@ class _Block:
             gained=self.ledger.gained(lone.k, lone.i) * ~may[rows, None],
             should=np.stack([pairs(exact)] * 2, axis=1), spin_should=run.w[lone.k, lone.i][:, None],
         )  # fmt: skip
-
-    def _beside(self, k: Integers, i: Integers) -> tuple[Bools, Bools]:
-        """Return which balls are pushed out of what they touch, and which may have met something, even a little early.
-
-        They may have met what they touch, active balls within their way, or what they are pushed away from, near by.
-        """
-        run, c, margin = self.run, self.c, 0.3 * float(self.run.r.min())
-        out, met = np.zeros(run.v0.shape, complex), np.zeros(run.v0.shape, bool)
-        t = c.part(self.deepest > -run.tiny)
-        n, _ = run.geometry(t.i, t.j, run.x[t.k, t.i], run.x[t.k, t.other])
-        np.add.at(out, t.ends, np.concatenate([-n, n[t.pair]]))
-        off = run.x[k + 1, i] - run.hx[k, i]
-        pushed = dot(off, out[k, i]) > 0.7 * np.abs(off) * np.abs(out[k, i])
-        met[c.part(c.all_in(self.active) | (self.deepest > -run.tiny)).ends] = True
-        k1, i1 = k[self.kicked[k, i]], i[self.kicked[k, i]]
-        dv = run.v[1:] - run.hv
-        w, p = (of(run, k1, i1, self.way[k1, i1], margin) for of in (near_walls, near_pairs_of))
-        n, _ = run.geometry(w.i, w.j, run.x[w.k + 1, w.i], np.zeros(len(w.k), complex))
-        away = -dot(dv[w.k, w.i], n) > 0.7 * np.abs(dv[w.k, w.i])
-        met[w.part(away).ends] = True
-        between = run.x[p.k + 1, p.j] - run.x[p.k + 1, p.i]
-        apart = (dot(dv[p.k, p.i], between) < 0) & (dot(dv[p.k, p.j], between) > 0)
-        met[p.part(apart).ends] = True
-        return pushed & (out[k, i] != 0), met[k, i]
 
     # What did not happen, and flights
 
@@ -468,7 +415,7 @@ class _Block:
         e = run.e[first.i] * np.where(first.pair, run.e[first.other], run.wall_e[np.where(first.pair, 0, ~first.j)])
         reduced = 1 / (1 / run.m[first.i] + np.where(first.pair, 1 / run.m[first.other], 0))
         impulse, balls = (1 + e) * reduced * closing, (first.i, first.other)
-        given = [sign * impulse * n / run.m[b] for b, sign in zip(balls, (-1, 1), strict=True)]
+        given = SIGN * impulse * n / run.m[np.stack(balls)]
         flown = [run.x[first.k + 1, b] - run.x[first.k, b] for b in balls]
         self.ledger.enter(
             first, cause=Cause.MISSED, law=np.where(first.pair, "passed", "through"), value=np.abs(flown).max(axis=0),

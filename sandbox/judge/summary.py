@@ -15,15 +15,14 @@ from sandbox.state import Floats
 
 
 class Judged(NamedTuple):
-    """A block of steps, judged. errors: in order; sums: of what is right, (4, causes); seconds: that the steps take.
+    """A block of steps, judged. errors: in order; sums: of what is right, (4, causes); clock: (steps,) s.
 
     contacts: how many it has; flights: sentences of how the engine flies; is_spinless: whether nothing ever turns.
     """
 
     errors: Errors
     sums: Floats
-    steps: int
-    seconds: float
+    clock: Floats
     contacts: int
     flights: dict[str, str]
     is_spinless: bool
@@ -31,13 +30,13 @@ class Judged(NamedTuple):
 
 @dataclass(frozen=True)
 class CauseOfError:
-    """What is wrong with some contacts, or flights. share: of the run's error; parameter: the median, if it has one."""
+    """What is wrong with some contacts, or flights."""
 
-    cause: Cause
-    contacts: int
-    share: float
-    parameter: float | None
-    sentence: str
+    cause: Cause  # its key
+    contacts: int  # or steps of a ball
+    share: float  # of the engine's error
+    parameter: float | None  # the median of the number in the sentence; None if it has none
+    sentence: str  # what is wrong
 
 
 @dataclass(frozen=True)
@@ -70,7 +69,7 @@ class Verdict:
 
 def summary(scene: Scene, blocks: Sequence[Judged]) -> Verdict:
     """Return the verdict on blocks of steps that follow one another."""
-    begun = np.cumsum([0, *(block.steps for block in blocks)])
+    begun = np.cumsum([0, *(len(block.clock) for block in blocks)])
     parts = [block.errors.copy() for block in blocks]
     for first, part in zip(begun, parts, strict=False):
         part["step"] += first
@@ -83,7 +82,7 @@ def summary(scene: Scene, blocks: Sequence[Judged]) -> Verdict:
     np.add.at(gained, errors["step"] - 1, errors["gained"])
     contacts = max(1, sum(block.contacts for block in blocks))
     n = len(scene.bodies)
-    reach = sum(block.seconds for block in blocks) * n / (n + 2 * contacts)
+    reach = sum(float(block.clock.sum()) for block in blocks) * n / (n + 2 * contacts)
     return Verdict(
         _causes(scene, errors, reach, flights),
         errors,

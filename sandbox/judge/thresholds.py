@@ -10,5 +10,5 @@ REST: Final = 1.2  # steps of gravity, up to which a carried ball moves: one, an
 SPRING_STEPS: Final = 3  # in a row, in which a touch pushes two apart: a solver of impulses needs one, or two
 DOUBTED: Final = 0.1  # of single contacts early or unexplained: then nothing names faults of the others
 MAX_TOGETHER: Final = 24  # contacts of an island that is judged: more are a heap, where order decides
-MAX_ISLANDS: Final = 1_500  # of a run, the first ones: each takes some 0.3 ms in Python, so half a second
+MAX_ISLANDS: Final = 1_500  # of a run, the first ones: each takes up to 0.5 ms, so that all take less than a second
 REFUTED: Final = 0.01  # of single contacts, that a wrong law explains at least: a law acts in every contact of its kind

@@ -24,7 +24,6 @@ const charts = (() => {
   }
 
   function draw() {
-    if (!globalThis.Bokeh) return;
     Bokeh.set_log_level("warn");
     last = last.then(embed);
   }
@@ -44,24 +43,6 @@ const charts = (() => {
   addEventListener("beforeprint", print);
   addEventListener("afterprint", () => document.querySelectorAll(".chart img").forEach((picture) => picture.remove()));
 
-  // In a notebook, one output has the library for all. The page's policy lets no other script run.
-  function receiveLibrary(event) {
-    if (globalThis.Bokeh || event.source !== parent) return;
-    document.body.append(Object.assign(document.createElement("script"), { textContent: event.data }));
-    document.getElementById("waiting").remove();
-    draw();
-  }
-
-  function requestLibrary() {
-    if (globalThis.Bokeh) return;
-    parent.postMessage("sandbox: send Bokeh", "*");
-    setTimeout(requestLibrary, 500); // the other output may come later
-  }
-
-  if (document.getElementById("waiting")) {
-    addEventListener("message", receiveLibrary);
-    requestLibrary();
-  }
   addEventListener("DOMContentLoaded", draw); // once all scripts have asked for the figures
   return { onDrawn: (call) => drawn.push(call) };
 })();

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from textwrap import fill
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from bokeh.document import Document
@@ -16,9 +16,8 @@ from bokeh.themes import Theme
 from bokeh.transform import dodge
 
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.series import contacts_by, energies, thinned
+from sandbox.analysis.series import energies, thinned
 from sandbox.judge.causes import Cause
-from sandbox.quantity import length
 from sandbox.report.colours import colours_of
 from sandbox.report.numbers import minus
 from sandbox.report.scales import BothSigns, Logarithmic, Scale, gap_scale
@@ -70,30 +69,7 @@ THEME: Final = Theme(
 )
 
 
-@dataclass(frozen=True)
-class Entry:
-    """An entry of a legend. light, dark: the symbol's colour on light and on dark pages."""
-
-    name: str
-    symbol: str
-    light: str
-    dark: str
-
-
-@dataclass(frozen=True)
-class Chart:
-    """A figure with its title, caption, legend and alternative text."""
-
-    name: str
-    title: str
-    about: str
-    alt: str
-    legend: tuple[Entry, ...]
-    figure: figure
-
-
-@dataclass(frozen=True)
-class Style:
+class Style(NamedTuple):
     """How an engine's lines and bars are drawn. The marker distinguishes engines even without colours.
 
     color, dark: on light and on dark pages.
@@ -106,28 +82,23 @@ class Style:
     hatch: str
 
 
-def styles_of(names: Sequence[str], reference: str | None = None) -> dict[str, Style]:
-    """Return each engine's style, distinct in marker and hatch as well as in colour."""
-    light, dark = colours_of(names), colours_of(names, dark=True)
-    others = [name for name in names if name != reference]
-    styles = {reference: Style(light[reference], dark[reference], *OF_REFERENCE, "blank")} if reference else {}
-    for index, name in enumerate(others):
-        marker, symbol = [*MARKERS.items()][index % len(MARKERS)]
-        styles[name] = Style(light[name], dark[name], marker, symbol, HATCHES[index % len(HATCHES)])
-    return {name: styles[name] for name in names}
+@dataclass(frozen=True)
+class Chart:
+    """A figure with its title, caption, alternative text, and the style of each engine in it."""
 
-
-def legend_of(styles: Mapping[str, Style], symbol: str | None = None) -> tuple[Entry, ...]:
-    """Return a legend. symbol: instead of the markers."""
-    return tuple(Entry(name, symbol or style.symbol, style.color, style.dark) for name, style in styles.items())
+    name: str
+    title: str
+    about: str
+    alt: str
+    legend: Mapping[str, Style]
+    figure: figure
 
 
 def charts(comparison: Comparison) -> list[Chart]:
-    """Draw gap, energy, momentum and contacts over time, and the ledger if it has entries."""
-    over_time = [_energy(comparison), _momentum(comparison), _contacts(comparison)]
+    """Draw gap and energy over time, and the ledger if it has entries."""
     gap = [_gap(comparison)] if len(comparison.runs) > 1 else []
     ledger = [_ledger(comparison)] if _bars(comparison)[1] else []
-    return gap + over_time + ledger
+    return [*gap, _energy(comparison), *ledger]
 
 
 def as_document(drawn: Sequence[Chart]) -> tuple[dict[str, Any], dict[str, str]]:
@@ -153,7 +124,12 @@ def _renumbered(node: Any, numbers: dict[str, str]) -> Any:
 
 
 def _styles(comparison: Comparison) -> dict[str, Style]:
-    return styles_of([*comparison.runs], comparison.against)
+    """Return each engine's style, distinct in marker and hatch as well as in colour."""
+    light, dark = colours_of(comparison.runs), colours_of(comparison.runs, dark=True)
+    marks = {comparison.against: (*OF_REFERENCE, "blank")}
+    for index, name in enumerate(comparison.others):
+        marks[name] = (*[*MARKERS.items()][index % len(MARKERS)], HATCHES[index % len(HATCHES)])
+    return {name: Style(light[name], dark[name], *marks[name]) for name in comparison.runs}
 
 
 # Over time
@@ -165,7 +141,7 @@ def _gap(comparison: Comparison) -> Chart:
     series = {name: factor * run.gap_max for name, run in comparison.others.items()}
     plot = _figure(comparison, units.length)
     scale_axis(plot, scale, series.values())
-    _draw(plot, comparison, {name: scale.position(values) for name, values in series.items()})
+    styles = _draw(plot, comparison, {name: scale.position(values) for name, values in series.items()})
     _mark_first_differences(plot, comparison, series, scale)
     about = (
         f"The largest distance of a ball from its position in {comparison.against}, in powers of ten; less than "
@@ -173,7 +149,7 @@ def _gap(comparison: Comparison) -> Chart:
         f"{_trust(comparison)}"
     )
     alt = _ends("Largest gap at the end", series, units.length)
-    return Chart("gap", "Gap", about, alt, _legend(comparison, series), plot)
+    return Chart("gap", "Gap", about, alt, styles, plot)
 
 
 def _energy(comparison: Comparison) -> Chart:
@@ -186,47 +162,24 @@ def _energy(comparison: Comparison) -> Chart:
     compared = against if others else "the start"
     plot = _figure(comparison, "% of the energy")
     scale_axis(plot, BothSigns(), series.values())
-    _draw(plot, comparison, {name: BothSigns().position(values) for name, values in series.items()})
+    styles = _draw(plot, comparison, {name: BothSigns().position(values) for name, values in series.items()})
     about = (
         f"How much more energy than {compared}, or less, there is, as a percentage of the scale of energy, in "
         "powers of ten both ways. A line ends where contacts that lose energy can no longer be compared."
     )
     known = {name: values[np.isfinite(values)] for name, values in series.items()}
     alt = _ends(f"Difference from {compared} at the end", known, "%")
-    return Chart("energy", "Energy", about, alt, _legend(comparison, series), plot)
+    return Chart("energy", "Energy", about, alt, styles, plot)
 
 
 def _energy_itself(comparison: Comparison) -> Chart:
     series, unit = energies(comparison)
-    about = "Kinetic and potential energy together. Elastic balls keep all of it."
-    return _from_zero(comparison, "Energy", about, series, unit, unit, "Energy at the end")
-
-
-def _momentum(comparison: Comparison) -> Chart:
-    units = comparison.scene.units
-    factor, unit = units.factor(Dimension.MOMENTUM), units.name(Dimension.MOMENTUM)
-    series = {name: factor * length(run.momentum) for name, run in comparison.runs.items()}
-    about = (
-        "The magnitude of the total momentum. Walls, gravity and the mouse change it; contacts between balls must not."
-    )
-    return _from_zero(comparison, "Momentum", about, series, unit, unit, "Momentum at the end")
-
-
-def _contacts(comparison: Comparison) -> Chart:
-    series = {name: contacts_by(comparison.time, run) for name, run in comparison.runs.items()}
-    about = "Contacts of balls with each other and with walls, so far. Balls that stick count again in every step."
-    return _from_zero(comparison, "Contacts", about, series, "so far", "", "All contacts")
-
-
-def _from_zero(
-    comparison: Comparison, title: str, about: str, series: dict[str, Floats], axis: str, unit: str, last: str
-) -> Chart:
-    """Return a chart of values over time from 0, or less. axis: its label; last: what the last values are called."""
     low = min(0.0, *(float(values.min()) for values in series.values()))
     high = max(float(values.max()) for values in series.values())
-    plot = _figure(comparison, axis, y_range=Range1d(start=low, end=high + 0.08 * (high - low) or 1.0))
-    _draw(plot, comparison, series)
-    return Chart(title.lower(), title, about, _ends(last, series, unit), _legend(comparison, series), plot)
+    plot = _figure(comparison, unit, y_range=Range1d(start=low, end=high + 0.08 * (high - low) or 1.0))
+    styles = _draw(plot, comparison, series)
+    about, alt = "Kinetic and potential energy together.", _ends("Energy at the end", series, unit)
+    return Chart("energy", "Energy", about, alt, styles, plot)
 
 
 def _trust(comparison: Comparison) -> str:
@@ -271,8 +224,8 @@ def scale_axis(plot: figure, scale: Scale, values: Iterable[Floats]) -> None:
     plot.yaxis[0].major_label_overrides = ticks
 
 
-def _draw(plot: figure, comparison: Comparison, series: dict[str, Floats]) -> None:
-    """Draw a line for each engine, the reference's below the others."""
+def _draw(plot: figure, comparison: Comparison, series: dict[str, Floats]) -> dict[str, Style]:
+    """Draw a line for each engine, the reference's below the others; return their styles."""
     styles = _styles(comparison)
     for name in sorted(series, key=lambda name: name != comparison.against):
         style, values = styles[name], series[name].astype(np.float32)
@@ -289,11 +242,7 @@ def _draw(plot: figure, comparison: Comparison, series: dict[str, Floats]) -> No
             line_width=2,
             fill_color=GROUND,
         )
-
-
-def _legend(comparison: Comparison, series: Iterable[str]) -> tuple[Entry, ...]:
-    styles = _styles(comparison)
-    return legend_of({name: styles[name] for name in series})
+    return {name: styles[name] for name in series}
 
 
 def _marker_positions(steps: int, index: int, count: int) -> np.ndarray[Any, np.dtype[np.intp]]:
@@ -356,7 +305,8 @@ def _ledger(comparison: Comparison) -> Chart:
         "How much each cause changed an engine's energy; an engine's bars add up to its whole gain or loss. Causes "
         "below a thousandth of the longest bar are in the table only."
     )
-    return Chart("ledger", "Energy by cause", about, alt, legend_of(styles, BAR), plot)
+    legend = {name: style._replace(symbol=BAR) for name, style in styles.items()}
+    return Chart("ledger", "Energy by cause", about, alt, legend, plot)
 
 
 def _bars(comparison: Comparison) -> tuple[dict[str, dict[Cause, float]], list[Cause]]:

@@ -1,45 +1,44 @@
 """A comparison -> one self-contained HTML page: no network, no server, no other file."""
 
 import base64
+import hashlib
+import json
+import platform
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
+from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
 from typing import Any, Final
 
 import numpy as np
+from bokeh.resources import Resources
+from jinja2 import Environment, PackageLoader, StrictUndefined
 from numpy.typing import NDArray
 
 from sandbox.analysis.advice import TriedSettings, advice_rows, recommend
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.difference import MAX_DIFFERENCES, Kind, Velocities, pair_name
+from sandbox.analysis.difference import MAX_DIFFERENCES, Velocities, pair_name
 from sandbox.analysis.figures import Run
 from sandbox.analysis.series import contacts_by, energies
-from sandbox.analysis.verdict import MARK, MARK_WORDS, key_figures, summaries
-from sandbox.engines import TUNED
-from sandbox.judge.causes import Cause
-from sandbox.report.charts import charts
-from sandbox.report.html import equals_its_text, render, scene_file, seconds_text
-from sandbox.report.numbers import number
+from sandbox.analysis.verdict import key_figures, summaries
+from sandbox.report.about import about
+from sandbox.report.charts import DARK, as_document, charts
+from sandbox.report.numbers import minus, number, readable, share
 from sandbox.report.scales import gap_scale
 from sandbox.report.tables import headline
 from sandbox.scene.fields import rgb
-from sandbox.scene.files import TRUTHS, bundled
+from sandbox.scene.files import TRUTHS, bundled, parse
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension, Units
 from sandbox.state import Floats
 
 MAX_PATHS_BYTES: Final = 3_300_000  # of all packed paths; with Bokeh's script a page stays under 6 MB
-MAX_NOTEBOOK_PATHS_BYTES: Final = 240_000  # in a notebook, whose cells stay under 1 MB
 MAX_NUMBERED: Final = 20  # balls that have their numbers drawn on them
 MAX_TRAILED: Final = 200  # balls for which trails are on at first
 MAX_PACKED: Final = 65_535  # of a coordinate in 16 bits
-KINDS: Final = {
-    Kind.OUTCOME: "other outcome",
-    Kind.MISSING: "missing",
-    Kind.EXTRA: "extra",
-    Kind.FLIGHT: "in flight",
-    Kind.START: "at the start",
-}
+PACKAGES: Final = ("pymunk-sandbox", "pymunk", "pyb2d3", "numpy", "numba", "bokeh")
+SCRIPTS: Final = ("charts.js", "player.js")
 KEYS: Final = (
     ("Space", "play or pause"),
     ("← →", "previous or next frame"),
@@ -51,47 +50,87 @@ KEYS: Final = (
 )
 
 
-def page(comparison: Comparison, trials: Sequence[TriedSettings] = (), *, in_notebook: bool = False) -> str:
-    """Return a comparison, with trials of other settings, as one page of HTML. The same input gives the same page.
-
-    in_notebook: for a frame in a notebook, with fewer frames, and without Bokeh's script, for which it asks its parent.
-    """
+def page(comparison: Comparison, trials: Sequence[TriedSettings] = ()) -> str:
+    """Return a comparison, with trials of other settings, as one page of HTML. The same input gives the same page."""
     scene = comparison.scene
-    every = thinning(comparison, MAX_NOTEBOOK_PATHS_BYTES if in_notebook else MAX_PATHS_BYTES)
-    return render(
-        "comparison.html",
-        charts(comparison),
-        ["playback.js", "player.js"],
-        comparison.runs,
-        units=scene.units,
-        in_notebook=in_notebook,
-        title=scene.title or scene.name,
-        scene=scene,
-        settings=headline(comparison).removeprefix(f"{scene.title or scene.name}: "),
-        comparison=comparison,
-        others=comparison.others,
-        ledgers={name: run for name, run in comparison.runs.items() if run.figures.ledger},
-        figures=[["", *comparison.runs], *(figures := list(key_figures(comparison)))],
-        mark=MARK_WORDS if any(label.endswith(MARK) for label, *_ in figures) else "",
-        summaries=summaries(comparison),
-        trials=list(advice_rows(trials)) if trials else [],
-        recommendation=recommend(trials) if trials else "",
-        theory=list(_theory_rows(comparison)),
-        kinds=KINDS,
-        keys=KEYS,
-        missed=Cause.MISSED,
-        max_differences=MAX_DIFFERENCES,
-        pair_name=lambda difference: pair_name(scene, difference),
-        outcome=partial(_outcome, scene.units),
-        is_bundled=_is_bundled(scene),
-        command=_command(comparison) if equals_its_text(scene) else None,
-        tuned=TUNED in comparison.runs and comparison.against != TUNED,
-        python=scene.model_dump_json(by_alias=True, exclude_defaults=True, indent=2),
-        inputs="\n".join(given.model_dump_json() for given in comparison.inputs),
-        trailed=len(scene.bodies) <= MAX_TRAILED,
-        frames=_about_frames(comparison, every),
-        data=_data(comparison, every),
+    every = thinning(comparison, MAX_PATHS_BYTES)
+    drawn = charts(comparison)
+    document, roots = as_document(drawn)
+    scripts = [Resources(mode="inline", components=["bokeh"], minified=True).js_raw[0], *map(_text, SCRIPTS)]
+    return (
+        templates()
+        .get_template("page.html")
+        .render(
+            charts=drawn,
+            units=scene.units,
+            engines={name: about(name) for name in comparison.runs},
+            versions={"python": platform.python_version()} | dict(_installed()),
+            policy=_policy(scripts),
+            style=_text("page.css"),
+            scripts=scripts,
+            document=_json({"document": document, "roots": roots, "dark": DARK}),
+            title=scene.title or scene.name,
+            scene=scene,
+            settings=headline(comparison).removeprefix(f"{scene.title or scene.name}: "),
+            comparison=comparison,
+            others=comparison.others,
+            ledgers={name: run for name, run in comparison.runs.items() if run.figures.ledger},
+            figures=[["", *comparison.runs], *key_figures(comparison)],
+            summaries=summaries(comparison),
+            trials=list(advice_rows(trials)) if trials else [],
+            recommendation=recommend(trials) if trials else "",
+            theory=list(_theory_rows(comparison)),
+            keys=KEYS,
+            max_differences=MAX_DIFFERENCES,
+            pair_name=lambda difference: pair_name(scene, difference),
+            outcome=partial(_outcome, scene.units),
+            is_bundled=_is_bundled(scene),
+            command=_command(comparison) if _equals_its_text(scene) else None,
+            python=scene.model_dump_json(by_alias=True, exclude_defaults=True, indent=2),
+            inputs="\n".join(given.model_dump_json() for given in comparison.inputs),
+            trailed=len(scene.bodies) <= MAX_TRAILED,
+            frames=_about_frames(comparison, every),
+            data=_json(_data(comparison, every)),
+        )
     )
+
+
+def templates() -> Environment:
+    """Return what renders the templates of this folder."""
+    environment = Environment(
+        loader=PackageLoader("sandbox.report", ""),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.globals |= {dimension.name: dimension for dimension in Dimension}
+    environment.filters |= {"number": number, "share": share, "minus": minus, "readable": readable}
+    return environment
+
+
+def _text(name: str) -> str:
+    return files("sandbox.report").joinpath(name).read_text(encoding="utf-8")
+
+
+def _policy(scripts: Iterable[str]) -> str:
+    """Return the page's Content-Security-Policy: no network, and no script but these, whatever a scene contains."""
+    digests = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
+    allowed = " ".join(f"'sha256-{digest}'" for digest in digests)
+    return f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data:"
+
+
+def _json(value: object) -> str:
+    """Return JSON that cannot close the script element that contains it."""
+    return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _installed() -> Iterator[tuple[str, str]]:
+    for package in PACKAGES:
+        try:
+            yield package, version(package)
+        except PackageNotFoundError:  # an extra
+            continue
 
 
 def thinning(comparison: Comparison, max_bytes: int) -> int:
@@ -173,10 +212,24 @@ def _command(comparison: Comparison) -> str:
         "--against": comparison.against,
         "--seed": str(scene.seed),
         "--rate": str(scene.rate),
-        "--seconds": seconds_text(scene.seconds),
+        "--seconds": repr(float(scene.seconds)).removesuffix(".0"),
     } | ({"--inputs": "inputs.jsonl"} if comparison.inputs else {})
     words = (word for option in options.items() for word in option)
-    return shlex.join(["sandbox", "compare", scene.name if _is_bundled(scene) else scene_file(scene), *words])
+    return shlex.join(["sandbox", "compare", _file_of(scene), *words])
+
+
+def _file_of(scene: Scene) -> str:
+    """Return a scene as an argument of a command, which must not look like an option."""
+    file = scene.name if _is_bundled(scene) else f"{scene.name}.toml"
+    return f"./{file}" if file.startswith("-") else file
+
+
+def _equals_its_text(scene: Scene) -> bool:
+    """Return whether a scene equals its text, apart from seed, rate and seconds, which commands set."""
+    if not scene.source:
+        return False
+    read = parse(scene.source, scene.name).changed(seed=scene.seed, rate=scene.rate, seconds=scene.seconds)
+    return read.model_dump() == scene.model_dump()
 
 
 def _is_bundled(scene: Scene) -> bool:

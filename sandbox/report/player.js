@@ -203,7 +203,33 @@
     return found < 0 ? last : found;
   }
 
-  const { toggle, seek } = playbackOf(times, play, speed, () => frame, show);
+  // Playing
+
+  let playing = false;
+
+  function setPlaying(value) {
+    playing = value;
+    play.textContent = playing ? "Pause" : "Play";
+    if (!playing) return;
+    let next = frame < last ? frame : 0;
+    let time = times[next];
+    let before = null;
+    const tick = (now) => {
+      if (!playing) return;
+      if (before !== null) time += ((now - before) / 1000) * speed.value;
+      before = now;
+      while (next < last && times[next + 1] <= time + slight) next++;
+      if (next !== frame) show(next);
+      if (frame < last) requestAnimationFrame(tick);
+      else setPlaying(false);
+    };
+    requestAnimationFrame(tick);
+  }
+
+  function seek(frame) {
+    setPlaying(false);
+    show(frame);
+  }
 
   function choose(button) {
     chosen?.removeAttribute("aria-current");
@@ -235,7 +261,7 @@
   // Input
 
   const keys = {
-    " ": toggle,
+    " ": () => setPlaying(!playing),
     ArrowLeft: () => seek(frame - 1),
     ArrowRight: () => seek(frame + 1),
     Home: () => seek(0),
@@ -260,7 +286,7 @@
     choose(button);
     element("player").parentElement.scrollIntoView();
   });
-  play.addEventListener("click", toggle);
+  play.addEventListener("click", () => setPlaying(!playing));
   element("back").addEventListener("click", () => seek(frame - 1));
   element("on").addEventListener("click", () => seek(frame + 1));
   scrubber.addEventListener("input", () => seek(Number(scrubber.value)));

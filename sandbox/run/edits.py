@@ -21,7 +21,7 @@ from sandbox.scene.balls import PER_BALL, BallGroup
 from sandbox.scene.clock import Clock
 from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, NotTiny, Number, Vector
 from sandbox.scene.model import Scene, Wall
-from sandbox.scene.overlaps import Situation, check_added_ball_fits, check_ball_fits, check_wall_fits
+from sandbox.scene.overlaps import Situation, check_ball_fits, check_wall_fits
 from sandbox.scene.validation import invalid
 from sandbox.state import State, States
 
@@ -102,7 +102,7 @@ class AddBall(Edit):
         return State(state.time, position, velocity, np.append(state.angle, 0.0), np.append(state.spin, self.spin))
 
     def check_room(self, before: Situation, after: Situation) -> None:
-        check_added_ball_fits(after)
+        check_ball_fits(len(after.position) - 1, None, after)
 
 
 class ChangeBall(_Changes):

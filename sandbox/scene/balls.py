@@ -1,11 +1,11 @@
 """A group of balls: how many, of what kind, and how they are placed and thrown."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Container, Iterator, Sequence
 from random import Random
-from typing import Annotated, Final, Self
+from typing import Annotated, Final
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from sandbox.scene.elementary import logarithm, sine_cosine
 from sandbox.scene.fields import (
@@ -21,8 +21,7 @@ from sandbox.scene.fields import (
     Range,
     Vector,
 )
-from sandbox.scene.placement import AtPoint, AtPoints, AtRandom, OnGrid, Packed, Placement
-from sandbox.scene.validation import Problem, invalid
+from sandbox.scene.validation import Problem
 from sandbox.state import MEETS_ALL
 
 MAX_BALLS: Final = 200_000  # in a scene
@@ -90,32 +89,73 @@ class BallGroup(Model):
     """Angular velocity, rad/s, of every ball or drawn at random; positive is clockwise on the screen."""
 
     @property
-    def ball_count(self) -> int:
-        """The number of balls: `count`, or its default."""
-        return self.placement.default_count if self.count is None else self.count
-
-    @property
     def placement_key(self) -> str:
-        """The key that sets where the balls are."""
-        return next(key for key in PLACEMENT_KEYS if getattr(self, key) is not None)
+        """The key that sets where the balls are: of several, the one with the most balls; empty if none is valid."""
+        if self.grid and self.spacing:
+            return "grid"
+        if self.positions or self.position:
+            return "positions" if self.positions else "position"
+        if self.x and self.y:
+            return "x"
+        return "inside" if self.inside and self.radius else ""
 
     @property
-    def placement(self) -> Placement:
-        """How the balls are placed."""
-        placement = self._placement()
-        assert placement is not None
-        return placement
+    def is_placed(self) -> bool:
+        """Whether it is known where its balls are and how many, as of every group without errors."""
+        return bool(self.placement_key) and "count" not in self._invalid
 
-    def _placement(self) -> Placement | None:
+    @property
+    def is_drawn(self) -> bool:
+        """Whether its balls are placed at random, always inside the arena and in no wall."""
+        return self.placement_key in ("x", "inside")
+
+    @property
+    def ball_count(self) -> int:
+        """The number of balls: `count`, or as many as there are places, or 1."""
+        return self._places if self.count is None else self.count
+
+    @property
+    def _places(self) -> int:
         if self.grid and self.spacing:
-            return OnGrid(*self.grid, self.spacing, self.position)
-        if self.position:
-            return AtPoint(self.position)
-        if self.positions:
-            return AtPoints(self.positions)
+            return math.prod(self.grid)
+        return len(self.positions) if self.positions else 1
+
+    def _first(self, arena: Vector) -> Vector:
+        """Return the centre of the first ball of a grid, px."""
+        columns_and_rows, spacing = self.grid or (1, 1), self.spacing or 0.0
+        x, y = ((size - (n - 1) * spacing) / 2 for size, n in zip(arena, columns_and_rows, strict=True))
+        return self.position or (x, y)
+
+    def span(self, axis: int, arena: Vector) -> tuple[float, float, str]:
+        """Return the lowest and highest centre on an axis (0 is x), px, and the key that sets them.
+
+        arena: its width and height, px.
+        """
+        if self.grid and self.spacing:
+            first, columns = self._first(arena)[axis], self.grid[0]
+            used = (min(self.ball_count, columns), -(-self.ball_count // columns))[axis]
+            return first, first + (used - 1) * self.spacing, "position" if self.position else "grid"
         if self.x and self.y:
-            return AtRandom(self.x, self.y)
-        return Packed(self.inside, self.radius) if self.inside else None
+            drawn = (self.x, self.y)[axis]
+            return min(drawn.start, drawn.to), max(drawn.start, drawn.to), "xy"[axis]
+        if self.inside and self.placement_key == "inside":
+            low, high = sorted(corner[axis] for corner in self.inside)
+            return low + self.radius, high - self.radius, "inside"
+        along = [point[axis] for point in self.points(arena)]
+        return min(along), max(along), self.placement_key
+
+    def points(self, arena: Vector) -> Sequence[Vector]:
+        """Return the centres of balls that are not placed at random, px. arena: its width and height, px."""
+        if not (self.grid and self.spacing):
+            return self.positions or ((self.position,) if self.position else ())
+        x, y = self._first(arena)
+        places = (divmod(ball, self.grid[0]) for ball in range(self.ball_count))
+        return [(x + column * self.spacing, y + row * self.spacing) for row, column in places]
+
+    def drawn(self, rng: Random) -> Iterator[Vector]:
+        """Yield centres drawn from x and y, px."""
+        while self.x and self.y:
+            yield self.x.draw(rng), self.y.draw(rng)
 
     def thrown(self, rng: Random) -> Iterator[Vector]:
         """Yield the velocities at the start, ball by ball, px/s."""
@@ -141,32 +181,43 @@ class BallGroup(Model):
         while True:
             yield spin.draw(rng) if isinstance(spin, Range) else spin
 
-    @model_validator(mode="after")
-    def _check_keys_go_together(self) -> Self:
-        if errors := [*self._errors()]:
-            raise invalid(*errors)
-        return self
-
-    def _errors(self) -> Iterator[Problem]:
-        given = {key for key, value in self if value is not None}
+    def problems(self, checked: Container[int]) -> Iterator[Problem]:
+        """Yield what is wrong in keys together."""
+        given = {key for key, value in self if value is not None} | self._invalid
         placements = [key for key in PLACEMENT_KEYS if key in given and not (key == "position" and "grid" in given)]
         throws = [key for key in THROW_KEYS if key in given and not (key == "vy" and "vx" in given)]
         for keys in (placements, throws):
             for key in keys[1:]:
                 yield (key,), f"cannot be combined with {keys[0]}; keep one of them"
-        if not placements:
+        if not placements and self._may_lack_keys:
             yield (), "needs a placement: position, positions, x and y, inside, or grid with spacing"
         for key, partner in (("x", "y"), ("y", "x"), ("grid", "spacing"), ("spacing", "grid")):
-            if key in given and partner not in given:
+            if key in given and partner not in given and self._may_lack_keys:
                 yield (key,), f"must be given together with {partner}"
-        if placement := self._placement():
-            yield from placement.errors(self.ball_count)
-            if self.velocities is not None and self.ball_count != len(self.velocities):
-                yield ("velocities",), f"must have one entry per ball, {self.ball_count}, got {len(self.velocities)}"
+        if self.is_placed:
+            yield from self._problems_of_count()
         if self.colors == ():
             yield ("colors",), "must contain at least one colour"
 
-    def errors_in(self, arena: Vector, overlap: float) -> Iterator[Problem]:
+    def _problems_of_count(self) -> Iterator[Problem]:
+        key, count = self.placement_key, self.ball_count
+        if key == "grid" and count > self._places:
+            yield ("count",), f"must be at most {self._places}, the places of the grid, got {count}"
+        if key == "positions" and count != self._places:
+            yield ("count",), f"must be the number of positions, {self._places}, got {count}; leave it out"
+        if key == "position" and count > 1:
+            yield ("count",), f"puts {count} balls on one position; use positions, x and y, inside, or grid"
+        if key == "inside" and self.inside:
+            width, height = (abs(low - high) for low, high in zip(*self.inside, strict=True))
+            if min(width, height) < 2 * self.radius:
+                yield ("inside",), f"is smaller than one ball, which is {2 * self.radius:g} wide"
+            elif count > _max_discs(width, height, self.radius):
+                balls = f"{count} balls of radius {self.radius:g}"
+                yield ("count",), f"is too large: there is no room for {balls} in {width:g} x {height:g}"
+        if self.velocities is not None and count != len(self.velocities):
+            yield ("velocities",), f"must have one entry per ball, {count}, got {len(self.velocities)}"
+
+    def problems_in(self, arena: Vector, overlap: float) -> Iterator[Problem]:
         """Yield an error if balls may be outside an arena for some seed.
 
         arena: its width and height, px; overlap: how deep a ball may be in its walls, px.
@@ -176,8 +227,14 @@ class BallGroup(Model):
             if low > high:
                 yield ("radius",), f"{self.radius:g} is too large for an arena of {arena[0]:g} x {arena[1]:g}"
                 return
-            first, last, key = self.placement.span(axis, self.ball_count, arena)
+            first, last, key = self.span(axis, arena)
             slack = DECIMAL_ROUNDING * size + overlap
             if not (low - slack <= first and last <= high + slack):
                 got = f"{name} must be from {low:g} to {high:g}, got {first if first < low else last:g}"
                 yield (key,), f"puts a ball outside the arena: {got}"
+
+
+def _max_discs(width: float, height: float, radius: float) -> float:
+    """Return an upper bound of how many equal discs fit in a rectangle (Oler 1961: points in a convex set)."""
+    a, b, d = width - 2 * radius, height - 2 * radius, 2 * radius  # a, b: of the rectangle of the centres
+    return 2 / 3**0.5 * a * b / d**2 + (a + b) / d + 1

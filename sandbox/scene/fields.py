@@ -1,9 +1,11 @@
 """The base class of the tables of scenes and of recorded inputs, and the types of their values."""
 
 import difflib
+import functools
 import re
+from collections.abc import Container, Iterator, Mapping
 from random import Random
-from typing import Annotated, Any, Final, Self
+from typing import Annotated, Any, ClassVar, Final, Self, TypeVar, cast, get_args
 
 from PIL import ImageColor
 from pydantic import (
@@ -12,14 +14,17 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
+    ModelWrapValidatorHandler,
     Strict,
     Tag,
+    TypeAdapter,
     ValidationError,
+    ValidationInfo,
     model_validator,
 )
 
 from sandbox.errors import shown
-from sandbox.scene.validation import NUMBER, TABLE, invalid, sandbox_error
+from sandbox.scene.validation import NUMBER, TABLE, Problem, invalid, problems_of, sandbox_error
 from sandbox.text import unprintable
 
 # Okabe and Ito's colours, which colour-blind people can tell apart (https://jfly.uni-koeln.de/color/).
@@ -112,6 +117,73 @@ class Model(BaseModel):
     # As BaseModel's own: pydantic then builds inner tables without `__init__`, and their errors keep their path.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
+    _invalid: ClassVar[frozenset[str]] = (
+        frozenset()
+    )  # of a table with errors: keys that are given, but not valid, or unknown
+
+    @property
+    def _may_lack_keys(self) -> bool:
+        """Whether a key that it does not have is missing: not if one of its keys is unknown, and perhaps mistyped."""
+        return self._invalid <= type(self).model_fields.keys()
+
+    def problems(self, checked: Container[int]) -> Iterator[Problem]:
+        """Yield what is wrong in keys together. checked: the `id` of each inner table that need not be looked at.
+
+        In a table with errors, keys that are missing or not valid are None, and the others are checked all the same.
+        """
+        yield from ()
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _check(cls, given: object, check: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+        checked = info.context or ()
+        if id(given) in checked:
+            return cast("Self", given)
+        try:
+            table = check(given)
+        except ValidationError as error:
+            raise invalid(*problems_of(error, cls), *partial(cls, given).problems(checked)) from None
+        if problems := [*table.problems(checked)]:
+            raise invalid(*problems)
+        return table
+
+
+M = TypeVar("M", bound=Model)
+
+
+def partial(model: type[M], given: object) -> M:
+    """Return a table without its errors: keys that are missing or not valid are None, in lists of tables too."""
+    table = given if isinstance(given, Mapping) else dict(given) if isinstance(given, Model) else {}
+    values, aliases = dict[str, Any](), {field.validation_alias for field in model.model_fields.values()}
+    invalid_keys = {*table} - {*model.model_fields} - aliases
+    for name, field in model.model_fields.items():
+        key = alias if isinstance(alias := field.validation_alias, str) and alias in table else name
+        values[name] = None if field.is_required() else field.default
+        if table.get(key) is not None:
+            values[name] = _valid(model, name, table[key])
+            if values[name] is None:
+                invalid_keys.add(name)
+    built = cast("M", model.model_construct(**values))
+    built.__dict__["_invalid"] = frozenset(invalid_keys)
+    return built
+
+
+def _valid(model: type[Model], name: str, value: object) -> Any:
+    """Return the value of a key, or of a list of tables those parts that are valid, or else None."""
+    try:
+        return _adapter(model, name).validate_python(value)
+    except ValidationError:
+        inner, *_ = (*get_args(model.model_fields[name].annotation), None)
+        if isinstance(inner, type) and issubclass(inner, Model) and isinstance(value, list | tuple):
+            return tuple(partial(inner, each) for each in value)
+        return None
+
+
+@functools.cache
+def _adapter(model: type[Model], name: str) -> TypeAdapter[Any]:
+    field = model.model_fields[name]
+    return TypeAdapter(Annotated[field.annotation, name, *field.metadata])  # type: ignore[arg-type]
+
 
 class Range(Model):
     """A number drawn at random for each ball: from `from` to `to`, in whole steps of `step` if it is given."""
@@ -120,21 +192,22 @@ class Range(Model):
     to: Number
     step: Number | None = None
 
-    @model_validator(mode="after")
-    def _check_not_empty(self) -> Self:
+    def problems(self, checked: Container[int]) -> Iterator[Problem]:
+        """Yield why the range is empty, or its end not reached."""
         start, to, step = self.start, self.to, self.step
+        if self._invalid or start is None or to is None:
+            return
         if step is None:
             if start > to:
-                raise invalid(((), f"is empty: from {start:g} is greater than to {to:g}"))
+                yield (), f"is empty: from {start:g} is greater than to {to:g}"
         elif not all(number.is_integer() for number in (start, to, step)):
-            raise invalid(((), "must have whole numbers as from, to and step"))
+            yield (), "must have whole numbers as from, to and step"
         elif step == 0:
-            raise invalid((("step",), "must not be 0; leave it out for any number in the range"))
+            yield ("step",), "must not be 0; leave it out for any number in the range"
         elif (to - start) * step < 0:
-            raise invalid(((), f"is empty: steps of {step:g} from {start:g} never reach {to:g}"))
+            yield (), f"is empty: steps of {step:g} from {start:g} never reach {to:g}"
         elif rest := (to - start) % step:
-            raise invalid((("to",), f"is not reached in steps of {step:g} from {start:g}; write {to - rest:g}"))
-        return self
+            yield ("to",), f"is not reached in steps of {step:g} from {start:g}; write {to - rest:g}"
 
     def draw(self, rng: Random) -> float:
         """Draw a number, with exactly one call of the generator."""

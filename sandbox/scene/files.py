@@ -16,10 +16,11 @@ from pydantic import ValidationError
 from sandbox.errors import MAX_REPORTED_ERRORS, SandboxError, dotted, first_errors, shown, suggestion
 from sandbox.files import MAX_TEXT_FILE_BYTES, read_text, write_text
 from sandbox.scene.balls import Filter
+from sandbox.scene.fields import partial
 from sandbox.scene.model import Scene
-from sandbox.scene.overlaps import needed_overlap
-from sandbox.scene.toml_lines import Source, line_of, lines_of_keys, too_deep
-from sandbox.scene.validation import problems_of
+from sandbox.scene.overlaps import balls_in_walls, needed_overlap
+from sandbox.scene.toml_lines import Source, last_key, line_of, lines_of_keys, too_deep
+from sandbox.scene.validation import Problem, problems_of, shown_problems
 from sandbox.state import MEETS_ALL, Bodies, State
 from sandbox.text import printable
 
@@ -49,9 +50,8 @@ def load(scene: str | os.PathLike[str]) -> Scene:
 
     Raises SandboxError if there is no such scene, or with every error in the file: a line each, `file:line: key ...`.
 
-    >>> scene = load("oblique")
-    >>> scene.title, len(scene.bodies), scene.rate
-    ('Oblique', 2, 60)
+    >>> load("oblique")
+    <Scene oblique: 2 balls, 3 s at 60 steps a second>
     """
     if not isinstance(scene, str | os.PathLike):
         raise SandboxError(f"a scene must be the name of a bundled scene or a file, got {shown(scene)}")
@@ -75,16 +75,21 @@ def parse(text: str, file: str) -> Scene:
     text, name = re.sub(r"(?<!\r)\r+\n", "\n", text), printable(file)  # tomllib accepts \r\r\n too
     if (deep := too_deep(text)) is not None:
         raise SandboxError(f"{name}:{deep}: is nested too deeply")
+    document, problems = _document(text, name), list[Problem]()
     try:
-        return Scene.read(_document(text, name), Source(file, text))
+        scene = Scene.read(document, Source(file, text))
     except ValidationError as error:
-        lines = lines_of_keys(text)
-        errors = sorted(
-            (line_of(path, lines) or 0, f"{dotted(path)} {message}")
-            for path, message in itertools.islice(problems_of(error, Scene), MAX_REPORTED_ERRORS + 1)
-        )
-        messages = (f"{name}:{line}: {what}" if line else f"{name}: {what}" for line, what in errors)
-        raise first_errors(messages, name) from None
+        problems += problems_of(error, Scene)[: MAX_REPORTED_ERRORS + 1]
+        scene = partial(Scene, document)
+    problems += scene.problems_of_file()
+    if not problems:
+        return scene
+    problems += balls_in_walls(scene)
+    lines = lines_of_keys(text)
+    errors = sorted(
+        (line_of(path, lines) or 0, f"{dotted(path)} {message}") for path, message in shown_problems(problems)
+    )
+    raise first_errors((f"{name}:{line}: {what}" if line else f"{name}: {what}" for line, what in errors), name)
 
 
 def _document(text: str, name: str) -> dict[str, Any]:
@@ -92,8 +97,13 @@ def _document(text: str, name: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         what, _, place = str(error).partition(" (at line ")
-        line = f":{place.partition(',')[0]}" if place[:1].isdigit() else ""
-        raise SandboxError(f"{name}{line}: is not valid TOML: {what}") from None
+        line = place.partition(",")[0] if place[:1].isdigit() else ""
+        problem = f"is not valid TOML: {what}"
+        if line and what.startswith(("Cannot declare", "Cannot overwrite")):
+            path, last, first = last_key("\n".join(text.split("\n")[: int(line)]))
+            if first < last:
+                problem = f"{dotted(path)} is given twice, first in line {first}"
+        raise SandboxError(f"{name}{line and ':'}{line}: {problem}") from None
     except ValueError:  # from int(), which parses at most 4,300 digits
         raise SandboxError(f"{name}: contains a number with too many digits") from None
 

@@ -2,23 +2,13 @@
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Self, cast
+from typing import TYPE_CHECKING, Annotated, Any, Final, Self
 
 import numpy as np
-from pydantic import (
-    Field,
-    PrivateAttr,
-    Strict,
-    ValidationError,
-    ValidationInfo,
-    ValidatorFunctionWrapHandler,
-    WrapValidator,
-    field_validator,
-    model_validator,
-)
+from pydantic import Field, PrivateAttr, Strict, ValidationError, model_validator
 
 from sandbox.errors import KeyPath
 from sandbox.scene.balls import MAX_BALLS, BallGroup
@@ -40,7 +30,7 @@ from sandbox.scene.fields import (
 )
 from sandbox.scene.toml_lines import Source
 from sandbox.scene.units import PIXELS, Units
-from sandbox.scene.validation import invalid, sandbox_error
+from sandbox.scene.validation import Problem, sandbox_error
 from sandbox.state import Bodies
 from sandbox.text import counted, printable
 
@@ -89,15 +79,16 @@ class Wall(Model):
     joined: Annotated[bool, Strict()] = False
     """Whether it continues the joined wall before it: Pymunk then ignores the crack between the two."""
 
-    @model_validator(mode="after")
-    def _check_length(self) -> Self:
-        if self.is_peg and not self.thickness:
-            raise invalid((("thickness",), "must be greater than 0 where to is the same point as from"))
+    def problems(self, checked: Container[int]) -> Iterator[Problem]:
+        """Yield what is wrong in the wall's length."""
+        if self.start is None or self.to is None:
+            return
+        if self.is_peg and self.thickness == 0:
+            yield ("thickness",), "must be greater than 0 where to is the same point as from"
         if self.is_peg and self.joined:
-            raise invalid((("joined",), "requires that from and to are not the same point"))
+            yield ("joined",), "requires that from and to are not the same point"
         if not self.is_peg and math.dist(self.start, self.to) < MIN_LENGTH:
-            raise invalid((("to",), "is nearly the same point as from; only at the same point, the wall is a peg"))
-        return self
+            yield ("to",), "is nearly the same point as from; only at the same point, the wall is a peg"
 
     @property
     def is_peg(self) -> bool:
@@ -161,13 +152,12 @@ class Columns(Model):
     shares: Annotated[tuple[NotNegative, ...], Field(min_length=1, max_length=1_000)]
     """Share of the balls in each column, from the left; only ratios matter."""
 
-    @model_validator(mode="after")
-    def _check_not_empty(self) -> Self:
-        if self.start >= self.to:
-            raise invalid((("to",), f"must be greater than from, {self.start:g}, got {self.to:g}"))
-        if not any(self.shares):
-            raise invalid((("shares",), "must contain a number greater than 0"))
-        return self
+    def problems(self, checked: Container[int]) -> Iterator[Problem]:
+        """Yield why there is no column, or no ball in any."""
+        if self.start is not None and self.to is not None and self.start >= self.to:
+            yield ("to",), f"must be greater than from, {self.start:g}, got {self.to:g}"
+        if self.shares is not None and not any(self.shares):
+            yield ("shares",), "must contain a number greater than 0"
 
 
 class Expect(Model):
@@ -198,33 +188,20 @@ class Expect(Model):
     because: Text
     """The law that predicts it."""
 
-    @model_validator(mode="after")
-    def _check_something_is_expected(self) -> Self:
-        of_ball = any(value is not None for value in (self.position, self.velocity, self.spin))
+    def problems(self, checked: Container[int]) -> Iterator[Problem]:
+        """Yield what is missing to expect something, of one ball or of all."""
+        given = {key for key, value in self if value is not None} | self._invalid
+        of_ball = given & {"position", "velocity", "spin"}
         keys = ("energy_ratio", "momentum", "centre_of_mass", "overlap", "columns")
-        of_all = [key for key in keys if getattr(self, key) is not None]
+        of_all = [key for key in keys if key in given]
+        if not self._may_lack_keys:
+            return
         if not of_ball and not of_all:
-            raise invalid(((), f"must contain position, velocity, spin, {', '.join(keys[:-1])} or {keys[-1]}"))
-        if of_ball and self.ball is None:
-            raise invalid((("ball",), "is missing; position, velocity and spin are those of one ball"))
-        if not of_ball and self.ball is not None:
-            raise invalid((("ball",), f"requires position, velocity or spin; {of_all[0]} is of all balls"))
-        return self
-
-
-def _check_group(given: object, check: ValidatorFunctionWrapHandler, info: ValidationInfo) -> BallGroup:
-    """Return a group of balls, checked, also whether it is in the arena. The context: the `id` of each that was."""
-    if info.context and id(given) in info.context:
-        return cast("BallGroup", given)
-    group: BallGroup = check(given)
-    arena = info.data.get("arena")  # None if it has errors of its own
-    if (
-        arena
-        and (arena.walls or group.placement.is_random)
-        and (problems := [*group.errors_in(arena.size, arena.overlap)])
-    ):
-        raise invalid(*problems)
-    return group
+            yield (), f"must contain position, velocity, spin, {', '.join(keys[:-1])} or {keys[-1]}"
+        elif of_ball and "ball" not in given:
+            yield ("ball",), "is missing; position, velocity and spin are those of one ball"
+        elif not of_ball and "ball" in given:
+            yield ("ball",), f"requires position, velocity or spin; {of_all[0]} is of all balls"
 
 
 class Scene(Model):
@@ -253,7 +230,7 @@ class Scene(Model):
     gravity: Vector = (0, 0)
     """Acceleration of all balls, px/s², y down."""
     arena: Arena
-    balls: tuple[Annotated[BallGroup, WrapValidator(_check_group)], ...]
+    balls: tuple[BallGroup, ...]
     walls: Annotated[tuple[Wall, ...], Field(max_length=MAX_WALLS)] = ()
     pegs: tuple[Pegs, ...] = ()
     """Pegs to add to the walls; empty once they are among them."""
@@ -285,45 +262,51 @@ class Scene(Model):
             expect: Sequence[Expect | Mapping[str, object]] = ...,
         ) -> None: ...
 
-    @field_validator("balls")
-    @classmethod
-    def _check_number_of_balls(cls, balls: tuple[BallGroup, ...]) -> tuple[BallGroup, ...]:
-        total = sum(group.ball_count for group in balls)
-        if total == 0:
-            raise invalid(((), "must contain at least one ball"))
-        if total > MAX_BALLS:
-            raise invalid(((), f"must contain at most {MAX_BALLS} balls in all, got {total}"))
-        return balls
+    def problems(self, checked: Container[int]) -> Iterator[Problem]:
+        """Yield what is wrong in tables together."""
+        arena = self.arena
+        for index, group in enumerate(self.balls or ()):
+            is_inside = arena and (arena.walls or group.is_drawn)  # or may be anywhere
+            if is_inside and group.is_placed and group.radius and id(group) not in checked:
+                problems = group.problems_in(arena.size, arena.overlap or 0.0)
+                yield from ((("balls", index, *path), message) for path, message in problems)
+        if self.balls is not None and all(group.is_placed for group in self.balls):
+            yield from self._problems_of_count(sum(group.ball_count for group in self.balls))
+        count = len(self.walls or ()) + sum(len(group.positions or ()) for group in self.pegs or ())
+        if self.pegs and count > MAX_WALLS:
+            yield ("pegs",), f"and walls must be at most {MAX_WALLS} together, got {count}"
+        if self.seconds and self.rate:
+            if self.seconds * self.rate > MAX_STEPS:
+                most = f"{MAX_STEPS / self.rate:g} at this rate"
+                yield ("seconds",), f"must be at most {most}, got {self.seconds:g}"
+            elif Clock(self.rate).step(self.seconds) < 1:
+                yield ("seconds",), f"must be at least one step, {1 / self.rate:g} s, got {self.seconds:g}"
 
-    @field_validator("expect")
-    @classmethod
-    def _check_expected_balls(cls, expect: tuple[Expect, ...], info: ValidationInfo) -> tuple[Expect, ...]:
-        total = sum(group.ball_count for group in info.data.get("balls", ())) if expect else 0
-        problems = [
-            ((index, "ball"), f"must be at most {total - 1}, got {expected.ball}")
-            for index, expected in enumerate(expect)
-            if total and expected.ball is not None and expected.ball >= total
-        ]
-        if problems:
-            raise invalid(*problems)
-        return expect
+    def _problems_of_count(self, balls: int) -> Iterator[Problem]:
+        if balls == 0:
+            yield ("balls",), "must contain at least one ball"
+        elif balls > MAX_BALLS:
+            yield ("balls",), f"must contain at most {MAX_BALLS} balls in all, got {balls}"
+        for index, expected in enumerate(self.expect or ()):
+            if expected.ball is not None and expected.ball >= balls > 0:
+                yield ("expect", index, "ball"), f"must be at most {balls - 1}, got {expected.ball}"
+
+    def problems_of_file(self) -> Iterator[Problem]:
+        """Yield what is wrong in a file, but not where a run is shorter than its scene."""
+        for index, expected in enumerate(self.expect or ()):
+            if self.seconds and (expected.at or 0) > self.seconds:
+                message = f"must be at most {self.seconds:g}, the seconds of the run, got {expected.at:g}"
+                yield ("expect", index, "at"), message
 
     @model_validator(mode="after")
     def _make_pegs_walls(self) -> Self:
-        walls = (*self.walls, *(wall for group in self.pegs for wall in group.walls))
-        if len(walls) > MAX_WALLS:
-            raise invalid((("pegs",), f"and walls must be at most {MAX_WALLS} together, got {len(walls)}"))
-        self.__dict__.update(walls=walls, pegs=())
+        self.__dict__.update(walls=(*self.walls, *(wall for group in self.pegs for wall in group.walls)), pegs=())
         return self
 
-    @model_validator(mode="after")
-    def _check_number_of_steps(self) -> Self:
-        if self.seconds * self.rate > MAX_STEPS:
-            most = f"{MAX_STEPS / self.rate:g} at this rate"
-            raise invalid((("seconds",), f"must be at most {most}, got {self.seconds:g}"))
-        if self.steps < 1:
-            raise invalid((("seconds",), f"must be at least one step, {1 / self.rate:g} s, got {self.seconds:g}"))
-        return self
+    def __repr__(self) -> str:
+        return f"<Scene {self.name}: {counted(len(self.bodies), 'ball')}, {self.seconds:g} s {self.clock}>"
+
+    __str__ = __repr__
 
     @classmethod
     def read(cls, document: object, source: Source) -> Self:
@@ -372,9 +355,6 @@ class Scene(Model):
     def name(self) -> str:
         """The name of the scene's file, printable and without the ending."""
         return printable(self.file.stem)
-
-    def __repr__(self) -> str:
-        return f"<Scene {self.name}: {counted(len(self.bodies), 'ball')}, {counted(len(self.walls), 'wall')}>"
 
     def at_key(self, path: KeyPath, message: str) -> str:
         """Return a message about a key of the scene, with its file and line: `file:line: key message`."""

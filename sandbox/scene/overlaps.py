@@ -5,6 +5,7 @@ start. An added ball may overlap other balls.
 """
 
 import math
+from collections.abc import Iterator
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from sandbox.quantity import count_overlaps, length, pass_through
 from sandbox.scene.balls import DECIMAL_ROUNDING
 from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.scene.units import Dimension
+from sandbox.scene.validation import Problem
 from sandbox.scene.walls import depths_in_wall
 from sandbox.state import Bodies, Floats
 
@@ -41,6 +43,35 @@ def depth_rounding(scene: Scene) -> float:
     return DECIMAL_ROUNDING * max(scene.arena.size)
 
 
+def balls_in_walls(scene: Scene) -> Iterator[Problem]:
+    """Yield the places of balls, other than random ones, that are deeper in a wall than the arena's `overlap`.
+
+    A scene with errors is looked at as far as it is valid.
+    """
+    walls = [(number, wall) for number, wall in enumerate(scene.walls or ()) if None not in vars(wall).values()]
+    if not walls or not scene.arena:
+        return
+    groups = [(k, group) for k, group in enumerate(scene.balls or ()) if group.is_placed and not group.is_drawn]
+    places = [
+        (*place, group.radius or 0.0, index, ball)
+        for index, group in groups
+        for ball, place in enumerate(group.points(scene.arena.size))
+    ]
+    position, radius, of_group, ball = np.split(np.array(places, float).reshape(-1, 5), (2, 3, 4), axis=1)
+    allowed = scene.arena.overlap or 0.0
+    for number, wall in walls:
+        depth = depths_in_wall(wall, position, radius[:, 0])
+        for k in np.flatnonzero(depth > allowed + depth_rounding(scene)).tolist():
+            index, reach = int(of_group[k, 0]), radius[k, 0] + wall.thickness / 2
+            key, of_wall = scene.balls[index].placement_key, "peg's centre" if wall.is_peg else "wall's centre line"
+            path = ("balls", index, key, int(ball[k, 0])) if key == "positions" else ("balls", index, key)
+            message = (
+                f"puts a ball into wall {number}: its centre must be at least {reach - allowed:g} px from the "
+                f"{of_wall}, got {reach - depth[k]:.6g} (or allow it with overlap in [arena])"
+            )
+            yield path, message
+
+
 def needed_overlap(scene: Scene, position: Floats) -> float:
     """Return the `overlap` of the arena with which balls may start at positions (n, 2) px, in px: 0 if in no wall."""
     radius, size = scene.bodies.radius, np.array(scene.arena.size)
@@ -58,26 +89,20 @@ class Situation(NamedTuple):
     position: Floats
 
 
-def check_ball_fits(ball: int, before: Situation, after: Situation) -> None:
-    """Raise SandboxError if a ball is deeper in another ball or in a wall than before, or in too many balls."""
+def check_ball_fits(ball: int, before: Situation | None, after: Situation) -> None:
+    """Raise SandboxError if a ball is deeper in another ball or in a wall than before, or in too many balls.
+
+    before: None for a new ball, which may be in other balls as deep as it likes.
+    """
     balls = len(after.position)
-    depth, earlier = _depths_of_ball(ball, after), _depths_of_ball(ball, before)
+    depth = _depths_of_ball(ball, after)
+    earlier = _depths_of_ball(ball, before) if before else np.where(np.arange(len(depth)) < balls, np.inf, 0.0)
     earlier[balls:] = np.maximum(earlier[balls:], after.scene.arena.overlap)
     into = _deepest(depth, earlier, after.scene)
     if into is not None:
         body = f"ball {into}" if into < balls else after.scene.wall_name(into - balls)
         raise SandboxError(f"ball {ball} would overlap {body} by {_shown(after.scene, depth[into])}")
     check_overlaps(after.position, after.scene.bodies)
-
-
-def check_added_ball_fits(after: Situation) -> None:
-    """Raise SandboxError if the last ball is too deep in a wall of the scene, or if too many balls overlap."""
-    scene, ball = after.scene, len(after.position) - 1
-    for number in range(len(scene.walls)):
-        depth = float(_depths_in_wall(number, after)[ball])
-        if depth > scene.arena.overlap + depth_rounding(scene):
-            raise SandboxError(f"ball {ball} would overlap wall {number} by {_shown(scene, depth)}")
-    check_overlaps(after.position, scene.bodies)
 
 
 def check_wall_fits(wall: int, before: Situation | None, after: Situation) -> None:

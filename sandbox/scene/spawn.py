@@ -5,7 +5,6 @@ import operator
 import random
 from collections import deque
 from collections.abc import Iterable, Iterator
-from functools import partial
 from itertools import islice
 from typing import Final
 
@@ -16,8 +15,9 @@ from sandbox.quantity import deepest_overlap, length
 from sandbox.scene.balls import DECIMAL_ROUNDING
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.scene.overlaps import check_overlaps, depth_rounding
+from sandbox.scene.overlaps import balls_in_walls, check_overlaps, depth_rounding
 from sandbox.scene.packing import Packing
+from sandbox.scene.validation import shown_problems
 from sandbox.scene.walls import depths_in_wall
 from sandbox.state import Floats, State
 
@@ -55,6 +55,8 @@ def _spawns_alike(scene: Scene, changed: Scene) -> bool:
 
 
 def _spawn(scene: Scene) -> State:
+    if problems := [*balls_in_walls(scene)]:
+        raise first_errors((scene.at_key(path, message) for path, message in shown_problems(problems)), str(scene.file))
     rng = random.Random(scene.seed)
     packing = Packing(scene)
     last_packed = max((index for index, group in enumerate(scene.balls) if group.inside), default=-1)
@@ -62,10 +64,13 @@ def _spawn(scene: Scene) -> State:
     velocity: list[Vector] = []
     spin: list[float] = []
     for index, group in enumerate(scene.balls):
-        pack = partial(_pack, scene, index, rng, packing)
-        places = group.placement.positions(group.ball_count, scene.arena.size, rng, pack)
-        if group.x and scene.walls:
-            places = _outside_walls(scene, index, places)
+        places: Iterable[Vector]
+        if group.inside:
+            places = _pack(scene, index, rng, packing)
+        elif group.x:
+            places = _outside_walls(scene, index, group.drawn(rng)) if scene.walls else group.drawn(rng)
+        else:
+            places = group.points(scene.arena.size)
         # zip alternates the draws of place, velocity and spin.
         balls = zip(places, group.thrown(rng), group.spins(rng), strict=False)
         for place, thrown, turning in islice(balls, group.ball_count):
@@ -75,7 +80,6 @@ def _spawn(scene: Scene) -> State:
         if index < last_packed and not group.inside:
             packing.add(np.array(position[-group.ball_count :], float), group.radius)
     state = State(0.0, np.array(position, float), np.array(velocity, float), spin=np.array(spin, float))
-    _check_walls(scene, state)
     try:
         check_overlaps(state.position, scene.bodies)
     except SandboxError as error:
@@ -94,24 +98,6 @@ def _outside_walls(scene: Scene, index: int, places: Iterable[Vector]) -> Iterat
             yield place
         elif (missed := missed + 1) == MAX_DRAWS:
             raise SandboxError(scene.at_key(("balls", index, "x"), "and y leave hardly any place outside the walls"))
-
-
-def _check_walls(scene: Scene, state: State) -> None:
-    """Raise SandboxError if balls are deeper in the scene's walls than the arena's `overlap`."""
-    group_of = np.repeat(np.arange(len(scene.balls)), [group.ball_count for group in scene.balls])
-    allowed, lines = scene.arena.overlap, list[str]()
-    for number, wall in enumerate(scene.walls):
-        depth = depths_in_wall(wall, state.position, scene.bodies.radius)
-        for ball in np.flatnonzero(depth > allowed + depth_rounding(scene)).tolist():
-            key, reach = scene.balls[group_of[ball]].placement_key, scene.bodies.radius[ball] + wall.thickness / 2
-            of_wall = "peg's centre" if wall.is_peg else "wall's centre line"
-            what = (
-                f"puts ball {ball} into wall {number}: its centre must be at least {reach - allowed:g} px from the "
-                f"{of_wall}, got {reach - depth[ball]:.6g} (or allow it with overlap in [arena])"
-            )
-            lines.append(scene.at_key(("balls", int(group_of[ball]), key), what))
-    if lines:
-        raise first_errors(lines, str(scene.file))
 
 
 def warnings(scene: Scene, state: State) -> Iterator[str]:
@@ -143,13 +129,16 @@ def needed_rate(scene: Scene, state: State) -> int | None:
     return math.ceil(radii) if radii > scene.rate else None
 
 
-def _pack(scene: Scene, index: int, rng: random.Random, packing: Packing, low: Vector, high: Vector) -> list[Vector]:
+def _pack(scene: Scene, index: int, rng: random.Random, packing: Packing) -> list[Vector]:
     """Place the balls of a group at random: one by one or, if they do not fit so, on sites of a lattice.
 
-    low, high: opposite corners of the rectangle of the centres, px. Placing one by one jams at about half of the area
+    Placing one by one jams at about half of the area
     (0.547, Feder 1980); a hexagonal lattice reaches 0.907.
     """
-    radius, count = scene.balls[index].radius, scene.balls[index].ball_count
+    group = scene.balls[index]
+    radius, count = group.radius, group.ball_count
+    (x0, x1, _), (y0, y1, _) = (group.span(axis, scene.arena.size) for axis in (0, 1))
+    low, high = (x0, y0), (x1, y1)  # opposite corners of the rectangle of the centres, px
     places = _one_by_one(packing, radius, count, low, high, rng)
     if len(places) < count:
         packing.keep_first(len(packing) - len(places))

@@ -52,13 +52,8 @@ def _statements(text: str) -> Iterator[tuple[int, str]]:
             start, first_line = token.end(), line
 
 
-def lines_of_keys(text: str) -> dict[KeyPath, int]:
-    r"""Return the line, from 1, of each key and table in a valid TOML document.
-
-    >>> lines_of_keys('rate = 60\n[[balls]]\nradius = 5\n[[balls]]\nx.to = 1')[("balls", 1, "x", "to")]
-    5
-    """
-    lines: dict[KeyPath, int] = {}
+def _keys(text: str) -> Iterator[tuple[KeyPath, int]]:
+    """Yield each key and table with its line; of an inline table, only the first key."""
     lengths: dict[KeyPath, int] = {}  # of each array of tables so far
     table: KeyPath = ()
     for line, statement in _statements(text):
@@ -74,10 +69,25 @@ def lines_of_keys(text: str) -> dict[KeyPath, int]:
                 lengths[path] = lengths.get(path, 0) + 1
             if path in lengths:
                 path = (*path, lengths[path] - 1)
-            lines.setdefault(path, line)
+            yield path, line
         if header:
             table = path
-    return lines
+
+
+def lines_of_keys(text: str) -> dict[KeyPath, int]:
+    r"""Return the line, from 1, of each key and table in a valid TOML document.
+
+    >>> lines_of_keys('rate = 60\n[[balls]]\nradius = 5\n[[balls]]\nx.to = 1')[("balls", 1, "x", "to")]
+    5
+    """
+    return dict(reversed([*_keys(text)]))
+
+
+def last_key(text: str) -> tuple[KeyPath, int, int]:
+    """Return the last key of a document, its line, and the line where it is first given."""
+    keys = [*_keys(text)]
+    path, line = keys[-1]
+    return path, line, dict(reversed(keys))[path]
 
 
 def line_of(path: KeyPath, lines: Mapping[KeyPath, int]) -> int | None:

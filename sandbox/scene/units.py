@@ -2,13 +2,12 @@
 
 import math
 import re
+from collections.abc import Container, Iterator
 from enum import Enum, StrEnum
-from typing import Final, Self
-
-from pydantic import model_validator
+from typing import Final
 
 from sandbox.scene.fields import Model, NotTiny
-from sandbox.scene.validation import invalid
+from sandbox.scene.validation import Problem
 
 
 class Dimension(Enum):
@@ -46,13 +45,13 @@ class Units(Model):
     pixels_per_metre: NotTiny | None = None
     """Number of pixels in a metre, whatever the unit of length; required unless that is px."""
 
-    @model_validator(mode="after")
-    def _check_scale(self) -> Self:
-        if self.length is not LengthUnit.PIXEL and self.pixels_per_metre is None:
-            raise invalid((("pixels_per_metre",), "is missing (number of pixels in a metre)"))
-        if self.length is LengthUnit.PIXEL and self.pixels_per_metre is not None:
-            raise invalid((("length",), "must be 'mm', 'cm' or 'm' with pixels_per_metre"))
-        return self
+    def problems(self, checked: Container[int]) -> Iterator[Problem]:
+        """Yield what is missing for the unit of length."""
+        if not self._invalid:
+            if self.length is not LengthUnit.PIXEL and self.pixels_per_metre is None:
+                yield ("pixels_per_metre",), "is missing (number of pixels in a metre)"
+            if self.length is LengthUnit.PIXEL and self.pixels_per_metre is not None:
+                yield ("length",), "must be 'mm', 'cm' or 'm' with pixels_per_metre"
 
     def name(self, dimension: Dimension) -> str:
         """Return the name of a dimension's unit."""

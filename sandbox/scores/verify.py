@@ -15,12 +15,13 @@ import numpy as np
 
 from sandbox.analysis.energy_scale import EnergyScale
 from sandbox.analysis.expectations import (
+    SAME_TIME,
     ExpectedQuantity,
     Numbers,
     Score,
     relative_error,
-    score,
-    steps_around,
+    scores,
+    step_of,
     worst,
 )
 from sandbox.engines import BUILT_IN, REFERENCE, Engines, Source, check_name, named
@@ -181,13 +182,13 @@ class Skip:
 
 @dataclass(frozen=True)
 class Judged:
-    """An engine's result in a scene. error, tolerance: of what it misses most; error is None if it is not finite."""
+    """An engine's result in a scene."""
 
-    error: float | None
-    tolerance: float
-    passed: bool
-    missed: list[Miss]
-    skipped: list[Skip]
+    error: float | None  # of the expectation that it misses most; None if it is not finite
+    tolerance: float  # of the same
+    passed: bool  # whether it meets all expectations
+    missed: list[Miss]  # what it misses, with all figures
+    skipped: list[Skip]  # what could not be judged: `at` (s) and `because`
 
 
 @dataclass(frozen=True)
@@ -285,7 +286,7 @@ def _checked(scene: Scene, tolerance: float | None) -> Scene:
         if expect.at * scene.rate > MAX_STEPS:
             most = f"{MAX_STEPS / scene.rate:g} at this rate"
             raise SandboxError(scene.at_key(("expect", number, "at"), f"must be at most {most}, got {expect.at:g}"))
-    last = max(steps_around(expect.at, scene.rate)[1] for expect in scene.expect)
+    last = math.ceil(max(expect.at for expect in scene.expect) * scene.rate - SAME_TIME)
     changes = {} if tolerance is None else {"tolerance": tolerance}
     changed = [each.model_copy(update=changes) for each in scene.expect]
     return scene.changed(seconds=max(1, last) / scene.rate, expect=changed)
@@ -309,7 +310,7 @@ def _rows(
 
 def _result(scene: Scene, engine: str, source: Source, limits: _Limits) -> Result:
     try:
-        scores = tuple(_scores(scene, engine, source, limits))
+        scored = tuple(_scores(scene, engine, source, limits))
     except Refused as refusal:
         return Result(Outcome.REFUSED, message=str(refusal))
     except EngineError as error:
@@ -320,17 +321,17 @@ def _result(scene: Scene, engine: str, source: Source, limits: _Limits) -> Resul
         said = printable(f"{engine}: {type(error).__name__}: {error}")
         details = "".join(f"{printable(line)}\n" for line in traceback.format_exc().split("\n")[:-1])
         return Result(Outcome.BROKE, message=said, details=details)
-    if all(score.skipped for score in scores):
-        return Result(Outcome.SKIPPED, scores)
+    if all(score.skipped for score in scored):
+        return Result(Outcome.SKIPPED, scored)
     allowed = tolerances_of_steps(scene) if limits.allows_steps and source != REFERENCE else {}
-    return Result(_outcome(scores, allowed), scores)
+    return Result(_outcome(scored, allowed), scored)
 
 
-def _outcome(scores: Sequence[Score], allowed: Mapping[ExpectedQuantity, float]) -> Outcome:
+def _outcome(scored: Sequence[Score], allowed: Mapping[ExpectedQuantity, float]) -> Outcome:
     """Return whether scores meet the tolerances of the scene or, by quantity, what is allowed besides."""
-    if all(score.passed for score in scores):
+    if all(score.passed for score in scored):
         return Outcome.MET
-    missed = [deviation for score in scores for deviation in score.missed]
+    missed = [deviation for score in scored for deviation in score.missed]
     is_close = all(deviation.error <= allowed.get(deviation.quantity, 0.0) for deviation in missed)
     return Outcome.CLOSE if is_close else Outcome.MISSED
 
@@ -360,20 +361,16 @@ def tolerances_of_steps(scene: Scene) -> dict[ExpectedQuantity, float]:
 
 
 def _scores(scene: Scene, engine: str, source: Source, limits: _Limits) -> Iterator[Score]:
-    around = {expect: steps_around(expect.at, scene.rate) for expect in scene.expect}
     lockstep = Lockstep(scene, {engine: source})
     scale = EnergyScale(scene, lockstep.initial)
-    steps, states, ended = sorted({step for steps in around.values() for step in steps}), dict[int, State](), ""
+    steps = sorted({step for expect in scene.expect if (step := step_of(expect, scene.rate)) is not None})
+    states, ended = dict[int, State](), ""
     try:
         for step, state in _states(lockstep, engine, steps, scale, _within(limits, scene, engine, source)):
             states[step] = state
     except LimitReached as limit:
         ended = str(limit)
-    for expect, (before, after) in around.items():
-        if after in states:
-            yield score(scene, expect, lockstep.initial, states[before], states[after], scale.value)
-        else:
-            yield Score(expect, skipped=ended)
+    return scores(scene, scene.expect, lockstep.initial, states, scale.value, ended)
 
 
 def _within(limits: _Limits, scene: Scene, engine: str, source: Source) -> Callable[[int], None]:

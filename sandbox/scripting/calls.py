@@ -1,4 +1,4 @@
-"""The functions of a script: simulate, compare, advise, verify, sweep, tables of pandas.
+"""The functions of a script: simulate, compare, advise, verify, sweep.
 
 Every wrong argument raises SandboxError.
 """
@@ -6,20 +6,16 @@ Every wrong argument raises SandboxError.
 import math
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict
-from typing import TYPE_CHECKING, overload
-
-import numpy as np
+from typing import overload
 
 from sandbox.analysis import comparison
 from sandbox.analysis.advice import try_settings
 from sandbox.engines import REFERENCE, Engines, Source, default_engines, named, registry
 from sandbox.engines.specs import Value
 from sandbox.errors import SandboxError, shown
-from sandbox.judge.causes import Entry
 from sandbox.run import trajectory
 from sandbox.run.inputs import Input
-from sandbox.run.trajectory import Trajectory, data_frame
+from sandbox.run.trajectory import Trajectory
 from sandbox.scene.files import bundled
 from sandbox.scene.model import Scene
 from sandbox.scores import verify as scoring
@@ -36,12 +32,8 @@ from sandbox.scripting.arguments import (
 )
 from sandbox.scripting.comparison_result import Comparison
 from sandbox.scripting.results import Advice, Scores, SweepTable
-from sandbox.state import CONTACT, Contacts
 from sandbox.sweeps import in_order, plan
 from sandbox.sweeps.workers import run_here, run_locally
-
-if TYPE_CHECKING:
-    import pandas
 
 
 def compare(
@@ -197,9 +189,9 @@ def sweep(
     """Run a scene with many seeds, rates, engines and settings of Pymunk, and return a table with a row for each.
 
     engines: by default "pymunk", and "article" or else "impulse"; seeds, rates, seconds: by default the scene's;
-    settings: values of each setting of Pymunk or key of the scene, such as {"substeps": [1, 4]}; against: by default
-    "exact"; workers: processes. If there are several, a script must start its work under `if __name__ == "__main__":`,
-    as `multiprocessing` requires.
+    settings: values of each setting of Pymunk, of elasticity or of friction, such as {"substeps": [1, 4]}; against: by
+    default "exact"; workers: processes. If there are several, a script must start its work under
+    `if __name__ == "__main__":`, as `multiprocessing` requires.
     A run that fails loses its row only.
     Raises SandboxError if an argument is wrong, Refused if an engine cannot run the scene.
     """
@@ -227,20 +219,3 @@ def _values_of(settings: Mapping[str, Value | Iterable[Value]] | None) -> dict[s
 
 def _value(key: str, value: object) -> Value:
     return [number(key, each) for each in value] if isinstance(value, list | tuple) else number(key, value)
-
-
-def to_dataframe(data: Contacts | Sequence[Entry] | Trajectory | Comparison) -> "pandas.DataFrame":
-    """Return a pandas table of contacts, of a ledger, or of what has a method `to_dataframe`.
-
-    A contact is a row, with the columns `normal_x` and `normal_y`; so is a line of a ledger, with its cause's key.
-    Raises SandboxError if pandas is not installed, or for other data.
-    """
-    if isinstance(data, Trajectory | Comparison):
-        return data.to_dataframe()
-    if isinstance(data, np.ndarray) and data.dtype == CONTACT:
-        columns = {name: data[name] for name in CONTACT.names or ()}
-        normal_x, normal_y = columns.pop("normal").T
-        return data_frame(columns | {"normal_x": normal_x, "normal_y": normal_y})
-    if isinstance(data, list | tuple) and all(isinstance(entry, Entry) for entry in data):
-        return data_frame([asdict(entry) | {"cause": entry.cause.key} for entry in data])
-    raise SandboxError(f"only contacts, a ledger, a trajectory or a comparison can be a table, got {shown(data)}")

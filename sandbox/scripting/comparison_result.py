@@ -4,18 +4,15 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from functools import partial
-from typing import TYPE_CHECKING, Final, Self
+from html import escape
+from typing import Final, Self
 
 from sandbox.analysis import comparison, verdict
 from sandbox.analysis.figures import Figures
 from sandbox.analysis.verdict import key_figures
 from sandbox.report.tables import headline, print_comparison
-from sandbox.run.trajectory import data_frame
 from sandbox.scripting.arguments import ByName, save
 from sandbox.text import DEFAULT_WIDTH, json_text, text_of
-
-if TYPE_CHECKING:
-    import pandas
 
 IN_REPR: Final = ("energy change", "RMS gap", "first difference")  # rows of the table
 
@@ -57,7 +54,7 @@ class Comparison(comparison.Comparison, Mapping[str, Figures]):
         return len(self.runs)
 
     def __repr__(self) -> str:
-        rows = {label.removesuffix(verdict.MARK): values for label, *values in key_figures(self)}
+        rows = {label.partition(" until ")[0]: values for label, *values in key_figures(self)}
         lines = (
             f"  {name}: " + ", ".join(f"{label} {rows[label][number]}" for label in IN_REPR if label in rows)
             for number, name in enumerate(self.runs)
@@ -65,10 +62,8 @@ class Comparison(comparison.Comparison, Mapping[str, Figures]):
         return f"<{headline(self)}\n" + "\n".join(lines) + ">"
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the page."""
-        from sandbox.report.notebook import html_of  # noqa: PLC0415  (Bokeh is slow to import)
-
-        return html_of(self)
+        """Return what a notebook shows: the text of the command line."""
+        return f"<pre>{escape(self.table())}</pre>"
 
     @property
     def verdict(self) -> str:
@@ -84,13 +79,6 @@ class Comparison(comparison.Comparison, Mapping[str, Figures]):
     def to_json(self) -> str:
         """Return the text that `--json` writes; `as_json` returns it as a dictionary."""
         return json_text(self.as_json())
-
-    def to_dataframe(self) -> "pandas.DataFrame":
-        """Return a pandas table with a row for each engine, and the columns of the CSV.
-
-        Raises SandboxError if pandas is not installed.
-        """
-        return data_frame(self.rows())
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write the page, as one .html file. Raises SandboxError if it cannot be written."""

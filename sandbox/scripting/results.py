@@ -114,16 +114,8 @@ class SweepTable(Sequence[Row]):
         return np.array([row.get(name, columns[name]) for row in self.rows])
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the table as .csv, or charts as one .html page, by the path's ending.
-
-        Raises SandboxError for another ending, or if the file cannot be written.
-        """
-        save("a sweep", path, {".csv": lambda: as_csv(self.rows), ".html": self._page})
-
-    def _page(self) -> str:
-        from sandbox.report.sweep import page  # noqa: PLC0415  (Bokeh is slow to import)
-
-        return page(self.sweep, self.rows)
+        """Write the table as .csv. Raises SandboxError for another ending, or if the file cannot be written."""
+        save("a sweep", path, {".csv": lambda: as_csv(self.rows)})
 
 
 @dataclass(frozen=True, repr=False)

@@ -7,8 +7,8 @@ import pygame
 import pytest
 from conftest import Command
 
-from sandbox.run.inputs import End, Start, load_inputs, write_inputs
-from sandbox.scene.files import bundled, load
+from sandbox.run.inputs import End, Start, load_inputs
+from sandbox.scene.files import load
 
 COMMANDS = ("run", "record", "compare", "trace", "verify", "sweep", "check", "scenes", "engines", "schema", "bench")
 
@@ -28,6 +28,25 @@ def test_without_a_display_it_says_so_compares_and_saves_a_picture(command: Comm
     assert pygame.image.load("head-on-0-000180.png").get_size() == (1280, 560)
     scene = load("head-on")
     assert load_inputs(Path("inputs.jsonl"), scene) == [Start(scene="head-on", seed=0, rate=60), End(step=180)]
+
+
+def test_a_picture_that_cannot_be_written_does_not_lose_the_comparison(command: Command) -> None:
+    Path("head-on-0-000180.png").mkdir()
+    code, out, err = command("run", "head-on")
+    assert (code, err) == (2, "head-on-0-000180.png: cannot be written: Is a directory\n")
+    assert "energy change" in out
+
+
+UNKNOWN_OPTIONS = {
+    "of-others": ("--seconds", "record, compare, watch, trace, sweep and converge have it"),
+    "mistyped": ("--sed", "did you mean --seed?"),
+    "short": ("-x", "known are --engines, --inputs, --save-inputs, --seed"),
+}
+
+
+@pytest.mark.parametrize(("option", "hint"), UNKNOWN_OPTIONS.values(), ids=UNKNOWN_OPTIONS)
+def test_an_option_that_a_command_does_not_have(option: str, hint: str, command: Command) -> None:
+    assert command("run", "article", option, 3) == (2, "", f"run has no option {option}; {hint}\n")
 
 
 def test_every_command_has_help(command: Command) -> None:
@@ -74,13 +93,6 @@ def test_the_table_fits_a_narrow_terminal(command: Command, monkeypatch: pytest.
     assert max(map(len, folded.splitlines())) <= 30
 
 
-def test_scenes_are_listed_with_what_to_watch_for(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", "1000")
-    _, listed, _ = command("scenes")
-    for name in bundled():
-        assert load(name).about in listed
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -114,10 +126,3 @@ def test_an_error_is_one_message_and_exit_code_2(command: Command, arguments: tu
     assert (code, out) == (2, "")
     assert err.startswith(message)
     assert err.count("\n") == 1
-
-
-def test_a_rate_that_the_scene_does_not_allow_is_an_error_in_the_inputs(command: Command) -> None:
-    write_inputs([Start(scene="article", seed=0, rate=1_000_000)], Path("inputs.jsonl"))
-    code, _, err = command("trace", "article", "--engine", "exact", "--inputs", "inputs.jsonl")
-    assert code == 2
-    assert err.splitlines()[0] == "inputs.jsonl:1: seconds must be at most 10 at this rate, got 20"

@@ -1,18 +1,11 @@
-"""Options: how they are parsed, reported and completed."""
+"""Options: how they are parsed and reported."""
 
-import os
 import re
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 from conftest import Command
 
 from sandbox.cli.options import (
-    complete_engine,
-    complete_scene,
     parse_layers,
     parse_rates,
     parse_seeds,
@@ -20,9 +13,7 @@ from sandbox.cli.options import (
     parse_size,
     settings_by_key,
 )
-from sandbox.engines import registry
 from sandbox.errors import SandboxError
-from sandbox.scene.files import bundled
 from sandbox.view import Layer
 
 
@@ -30,7 +21,7 @@ def test_options_are_parsed() -> None:
     assert parse_seeds("0:200") == range(200)
     assert parse_rates("60,240") == [60, 240]
     assert parse_rates("60:500") == [60, 120, 240, 480]
-    assert str(parse_size("640x360")) == "640x360"
+    assert parse_size("640x360") == (640, 360)
     assert (parse_layers(""), parse_layers("charts, trails")) == ([], [Layer.CHARTS, Layer.TRAILS])
     settings = [parse_setting("substeps=1,4"), parse_setting("collision_bias=0.5")]
     assert settings_by_key(settings) == {"substeps": [1, 4], "collision_bias": [0.5]}
@@ -70,31 +61,3 @@ def test_defaults_are_shown_as_they_are_written(command: Command) -> None:
 def test_the_help_names_all_that_a_recording_can_show(command: Command) -> None:
     _, out, _ = command("record", "--help")
     assert set(re.findall(r"\w+", out)) >= set(Layer)
-
-
-@pytest.mark.usefixtures("working_folder")
-def test_scenes_and_engines_complete() -> None:
-    Path("gases.toml").touch()
-    assert complete_scene("gas") == ["gas-100", "gas-1000", "gas-dense", "gases.toml"]
-    assert set(complete_scene("truths/")) == set(bundled("truths"))
-    assert complete_scene("elsewhere/") == []
-    assert complete_engine("") == list(registry())
-    assert complete_engine("pymunk,ex") == ["pymunk,exact"]
-    assert "pymunk,pymunk" not in complete_engine("pymunk,")
-
-
-@pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash")
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [(("compare", "newt"), ["newtons-cradle"]), (("trace", "article", "--engine", "art"), ["article"])],
-    ids=lambda value: value[0],
-)
-def test_the_shell_gets_the_completions(words: tuple[str, ...], expected: list[str]) -> None:
-    environment = {
-        "_SANDBOX_COMPLETE": "complete_bash",
-        "COMP_WORDS": " ".join(("sandbox", *words)),
-        "COMP_CWORD": str(len(words)),
-    }
-    program = [sys.executable, "-m", "sandbox"]
-    done = subprocess.run(program, env=os.environ | environment, capture_output=True, text=True, check=False)
-    assert (done.stdout.split(), done.stderr) == (expected, "")

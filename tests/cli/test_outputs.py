@@ -1,6 +1,5 @@
 """Outputs are written whole or not at all, whatever ends the program, and checked before anything runs."""
 
-import json
 import os
 import random
 import resource
@@ -18,10 +17,9 @@ import numpy as np
 import pytest
 from conftest import sizes
 from forked import exit_code_of, forked, outcome_of, write_text
-from pygame import Surface, surfarray
+from pygame import Surface
 
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.series import write_series
 from sandbox.errors import SandboxError
 from sandbox.files import check_outputs, is_replaceable, whole_file
 from sandbox.report.comparison_page import page
@@ -30,11 +28,10 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.files import write as write_scene
 from sandbox.scene.spawn import spawn
-from sandbox.sweeps import in_order, open_journal, plan, write
-from sandbox.sweeps.jobs import run_job
-from sandbox.sweeps.journal import journal_path
+from sandbox.sweeps import as_csv, plan
+from sandbox.sweeps.workers import run_here
 from sandbox.view.offscreen import save_picture
-from sandbox.view.video import VIDEO_FORMATS, Video
+from sandbox.view.video import VIDEO_FORMATS
 
 KILLS_PER_WRITER = sizes(8, slow=833)
 OLD = b"the old one"
@@ -62,7 +59,7 @@ def writers() -> Mapping[str, Write]:
     run = simulate(scene, "article", steps=20)
     surface = Surface((64, 64))
     sweep = plan(scene, [0, 1], [60], ["article"])
-    rows = [run_job(sweep.scene, sweep.against, job) for job in sweep.jobs]
+    rows = [result.row for result in run_here(sweep, sweep.jobs) if result.row]
     comparison = compare(scene, ["article"])
     videos = [ending for ending in VIDEO_FORMATS if ending != ".mp4" or find_spec("av")]
     return (
@@ -71,11 +68,10 @@ def writers() -> Mapping[str, Write]:
         | {
             "end.png": partial(save_picture, surface, "end.png"),
             "page.html": partial(write_text, page(comparison), "page.html"),
-            "series.csv": partial(write_series, comparison, "series.csv"),
             "figures.csv": partial(write_text, comparison.as_csv(), "figures.csv"),
             "scene.toml": partial(write_scene, scene, "scene.toml", spawn(scene)),
             "mouse.jsonl": partial(write_inputs, [Grab(step=1, ball=0, at=(1, 1)), Release(step=9)], "mouse.jsonl"),
-            "table.csv": partial(write, sweep, in_order(sweep, rows), "table.csv"),
+            "table.csv": partial(write_text, as_csv(rows), "table.csv"),
         }
     )
 
@@ -141,32 +137,6 @@ def test_a_kill_during_a_write_leaves_the_old_file_or_the_new_one(made: dict[str
     assert left > len(made)  # or no process was killed during its write
 
 
-@pytest.mark.parametrize("kills", KILLS_PER_WRITER)
-def test_a_kill_while_a_row_is_saved_keeps_the_rows_before(kills: int) -> None:
-    sweep = plan(load("article").changed(seconds=0.1), range(6), [60], ["article"])
-    rows = [json.loads(json.dumps(run_job(sweep.scene, sweep.against, job))) for job in sweep.jobs]
-
-    def keep() -> None:
-        with open_journal(sweep, "f.csv") as kept:
-            for row in rows:
-                kept.add(row)
-
-    calls = BuiltInCalls()
-    calls.of(keep)
-    found = set()
-    for call in random.Random(0).choices(range(1, calls.count), k=kills):
-        journal_path("f.csv").unlink(missing_ok=True)
-        assert exit_code_of(forked(partial(BuiltInCalls(call).of, keep))) == -signal.SIGKILL
-        with open_journal(sweep, "f.csv") as kept:
-            assert kept.rows == rows[: len(kept.rows)]
-            found.add(len(kept.rows))
-            for row in rows[len(kept.rows) :]:
-                kept.add(row)
-        with open_journal(sweep, "f.csv") as kept:
-            assert kept.rows == rows
-    assert len(found) > 2
-
-
 def test_a_file_is_synced_before_it_is_renamed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Otherwise a power failure could leave an empty file under the old one's name."""
     done = []
@@ -211,11 +181,9 @@ OPTIONS = (
     ("compare", "article", "--json"),
     ("compare", "article", "--csv"),
     ("compare", "article", "--report"),
-    ("compare", "article", "--series"),
     ("trace", "article", "--engine", "article", "--out"),
     ("record", "article", "--out"),
     ("sweep", "article", "--out"),
-    ("sweep", "article", "--report"),
     ("verify", "--json"),
     ("bench", "--json"),
     ("run", "article", "--save-inputs"),
@@ -239,29 +207,6 @@ def test_an_unwritable_output_is_reported_before_anything_runs(
         monkeypatch.setattr(place, None)  # every command needs one of them
     assert outcome_of(*arguments, path) == (2, f"{path}: cannot be written: {why}\n")
     assert {entry.name for entry in Path().iterdir()} == {"file", "folder.csv", "circle.csv"}
-
-
-@pytest.mark.parametrize("kind", VIDEO_FORMATS.values(), ids=VIDEO_FORMATS)
-def test_a_video_on_a_full_disk_is_reported_once(kind: type[Video]) -> None:
-    """Discarding it flushes what is buffered, which fails again."""
-    if kind is VIDEO_FORMATS[".mp4"]:
-        pytest.importorskip("av")
-    noise = np.random.default_rng(0).integers(0, 256, (100, 16, 16, 3))
-
-    def make() -> None:
-        surface = Surface((64, 64))
-        with kind("video", (64, 64)) as made:
-            for patch in noise:  # small frames, so that some are buffered when the disk is full
-                surface.blit(surfarray.make_surface(patch), (8, 8))
-                made.add(surface)
-
-    def act() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000))
-        with pytest.raises(SandboxError, match=r"^video: cannot be written: File too large$"):
-            make()
-
-    assert exit_code_of(forked(act)) == 0
-    assert list(Path().iterdir()) == []
 
 
 def as_user(act: Callable[[], object]) -> int:
@@ -308,7 +253,6 @@ def test_missing_permission_is_reported_before_anything_runs() -> None:
             "--json x and --csv ./x: must be different files\n",
         ),
         (("compare", "article", "--json", "x", "--csv", "l"), "--json x and --csv l: must be different files\n"),
-        (("sweep", "article", "--report", "-"), "--out - and --report -: must be different files\n"),
     ],
     ids=lambda value: "-".join(value) if isinstance(value, tuple) else "",
 )
@@ -336,14 +280,6 @@ def test_an_output_must_not_overwrite_an_input(arguments: tuple[str, ...]) -> No
     assert outcome_of(*arguments) == (2, f"{' '.join(arguments[-2:])}: is an input; choose another file\n")
     assert Path("mine.toml").read_text() == load("article").source
     assert sorted(entry.name for entry in Path().iterdir()) == ["link", "mine.toml", "mouse.jsonl"]
-
-
-def test_a_file_named_like_a_bundled_scene_can_be_written_and_inputs_saved_over_themselves() -> None:
-    check_outputs({"--json": "article"}, ["article"])
-    Path("mouse.jsonl").write_text('{"step": 0, "do": "start", "scene": "article", "seed": 0, "rate": 60}\n')
-    again = ("run", "head-on", "--inputs", "mouse.jsonl", "--save-inputs", "mouse.jsonl")
-    assert outcome_of(*again)[0] == 0
-    assert '"scene":"head-on"' in Path("mouse.jsonl").read_text()
 
 
 # What is not a plain file
@@ -383,28 +319,12 @@ def test_a_pipe_and_a_device_are_written_to_directly() -> None:
 
 
 def test_dev_stdout_is_standard_output_even_if_that_is_a_file() -> None:
-    with Path("out").open("wb") as out:
-        assert outcome_of("compare", "article", "--seconds", "0.1", "--json", "/dev/stdout", out=out.fileno()) == (
-            0,
-            "",
-        )
-    with Path("expected").open("wb") as out:
-        assert outcome_of("compare", "article", "--seconds", "0.1", "--json", "-", out=out.fileno()) == (0, "")
-    assert Path("out").read_bytes() == Path("expected").read_bytes() != b""
-    trace = ("trace", "article", "--engine", "article", "--steps", "1", "--out", "/dev/stdout")
-    with Path("out").open("wb") as out:
-        assert outcome_of(*trace, out=out.fileno()) == (0, "")
-    assert Path("out").read_text().startswith("time,ball,x,y,vx,vy,radius,mass,angle,spin,energy\n0.0,0,")
-    assert Path("/dev/stdout").is_symlink()
-
-
-def test_a_sweep_into_a_pipe_or_a_device_has_no_journal() -> None:
-    os.mkfifo("pipe")
-    Path("null").symlink_to("/dev/null")
-    sweep = plan(load("article"), [0], [60], ["article"])
-    with open_journal(sweep, "pipe"), open_journal(sweep, "null"):
-        assert sorted(entry.name for entry in Path().iterdir()) == ["null", "pipe"]
-    assert not is_replaceable("/dev/stdout")
+    written = []
+    for name in ("/dev/stdout", "-"):
+        with Path("out").open("wb") as out:
+            assert outcome_of("compare", "article", "--seconds", "0.1", "--json", name, out=out.fileno()) == (0, "")
+        written.append(Path("out").read_bytes())
+    assert written[0] == written[1] != b""
 
 
 @pytest.mark.parametrize("name", ["x" * 255, "\N{SNOWMAN}" * 85, "\N{BEACH WITH UMBRELLA}" * 63])

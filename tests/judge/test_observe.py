@@ -122,8 +122,8 @@ def test_the_six_numbers_are_those_of_the_closed_form(touch: Touch) -> None:
     met = s.met(When.TOUCH)
     close = 1e-6 * impulse
     assert s.touch == pytest.approx(touch.time, abs=1e-9)
-    assert [part[0] for part in s.seen(met.n)] == pytest.approx([impulse] * 2 + [rub] * 4, abs=close)
-    assert [part[0] for part in s.right(met)] == pytest.approx([impulse, rub], abs=close)
+    assert met.six.ravel() == pytest.approx([impulse] * 2 + [rub] * 4, abs=close)
+    assert [met.due[0], met.rub[0]] == pytest.approx([impulse, rub], abs=close)
     shown = next(met for met in s.all_met() if met.when == When.SHOWN)
     assert shown.t == pytest.approx(touch.time, abs=1e-7)
     assert met.depth == pytest.approx(0, abs=1e-7)

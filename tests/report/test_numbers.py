@@ -8,8 +8,8 @@ import pytest
 import sandbox
 from sandbox.analysis.comparison import compare
 from sandbox.engines import registry
+from sandbox.report.about import BUILT_IN, about
 from sandbox.report.comparison_page import page
-from sandbox.report.glossary import BUILT_IN, about, words_in
 from sandbox.report.numbers import minus, readable, share
 from sandbox.scene.files import load
 from sandbox.scene.units import PIXELS
@@ -47,18 +47,6 @@ def test_no_number_on_a_page_has_an_exponent_of_python() -> None:
     text = page(compare(load("head-on").changed(seconds=2.0), ["pymunk", "impulse", "exact"]))
     shown = re.sub("<(script|style|pre).*?</(script|style|pre)>", "", text, flags=re.DOTALL)
     assert not re.findall(r"\de[+-]\d+", shown)
-
-
-def test_the_glossary_of_the_documents_is_that_of_reports() -> None:
-    written = (DOCUMENTS / "docs" / "comparing.md").read_text().partition("\n## Glossary\n")[2]
-    entries = dict(re.findall(r"^\*\*(.+?)\.\*\* (.+?)$(?:\n\n|\Z)", written, re.MULTILINE | re.DOTALL))
-    assert len(entries) > 5
-    assert {word: " ".join(entry.split()) for word, entry in entries.items()} == words_in(PIXELS, " ".join(entries))
-
-
-def test_a_page_explains_the_words_that_it_uses() -> None:
-    assert list(words_in(PIXELS, "The normal is turned; the gap is small.")) == ["Gap", "Normal"]
-    assert list(words_in(PIXELS, "abnormal, stopgap")) == []
 
 
 def test_the_readme_says_the_same_of_each_engine() -> None:

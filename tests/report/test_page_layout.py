@@ -11,10 +11,7 @@ from conftest import sample
 
 from sandbox.analysis.comparison import compare
 from sandbox.report.comparison_page import page
-from sandbox.report.sweep import page as sweep_page
 from sandbox.scene.files import load
-from sandbox.sweeps import plan
-from sandbox.sweeps.jobs import run_job
 
 TELEPHONE = 390  # px
 PAPER = 718  # px, of A4 between margins of 1 cm
@@ -58,20 +55,14 @@ CONTRASTS = """(() => {
 })()"""
 
 
-@pytest.fixture(scope="module", params=["comparison", "sweep"])
-def file(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    if request.param == "comparison":
-        mine = tmp_path_factory.mktemp("engines") / "programs_of_a_tutorial_on_bouncing_balls.py"
-        mine.write_text("def step(position, velocity, dt, scene):\n    return position + dt * velocity, velocity\n")
-        names = ["pymunk", "pymunk(substeps=4)", "impulse", "exact", f"{mine}:step"]
-        text = page(compare(load("bouncing").changed(seconds=3.0), names))
-    else:
-        sweep = plan(
-            load("article").changed(seconds=1.0), range(2), [60, 240], ["pymunk", "article"], {"substeps": [1, 4]}
-        )
-        text = sweep_page(sweep, [run_job(sweep.scene, sweep.against, job) for job in sweep.jobs])
-    file: Path = tmp_path_factory.mktemp("pages") / f"{request.param}.html"
-    file.write_text(text, encoding="utf-8")
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder: Path = tmp_path_factory.mktemp("pages")
+    mine = folder / "programs_of_a_tutorial_on_bouncing_balls.py"
+    mine.write_text("def step(position, velocity, dt, scene):\n    return position + dt * velocity, velocity\n")
+    names = ["pymunk", "pymunk(substeps=4)", "impulse", "exact", f"{mine}:step"]
+    file = folder / "page.html"
+    file.write_text(page(compare(load("bouncing").changed(seconds=3.0), names)), encoding="utf-8")
     return file
 
 

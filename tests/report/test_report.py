@@ -91,7 +91,7 @@ def test_the_page_is_self_contained(text: str) -> None:
     policies = [attributes["content"] for _, attributes in read.elements if "http-equiv" in attributes]
     assert len(policies) == 1
     assert re.fullmatch(
-        r"default-src 'none'; script-src( 'sha256-[\w+/=]+'){4}; style-src 'unsafe-inline'; img-src data:",
+        r"default-src 'none'; script-src( 'sha256-[\w+/=]+'){3}; style-src 'unsafe-inline'; img-src data:",
         str(policies[0]),
     )
 
@@ -105,7 +105,7 @@ def test_text_of_a_scene_stays_text(words: str, harmless: Reader) -> None:
     ]
     assert read.all("title") == read.all("h1") == [words]
     assert read.all("pre")[-1] == comparison.scene.source
-    assert read.all("script")[-5:] == harmless.all("script")[-5:]
+    assert read.all("script")[-4:] == harmless.all("script")[-4:]
 
 
 @pytest.mark.slow
@@ -154,8 +154,7 @@ def test_the_same_comparison_gives_the_same_bytes(text: str) -> None:
 def test_the_command_on_the_page_reproduces_the_comparison(command: Command, working_folder: Path) -> None:
     inputs: list[Input] = [Grab(step=30, ball=0, at=(100, 100)), Release(step=60)]
     comparison = compare(load("article").changed(seed=5, seconds=2.0), ["pymunk", "impulse"], inputs=inputs)
-    advice, line, mouse, source = (html.unescape(text) for text in Reader(page(comparison)).all("pre"))
-    assert advice == f"{line} --advise --report advice.html"
+    line, mouse, source = (html.unescape(text) for text in Reader(page(comparison)).all("pre"))
     (working_folder / "article.toml").write_text(source)
     (working_folder / "inputs.jsonl").write_text(mouse)
     _, out, _ = command(*shlex.split(line)[1:], "--json", "-")
@@ -174,24 +173,10 @@ def test_one_engine_balls_at_rest_and_a_gas_have_a_page_too() -> None:
     assert "Enskog" in page(compare(load("gas-100").changed(seconds=0.5), ["impulse"]))
 
 
-@pytest.mark.parametrize("name", ["compare", "converge", "sweep"])
-def test_a_report_that_is_no_html_file_is_rejected_before_anything_runs(
-    name: str, command: Command, working_folder: Path
-) -> None:
-    result = command(
-        name,
-        "article",
-        "--report",
-        "article.pdf",
-        *(("--out", "rows.csv") if name == "sweep" else ("--json", "figures.json")),
-    )
+def test_a_report_that_is_no_html_file_is_rejected_before_anything_runs(command: Command, working_folder: Path) -> None:
+    result = command("compare", "article", "--report", "article.pdf", "--json", "figures.json")
     assert result == (2, "", "article.pdf: a report must end in .html\n")
     assert list(working_folder.iterdir()) == []
-
-
-@pytest.mark.wide
-def test_the_page_can_go_to_standard_output(command: Command) -> None:
-    assert command("compare", "head-on", "--report", "-") == (0, page(compare(load("head-on"))), "")
 
 
 # In a browser
@@ -232,7 +217,7 @@ def opened(browser: Browser, file: Path) -> Browser:
 def shown_time(browser: Browser) -> float:
     """Return the time that the page shows, after checking that the cursors of all charts are there."""
     time = float(browser.run("document.querySelector('#time').value").removesuffix(" s"))
-    assert browser.run(CURSORS) == pytest.approx([time] * 4, abs=5e-4)
+    assert browser.run(CURSORS) == pytest.approx([time] * 2, abs=5e-4)
     return time
 
 
@@ -330,35 +315,6 @@ def test_a_white_arena_does_not_glare_in_the_dark(opened: Browser) -> None:
             assert pixel(opened, 0, 5, 5) == rgb(ground)
     finally:
         opened.prefer("light")
-
-
-@pytest.mark.wide
-def test_outlines_of_a_thousand_balls_are_thin_and_solid_in_their_colours(browser: Browser, tmp_path: Path) -> None:
-    scene = load("gas-1000").changed(seconds=0.5)
-    file = tmp_path / "gas.html"
-    file.write_text(page(compare(scene, ["pymunk", "exact"])), encoding="utf-8")
-    browser.visit(file)
-    browser.run(
-        "globalThis.strokes = []; const stroke = CanvasRenderingContext2D.prototype.stroke;"
-        "CanvasRenderingContext2D.prototype.stroke = function (...rest) { if (this.canvas.closest('#panes'))"
-        "strokes.push([this.strokeStyle, this.getLineDash().length]); stroke.call(this, ...rest) }; 0"
-    )
-    show_ghosts(browser, True)
-    strokes = browser.run("strokes")
-    solid = {colour for colour, dashes in strokes if not dashes}
-    assert {*scene.colors} <= solid
-    drawn_of_ghosts = browser.run("circles.slice(-2000).filter(([pane]) => pane === 0).length")
-    assert drawn_of_ghosts >= 1000
-
-
-def test_a_telephone_has_no_hints_of_keys(opened: Browser) -> None:
-    hints = "getComputedStyle(document.querySelector('.keys')).display"
-    assert opened.run(hints) == "block"
-    opened.call("Emulation.setTouchEmulationEnabled", enabled=True)
-    try:
-        assert opened.run(hints) == "none"
-    finally:
-        opened.call("Emulation.setTouchEmulationEnabled", enabled=False)
 
 
 def test_a_click_on_the_first_difference_goes_there(opened: Browser, article: Comparison) -> None:

@@ -38,14 +38,6 @@ def test_equal_steps_given_one_by_one_are_those_of_a_rate_to_the_bit() -> None:
     assert clock.times(numbers).tobytes() == (numbers / 60).tobytes()
 
 
-def test_a_change_of_rate_begins_at_its_step() -> None:
-    clock = Clock(60)
-    clock.change(120, 240)
-    assert clock == Clock.of_rates([60] * 120 + [240])
-    assert clock.times(np.array([120, 121])) == pytest.approx([2, 2 + 1 / 240])
-    assert clock.rates(np.array([0, 1, 120, 121])).tolist() == [60, 60, 60, 240]
-
-
 def test_a_clock_says_how_long_its_steps_are() -> None:
     assert [str(Clock(rate)) for rate in (1, 60, 62.5)] == [
         "at 1 step a second",

@@ -1,6 +1,5 @@
 """The format of a scene: what it accepts, and its error messages."""
 
-import errno
 import json
 import os
 import re
@@ -9,6 +8,7 @@ import subprocess
 import sys
 import threading
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -24,7 +24,6 @@ from sandbox.scene.toml_lines import line_of, lines_of_keys
 
 ARENA = "[arena]\nsize = [800, 600]\n"  # lines 1 and 2; the first group's header is line 3
 BALL = "radius = 5\nposition = [100, 100]"
-SCENES = ("article", "head-on", "oblique", "newtons-cradle", "heavy-among-light", "bouncing", "break-shot", "funnel")
 
 
 def balls(*groups: str, more: str = "") -> str:
@@ -69,57 +68,6 @@ def as_written(model: BaseModel) -> object:
     return json.loads(model.model_dump_json(by_alias=True, exclude_unset=True))
 
 
-EVERY_KEY = """
-title = "All of it"
-about = "Every key there is."
-rate = 240
-seconds = 2.5
-seed = 7
-gravity = [0.5, -900]
-[arena]
-size = [640, 480.5]
-elasticity = 0.75
-friction = 0.125
-background = "#123456"
-[[balls]]
-radius = 12.5
-mass = 3
-elasticity = 0.5
-friction = 2
-colors = ["red", "#00ff00"]
-position = [100, 100]
-[[walls]]
-from = [0, 0]
-to = [640, 480]
-thickness = 8
-elasticity = 0.25
-friction = 1
-[pymunk]
-iterations = 20
-substeps = 4
-collision_slop = 0.25
-collision_bias = 0.125
-collision_persistence = 0
-[[expect]]
-at = 1
-ball = 0
-position = [1, 2]
-velocity = [3, 4]
-energy_ratio = 1
-momentum = [5, 6]
-centre_of_mass = [7, 8]
-tolerance = 1e-6
-because = "a law"
-"""
-
-
-def test_every_other_key_is_read() -> None:
-    scene = parse(EVERY_KEY, "all.toml")
-    assert as_written(scene) == tomllib.loads(EVERY_KEY)
-    assert scene.name == "all"
-    assert scene.steps == 600
-
-
 def test_defaults() -> None:
     scene = parse(balls(BALL, more="[[walls]]\nfrom = [0, 0]\nto = [9, 9]\n"), "mine.toml")
     assert (scene.rate, scene.seconds, scene.seed, scene.gravity, scene.expect) == (60, 20, 0, (0, 0), ())
@@ -142,37 +90,28 @@ def test_bodies_and_colours_are_in_scene_order() -> None:
     assert scene.colors == ("red", "blue", "red", PALETTE[1])
 
 
-def test_touching_the_arena_is_inside_it() -> None:
-    scene = scene_of("radius = 20\nposition = [20, 580]", "radius = 20\nposition = [780, 20]")
-    assert spawn(scene).position.tolist() == [[20, 580], [780, 20]]
-
-
-def test_a_grid_that_fills_the_arena_is_inside_it() -> None:
-    spawned = spawn(scene_of("radius = 0.05\ngrid = [10, 10]\nspacing = 0.1", size="[1, 1]"))
-    assert spawned.position[-1].tolist() == pytest.approx([0.95, 0.95], abs=1e-12)
-
-
 # --- Errors ----------------------------------------------------------------------------------------------------
 
 
-def test_all_errors_at_once_in_order_of_lines() -> None:
+def test_errors_in_keys_and_in_tables_together_are_reported_with_all_others() -> None:
     text = (
-        'title = 3\nsedd = 1\n[arena]\nsize = [800, 600]\nbackgruond = "white"\n'
-        "[[balls]]\nradius = -5\nposition = [nan, 100]\n"
-        "[[balls]]\nradius = 4\nvelocty = [1, 2]\nposition = [100, 100]\nmass = 0\ncount = 1.5\n"
-        "[[walls]]\nfrom = [1, 1]\nto = [1, 1.0000001]\n[pymunk]\nsubsteps = 0\n"
+        "seconds = 2\ngravity = 900\n[arena]\nsize = [400, 300]\n"
+        "[[balls]]\nradius = 10\nposition = [100, 100]\npositions = [[100, 100], [200, 100]]\n"
+        "[[balls]]\nradius = 10\nposition = [395, 100]\n"
+        "[[balls]]\nradius = 10\nmas = 2\npositions = [[20, 20], [200, 205]]\n"
+        "[[walls]]\nfrom = [100, 200]\nto = [300, 200]\n"
+        '[[expect]]\nat = 1\nball = 5\nposition = [1, 1]\ntolerance = 1\nbecause = "a law"\n'
+        '[[expect]]\nat = 3\nmomentum = [0, 0]\ntolerance = 1\nbecause = "a law"\n'
     )
+    in_wall = "puts a ball into wall 0: its centre must be at least 12 px from the wall's centre line"
     assert errors(text) == [
-        "1: title must be text in quotes, got 3",
-        f"2: sedd {NO_KEY}; did you mean seed?",
-        f"5: arena.backgruond {NO_KEY}; did you mean background?",
-        "7: balls[0].radius must be greater than 0, got -5",
-        "8: balls[0].position[0] must be a finite number, got nan",
-        f"11: balls[1].velocty {NO_KEY}; did you mean velocity?",
-        "13: balls[1].mass must be greater than 0, got 0",
-        "14: balls[1].count must be a whole number, got 1.5",
-        "17: walls[0].to is nearly the same point as from; only at the same point, the wall is a peg",
-        "19: pymunk.substeps must be at least 1, got 0",
+        "2: gravity must be a list in brackets, such as [0, 900], got 900",
+        "8: balls[0].positions cannot be combined with position; keep one of them",
+        "11: balls[1].position puts a ball outside the arena: x must be from 10 to 390, got 395",
+        f"14: balls[2].mas {NO_KEY}; did you mean mass?",
+        f"15: balls[2].positions[1] {in_wall}, got 5 (or allow it with overlap in [arena])",
+        "21: expect[0].ball must be at most 4, got 5",
+        "26: expect[1].at must be at most 2, the seconds of the run, got 3",
     ]
 
 
@@ -199,31 +138,16 @@ def test_an_unknown_key_like_no_other_is_reported_with_the_known_ones(text: str,
     assert errors(text) == [message]
 
 
-def test_a_key_of_a_newer_version_is_reported_with_this_version(tmp_path: Path, command: Command) -> None:
-    """However similar to a known key: `angular_velocity` is not just a mistyped `velocity`."""
-    file = tmp_path / "newer.toml"
-    file.write_text(balls(f"{BALL}\nangular_velocity = 3"))
-    message = f"{file}:6: balls[0].angular_velocity {NO_KEY}; did you mean velocity?\n"
-    assert command("check", file) == (2, "", message)
-    assert f"sandbox {command('--version')[1].strip()} (" in message
-
-
 PLACED = {
     "no-place": (
         "radius = 5",
         "3: balls[0] needs a placement: position, positions, x and y, inside, or grid with spacing",
     ),
     "x-without-y": ("radius = 5\nx = { from = 9, to = 9 }", "5: balls[0].x must be given together with y"),
-    "y-without-x": (f"{BALL}\ny = {{ from = 9, to = 9 }}", "6: balls[0].y must be given together with x"),
     "spacing-without-grid": (f"{BALL}\nspacing = 9", "6: balls[0].spacing must be given together with grid"),
-    "grid-without-spacing": ("radius = 5\ngrid = [2, 2]", "5: balls[0].grid must be given together with spacing"),
     "two-places": (
         f"{BALL}\ninside = [[0, 0], [50, 50]]",
         "6: balls[0].inside cannot be combined with position; keep one of them",
-    ),
-    "inside-a-grid": (
-        "radius = 5\ngrid = [2, 2]\nspacing = 20\ninside = [[0, 0], [50, 50]]",
-        "5: balls[0].grid cannot be combined with inside; keep one of them",
     ),
     "two-throws": (
         f"{BALL}\nspeed = 4\nvelocity = [1, 1]",
@@ -237,10 +161,6 @@ PLACED = {
         "radius = 5\ngrid = [2, 2]\nspacing = 20\ncount = 5",
         "7: balls[0].count must be at most 4, the places of the grid, got 5",
     ),
-    "outside-left": (
-        "radius = 5\nposition = [4.5, 100]",
-        "5: balls[0].position puts a ball outside the arena: x must be from 5 to 795, got 4.5",
-    ),
     "range-reaches-outside": (
         "radius = 5\nx = { from = 9, to = 796, step = 1 }\ny = { from = 9, to = 9 }",
         "5: balls[0].x puts a ball outside the arena: x must be from 5 to 795, got 796",
@@ -248,10 +168,6 @@ PLACED = {
     "grid-reaches-outside": (
         "radius = 5\ngrid = [2, 61]\nspacing = 10",
         "5: balls[0].grid puts a ball outside the arena: y must be from 5 to 595, got 0",
-    ),
-    "grid-from-a-position": (
-        "radius = 5\ngrid = [2, 1]\nspacing = 10\nposition = [786, 9]",
-        "7: balls[0].position puts a ball outside the arena: x must be from 5 to 795, got 796",
     ),
     "inside-reaches-outside": (
         "radius = 5\ninside = [[-1, 0], [50, 50]]",
@@ -269,11 +185,6 @@ PLACED = {
         "radius = 5\npositions = [[9, 9], [99, 99]]\ncount = 3",
         "6: balls[0].count must be the number of positions, 2, got 3; leave it out",
     ),
-    "no-positions": ("radius = 5\npositions = []", "5: balls[0].positions must have at least 1 entries, got 0"),
-    "positions-outside": (
-        "radius = 5\npositions = [[9, 9], [99, 599]]",
-        "5: balls[0].positions puts a ball outside the arena: y must be from 5 to 595, got 599",
-    ),
     "too-few-velocities": (
         "radius = 5\ngrid = [3, 1]\nspacing = 20\nvelocities = [[1, 2], [3, 4]]",
         "7: balls[0].velocities must have one entry per ball, 3, got 2",
@@ -281,10 +192,6 @@ PLACED = {
     "range-backwards": (
         f"{BALL}\nvx = {{ from = 2, to = 1 }}",
         "6: balls[0].vx is empty: from 2 is greater than to 1",
-    ),
-    "steps-the-wrong-way": (
-        f"{BALL}\nvx = {{ from = 1, to = 9, step = -2 }}",
-        "6: balls[0].vx is empty: steps of -2 from 1 never reach 9",
     ),
     "steps-past-the-end": (
         f"{BALL}\nvx = {{ from = 1, to = 9, step = 3 }}",
@@ -294,21 +201,8 @@ PLACED = {
         f"{BALL}\nvx = {{ from = 1, to = 9, step = 0 }}",
         "6: balls[0].vx.step must not be 0; leave it out for any number in the range",
     ),
-    "step-not-whole": (
-        f"{BALL}\nvx = {{ from = 1, to = 2, step = 0.5 }}",
-        "6: balls[0].vx must have whole numbers as from, to and step",
-    ),
-    "range-without-an-end": (f"{BALL}\nvx = {{ from = 1 }}", "6: balls[0].vx.to is missing"),
-    "number-for-a-range": (f"{BALL}\nvx = 3", "6: balls[0].vx must be a table of keys, got 3"),
-    "elasticity-above-1": (f"{BALL}\nelasticity = 1.5", "6: balls[0].elasticity must be at most 1, got 1.5"),
-    "damping-0": (f"{BALL}\n[pymunk]\ndamping = 0", "7: pymunk.damping must be greater than 0, got 0"),
-    "damping-above-1": (f"{BALL}\n[pymunk]\ndamping = 1.5", "7: pymunk.damping must be at most 1, got 1.5"),
     "no-colours": (f"{BALL}\ncolors = []", "6: balls[0].colors must contain at least one colour"),
     "true-for-a-number": ("radius = true\nposition = [9, 9]", "4: balls[0].radius must be a number, got true"),
-    "three-coordinates": (
-        "radius = 5\nposition = [9, 9, 9]",
-        "5: balls[0].position must have at most 2 entries, got 3",
-    ),
     "no-category": (
         "radius = 5\nposition = [9, 9]\nfilter = { categories = 0x1_0000_0000 }",
         "6: balls[0].filter.categories must have at most 32 bits, got 0x100000000",
@@ -358,16 +252,6 @@ def test_both_entries_of_an_empty_pair_are_one_error() -> None:
     assert errors("[arena]\nsize = []\n[[balls]]\n" + BALL) == ["2: arena.size must be a list of two, got []"]
 
 
-def test_a_second_and_a_third_placement_are_both_reported() -> None:
-    found = errors(
-        balls(f"{BALL}\nx = {{ from = 9, to = 9 }}\ny = {{ from = 9, to = 9 }}\ninside = [[0, 0], [50, 50]]")
-    )
-    assert found == [
-        "6: balls[0].x cannot be combined with position; keep one of them",
-        "8: balls[0].inside cannot be combined with position; keep one of them",
-    ]  # fmt: skip
-
-
 @pytest.mark.parametrize("key", ["\\u001b[31m", "a\\nb"], ids=["escape", "newline"])
 def test_a_message_is_printable_and_on_one_line(key: str) -> None:
     (message,) = errors(balls(f'{BALL}\n"{key}" = 1'))
@@ -409,12 +293,6 @@ def test_too_deep_nesting_is_reported_with_its_line(line: str) -> None:
     assert errors(f"# a\n{line}\n") == ["2: is nested too deeply"]
 
 
-def test_dots_and_brackets_in_text_are_not_nesting() -> None:
-    dots = ".a" * 40 + "[{" * 40
-    scene = parse(f"about = \"{dots}\"\ntitle = '''\n{dots[60:]}'''  # {dots}\n{balls(BALL)}", "mine.toml")
-    assert (scene.about, scene.title) == (dots, dots[60:])
-
-
 def open_arena(ball: str, walls: str = "false") -> str:
     return f"[arena]\nsize = [800, 600]\nwalls = {walls}\n[[balls]]\n{ball}\n"
 
@@ -442,16 +320,11 @@ def test_without_walls_balls_at_random_are_inside_the_arena_all_the_same() -> No
         parse(open_arena("radius = 5\ninside = [[0, 0], [900, 600]]"), "open.toml")
 
 
-def test_walls_must_be_true_or_false() -> None:
-    with pytest.raises(SandboxError, match=r'arena\.walls must be true or false, got "no"'):
-        parse(open_arena(BALL, walls='"no"'), "open.toml")
-
-
 def test_of_very_many_errors_the_first_hundred_are_reported() -> None:
-    found = errors(balls(BALL, *["radius = 0"] * 200))
+    found = errors(balls(BALL, *["radius = 0\ngrid = [1, 1]\nspacing = 1"] * 200))
     assert found[:2] == [
         "7: balls[1].radius must be greater than 0, got 0",
-        "9: balls[2].radius must be greater than 0, got 0",
+        "11: balls[2].radius must be greater than 0, got 0",
     ]
     assert len(found) == 101
     assert found[100] == " has more than these 100 errors"
@@ -492,12 +365,6 @@ def test_line_of_every_kind_of_key() -> None:
 # --- Limits ----------------------------------------------------------------------------------------------------
 
 ANYWHERE = "x = { from = 9, to = 9 }\ny = { from = 9, to = 9 }"
-
-
-def test_two_hundred_thousand_balls_are_allowed() -> None:
-    scene = parse(balls(*[f"radius = 1\ncount = {MAX_BALLS // 2}\n{ANYWHERE}"] * 2), "mine.toml")
-    assert MAX_BALLS == 200_000
-    assert len(scene.bodies) == MAX_BALLS
 
 
 def test_one_more_is_an_error() -> None:
@@ -550,39 +417,26 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
     "empty": ("", ": arena is missing\n{file}: balls is missing"),
     "ten-megabytes": (b"#" * 10_000_000, ": is larger than 2,000,000 bytes"),
     "not-utf-8": (b'[arena]\nsize = [8, 6]\ntitle = "\xff"\n', ":3: is not UTF-8 text: byte 0xff"),
-    "utf-16": ("t = 3".encode("utf-16-le"), ":1: is not valid TOML: Expected '=' after a key in a key/value pair"),
-    "million": (
-        balls("radius = 0.1\ncount = 1_000_000\ninside = [[0, 0], [800, 600]]"),
-        ":5: balls[0].count must be at most 200000, got 1000000",
+    "duplicate-key": (balls(f"{BALL}\nradius = 6"), ":6: balls[0].radius is given twice, first in line 4"),
+    "duplicate-table": (
+        balls(BALL, more="[units]\nlength = 'px'\n[units]\n"),
+        ":8: units is given twice, first in line 6",
     ),
-    "duplicate-key": (balls(f"{BALL}\nradius = 6"), ":6: is not valid TOML: Cannot overwrite a value"),
     "no-colour": (
         balls(f'{BALL}\ncolors = ["rde"]'),
         ':6: balls[0].colors[0] is not a valid colour: "rde"; did you mean red?',
-    ),
-    "no-colour-number": (
-        ARENA + 'background = "#12345"\n[[balls]]\n' + BALL,
-        ':3: arena.background is not a valid colour: "#12345"; write a CSS name or #rrggbb',
     ),
     "wall-of-no-size": (
         balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 5]\nthickness = 0\n"),
         ":9: walls[0].thickness must be greater than 0 where to is the same point as from",
     ),
-    "joined-peg": (
-        balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 5]\njoined = true\n"),
-        ":9: walls[0].joined requires that from and to are not the same point",
-    ),
     "peg-without-radius": (
         balls(BALL, more="[[pegs]]\npositions = [[5, 5]]\n"),
         ":6: pegs[0].radius is missing (Radius of each peg, px)",
     ),
-    "peg-without-place": (
-        balls(BALL, more="[[pegs]]\nradius = 5\npositions = []\n"),
-        ":8: pegs[0].positions must have at least 1 entries, got 0",
-    ),
     "ball-in-a-peg": (
         balls(BALL, more="[[pegs]]\nradius = 5\npositions = [[700, 500], [104, 100]]\n"),
-        """:5: balls[0].position puts ball 0 into wall 1: its centre must be at least 10 px from the peg's centre, \
+        """:5: balls[0].position puts a ball into wall 1: its centre must be at least 10 px from the peg's centre, \
 got 4 (or allow it with overlap in [arena])""",
     ),
     "walls-and-pegs": (
@@ -594,11 +448,6 @@ got 4 (or allow it with overlap in [arena])""",
         ":3000: pegs and walls must be at most 1000 together, got 1001",
     ),
     "deep": ("a = " + "[" * 20_000 + "]" * 20_000, ":1: is nested too deeply"),
-    "walls": (
-        balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 9]\n" * 1001),
-        ":6: walls must have at most 1000 entries, got 1001",
-    ),
-    "nul": (balls(BALL, more='title = "\0"\n'), ":6: is not valid TOML: Illegal character '\\x00'"),
 }
 
 
@@ -610,12 +459,6 @@ def test_a_broken_scene_is_one_clear_message(
     file.write_bytes(content if isinstance(content, bytes) else content.encode())
     code, out, err = command("check", file)
     assert (code, out, err) == (2, "", f"{file}{message.replace('{file}', str(file))}\n")
-
-
-def test_a_pipe_without_a_writer_is_empty_and_does_not_block(command: Command, tmp_path: Path) -> None:
-    pipe = tmp_path / "pipe.toml"
-    os.mkfifo(pipe)
-    assert command("check", pipe) == (2, "", f"{pipe}: arena is missing\n{pipe}: balls is missing\n")
 
 
 def test_a_pipe_is_read_to_its_end_though_its_writer_is_slow(command: Command, tmp_path: Path) -> None:
@@ -634,59 +477,25 @@ def test_a_pipe_is_read_to_its_end_though_its_writer_is_slow(command: Command, t
     later.join()
 
 
-def test_a_file_without_an_end_is_too_large(command: Command) -> None:
-    assert command("check", "/dev/zero") == (2, "", "/dev/zero: is larger than 2,000,000 bytes\n")
+def make_link(path: Path) -> None:
+    path.symlink_to(path)
 
 
-def test_a_link_to_itself(command: Command, tmp_path: Path) -> None:
-    link = tmp_path / "loop.toml"
-    link.symlink_to(link)
-    assert command("check", link) == (2, "", f"{link}: cannot be read: Too many levels of symbolic links\n")
+UNREADABLE: dict[str, tuple[Callable[[Path], object], str]] = {
+    "missing": (Path, "cannot be read: No such file or directory"),
+    "link-to-itself": (make_link, "cannot be read: Too many levels of symbolic links"),
+    "without-an-end": (lambda path: path.symlink_to("/dev/zero"), "is larger than 2,000,000 bytes"),
+    "pipe-without-a-writer": (os.mkfifo, "arena is missing\n{file}: balls is missing"),
+}
 
 
-def test_a_missing_file(command: Command, tmp_path: Path) -> None:
-    file = tmp_path / "missing.toml"
-    assert command("check", file) == (2, "", f"{file}: cannot be read: No such file or directory\n")
-
-
-@pytest.mark.usefixtures("working_folder")
-def test_an_unknown_name(command: Command) -> None:
-    message = "no scene 'articel': neither a file nor a bundled scene; did you mean article?\n"
-    assert command("check", "articel") == (2, "", message)
-
-
-def test_a_name_too_long_for_a_file(command: Command) -> None:
-    code, _, err = command("check", "x" * 5000)
-    assert code == 2
-    assert len(err.splitlines()) == 1
-
-
-def test_no_permission(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("make", "message"), UNREADABLE.values(), ids=UNREADABLE)
+def test_a_file_that_cannot_be_read(
+    make: Callable[[Path], object], message: str, command: Command, tmp_path: Path
+) -> None:
     file = tmp_path / "mine.toml"
-    file.write_text(balls(BALL))
-    file.chmod(0)
-    if os.geteuid() == 0:  # root may read any file
-
-        def forbid(path: str, _: int) -> None:
-            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
-
-        monkeypatch.setattr("sandbox.files._open_without_blocking", forbid)
-    assert command("check", file) == (2, "", f"{file}: cannot be read: Permission denied\n")
-
-
-def test_an_unknown_engine(command: Command) -> None:
-    message = "no engine 'pymnk'; did you mean pymunk?\n"
-    assert command("trace", "article", "--engine", "pymnk", "--steps", 1) == (2, "", message)
-
-
-def test_the_program_ends_with_2_and_no_traceback(tmp_path: Path) -> None:
-    file = tmp_path / "broken.toml"
-    file.write_text(balls("radius = -5\nposition = [100, 100]"))
-    ran = subprocess.run(
-        [sys.executable, "-m", "sandbox", "check", file], capture_output=True, text=True, check=False, timeout=60
-    )
-    assert (ran.returncode, ran.stdout) == (2, "")
-    assert ran.stderr == f"{file}:4: balls[0].radius must be greater than 0, got -5\n"
+    make(file)
+    assert command("check", file) == (2, "", f"{file}: {message.replace('{file}', str(file))}\n")
 
 
 def test_check_continues_after_an_error(command: Command, tmp_path: Path) -> None:
@@ -746,10 +555,6 @@ def test_taplo_rejects_a_broken_scene(tmp_path: Path, old: str, new: str, messag
     ran = _taplo(file)
     assert ran.returncode != 0
     assert message in ran.stderr
-
-
-def test_the_bundled_scenes_are_there() -> None:
-    assert set(bundled()) >= {*SCENES, "gas-100", "gas-1000"}
 
 
 @pytest.mark.parametrize("name", bundled() or [pytest.param("none", marks=pytest.mark.xfail(strict=True))])

@@ -58,15 +58,6 @@ def test_seed_k_starts_as_the_article_does_after_seeding_with_k(seed: int, count
     assert state.time == 0
 
 
-def test_the_articles_own_seed() -> None:
-    state = spawn(load("article"))
-    assert load("article").seed == 0
-    random.seed(0)
-    drawn = [[random.randint(*ends) for ends in ((20, 780), (20, 580), (1, 3), (1, 3))] for _ in range(3)]
-    assert state.position.tolist() == [[x, y] for x, y, _, _ in drawn]
-    assert state.velocity.tolist() == [[120 * vx, -120 * vy] for _, _, vx, vy in drawn]
-
-
 def test_one_generator_serves_all_groups_in_order() -> None:
     scene = scene_of(
         f"radius = 5\ncount = 2\n{ANYWHERE}\nvy = {{ from = -3, to = 4 }}",
@@ -85,23 +76,7 @@ def test_one_generator_serves_all_groups_in_order() -> None:
     assert np.hstack([state.position, state.velocity]).tolist() == expected
 
 
-@pytest.mark.parametrize("name", ["article", "funnel", "gas-100"])
-def test_a_seed_determines_the_state(name: str) -> None:
-    scene = load(name)
-    first, again = spawn(scene), spawn(scene)
-    other = spawn(scene.model_copy(update={"seed": scene.seed + 1}))
-    assert first.position.tobytes() == again.position.tobytes()
-    assert first.velocity.tobytes() == again.velocity.tobytes()
-    assert (first.position != other.position).all(axis=1).any()
-
-
 # --- Grid ------------------------------------------------------------------------------------------------------
-
-
-def test_a_grid_is_in_the_middle_and_filled_row_by_row() -> None:
-    state = spawn(scene_of("radius = 10\ngrid = [3, 2]\nspacing = 50"))
-    assert state.position.tolist() == [[350, 275], [400, 275], [450, 275], [350, 325], [400, 325], [450, 325]]
-    assert not state.velocity.any()
 
 
 @given(
@@ -186,14 +161,6 @@ def test_a_group_denser_than_jamming_is_put_on_a_lattice(monkeypatch: pytest.Mon
     assert min(pitches) >= 20
 
 
-def test_a_lattice_is_shuffled() -> None:
-    group = "radius = 10\ncount = 300\ninside = [[0, 0], [400, 400]]"
-    first, second = (spawn(scene_of(group, more=f"seed = {seed}")).position for seed in (1, 2))
-    in_order = first[np.lexsort((first[:, 0], first[:, 1]))]
-    assert not np.array_equal(first, in_order)
-    assert not np.array_equal(first, second)
-
-
 def test_balls_inside_do_not_overlap_earlier_groups_of_any_size() -> None:
     scene = scene_of(
         "radius = 100\nposition = [400, 300]",
@@ -202,16 +169,6 @@ def test_balls_inside_do_not_overlap_earlier_groups_of_any_size() -> None:
     )
     state = spawn(scene)
     assert closest(state.position, scene.bodies.radius) >= 0
-
-
-def test_a_row_of_balls_that_fits_exactly() -> None:
-    position = spawn(scene_of("radius = 5\ncount = 10\ninside = [[0, 0], [100, 10]]")).position
-    assert sorted(position[:, 0]) == pytest.approx([5 + 10 * ball for ball in range(10)], abs=1e-6)
-
-
-def test_one_ball_in_a_box_of_its_size() -> None:
-    state = spawn(scene_of("radius = 20\ninside = [[0, 0], [40, 40]]", size="[40, 40]"))
-    assert state.position.tolist() == [[20, 20]]
 
 
 NO_ROOM = {
@@ -242,13 +199,6 @@ def test_too_many_balls_are_an_error(size: str, group: str, more: str, message: 
     with pytest.raises(SandboxError) as refused:
         spawn(scene)
     assert str(refused.value) == f"mine.toml{message}"
-
-
-@pytest.mark.wide
-def test_no_room_is_an_error_however_small_the_balls() -> None:
-    scene = scene_of("radius = 200\nposition = [400, 300]", "radius = 1e-6\ninside = [[300, 200], [500, 400]]")
-    with pytest.raises(SandboxError, match=r"balls\[1\]\.count is too large: there is no room for 1$"):
-        spawn(scene)
 
 
 def test_a_dense_group_finds_room_among_larger_and_smaller_balls() -> None:
@@ -291,11 +241,6 @@ def test_rms_speed_is_a_maxwell_distribution_in_the_plane(seed: int) -> None:
     assert abs(np.corrcoef(*velocity.T)[0, 1]) < 4 / math.sqrt(2000)
 
 
-@pytest.mark.parametrize("throw", ["speed = 0", "rms_speed = 0", ""])
-def test_no_speed_is_at_rest(throw: str) -> None:
-    assert not thrown(throw, 0, count=5).any()
-
-
 # --- Warnings --------------------------------------------------------------------------------------------------
 
 
@@ -315,24 +260,6 @@ def test_overlapping_balls_cause_a_warning_about_the_deepest_pair() -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    "group",
-    [
-        "radius = 5\ngrid = [20, 10]\nspacing = 10",
-        "radius = 4\nposition = [300, 300]\nvelocity = [240, 0]",
-        "radius = 5\nposition = [100, 107]\n[[walls]]\nfrom = [0, 100]\nto = [200, 100]\nthickness = 4",
-    ],
-    ids=["touching balls", "moves by its radius", "touching a wall"],
-)
-def test_the_limit_of_a_warning_causes_none(group: str) -> None:
-    assert warnings_of(scene_of(group)) == []
-
-
-def test_one_overlapping_pair_is_not_counted_in_the_warning() -> None:
-    scene = scene_of("radius = 5\npositions = [[100, 100], [100, 107], [200, 100], [212, 100]]")
-    assert warnings_of(scene) == ["test.toml: warning: balls 0 and 1 overlap by 3 px at the start"]
-
-
 # --- In walls ----------------------------------------------------------------------------------------------------
 
 IN_A_WALL = (
@@ -349,15 +276,15 @@ def test_balls_in_a_wall_are_refused_with_their_lines() -> None:
     reason = "into wall 1: its centre must be at least 7 px from the wall's centre line"
     advice = "(or allow it with overlap in [arena])"
     assert str(refused.value).splitlines() == [
-        f"mine.toml:5: balls[0].position puts ball 0 {reason}, got 6 {advice}",
-        f"mine.toml:8: balls[1].position puts ball 1 {reason}, got 4 {advice}",
+        f"mine.toml:5: balls[0].position puts a ball {reason}, got 6 {advice}",
+        f"mine.toml:8: balls[1].position puts a ball {reason}, got 4 {advice}",
     ]
 
 
 def test_the_overlap_of_the_arena_allows_balls_in_walls_which_cause_a_warning_with_the_wall_s_line() -> None:
     scene = parse(IN_A_WALL.format(overlap="\noverlap = 3"), "mine.toml")
     assert warnings_of(scene) == ["mine.toml:13: walls[1] warning: overlaps ball 1 by 3 px at the start"]
-    with pytest.raises(SandboxError, match="puts ball 1 into wall 1"):
+    with pytest.raises(SandboxError, match="puts a ball into wall 1"):
         spawn(parse(IN_A_WALL.format(overlap="\noverlap = 2.9"), "mine.toml"))
 
 
@@ -381,12 +308,6 @@ def test_places_drawn_at_random_are_in_no_wall() -> None:
     assert np.abs(spawn(scene).position[:, 0] - 400).min() >= 40
     free = spawn(scene_of(f"count = 300\nradius = 20\n{ANYWHERE}")).position
     assert np.abs(free[:, 0] - 400).min() < 40
-
-
-def test_random_places_that_are_all_in_a_wall_are_an_error() -> None:
-    walls = "walls = [{ from = [400, 0], to = [400, 600], thickness = 700 }]"
-    with pytest.raises(SandboxError, match=r"balls\[0\].x and y leave hardly any place outside the walls"):
-        spawn(scene_of(f"radius = 20\n{ANYWHERE}", more=walls))
 
 
 # --- Crowds ------------------------------------------------------------------------------------------------------
@@ -492,9 +413,3 @@ def test_a_scene_is_drawn_again_if_what_is_drawn_from_changes(
         after.velocity.tobytes(),
     )
     assert spawn(scene).position.tobytes() == before.position.tobytes()
-
-
-def test_only_few_drawn_states_are_kept() -> None:
-    for seed in range(20):
-        spawn(load("head-on").changed(seed=seed))
-    assert len(spawn_module._recent) <= 4
