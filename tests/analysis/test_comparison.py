@@ -11,7 +11,7 @@ from conftest import scene_of
 
 from sandbox.analysis.comparison import Comparison, compare
 from sandbox.analysis.verdict import verdict
-from sandbox.engines import advance, can_run
+from sandbox.engines import FullEngine, advance, can_run
 from sandbox.errors import SandboxError
 from sandbox.run.edits import AddBall, DeleteBall, SetGravity, SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
