@@ -374,16 +374,6 @@ def test_an_unknown_engine_is_an_error_of_the_user() -> None:
         verify([load("oblique")], ["pymunk", "exat"])
 
 
-def test_an_expectation_too_late_for_any_run_is_an_error_of_the_scene() -> None:
-    scene = scene_of(
-        "radius = 20\nposition = [200, 300]\n[[expect]]\nat = 1e7\nenergy_ratio = 1\ntolerance = 1\nbecause = 'x'"
-    )
-    with pytest.raises(
-        SandboxError, match=r"^test.toml:8: expect\[0\].at must be at most 166667 at this rate, got 1e\+07$"
-    ):
-        verify([scene], ["exact"])
-
-
 # What the command prints
 
 
