@@ -6,12 +6,15 @@ is the arena's width and height, px.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from sandbox.compiled import kernel
 from sandbox.state import Bodies, Bools, Contacts, Floats, Integers, State, States
+
+PAIRS_AT_ONCE: Final = 100_000  # of balls compared, some 10 MB
+SWEEP_MARGIN: Final = 1e-12  # relative, of coordinates along the axis: above rounding
 
 
 def kinetic_energy(velocity: Floats, mass: Floats) -> Floats:
@@ -124,25 +127,29 @@ def _overlaps(
 ) -> Iterator[tuple[Floats, Integers, Integers]]:
     """Yield overlaps (px) and the balls of each, (k,), some pairs at a time. position: (states, n, 2) px.
 
-    Sweep and prune along the axis of the larger spread (Cohen et al. 1995): each ball is compared with the next one
-    along it, then with the one after that, and so on, until it is too far from all others.
+    Sweep and prune along the axis of the larger spread (Cohen et al. 1995): each ball is compared with the balls no
+    larger than it that are within its diameter along the axis, so that one large ball does not slow down many small.
     """
     states, n = position.shape[:2]
     along = np.take_along_axis(position, np.ptp(position, axis=1).argmax(axis=1)[:, None, None], axis=2)[..., 0]
     ball = np.argsort(along, axis=1, kind="stable")
-    place = np.take_along_axis(position, ball[..., None], axis=1).reshape(-1, 2)
-    along, radii = np.take_along_axis(along, ball, axis=1).ravel(), radius[ball]
-    largest = np.maximum.accumulate(radii[:, ::-1], axis=1)[:, ::-1].ravel()  # of the balls from here on
-    ball, radii, end = ball.ravel(), radii.ravel(), np.repeat(np.arange(1, states + 1) * n, n)
-    first, shift = np.arange(states * n), 0
-    while len(first):
-        shift += 1
-        first = first[first + shift < end[first]]
-        second = first + shift
-        is_near = along[second] - along[first] < radii[first] + largest[second]
-        first, second = first[is_near], second[is_near]
-        apart = np.hypot(place[second, 0] - place[first, 0], place[second, 1] - place[first, 1])
-        overlap = radii[first] + radii[second] - apart
+    x, y = np.take_along_axis(position, ball[..., None], axis=1).reshape(-1, 2).T
+    along, radii, ball = np.take_along_axis(along, ball, axis=1), radius[ball].ravel(), ball.ravel()
+    apart = np.ptp(along) + 3 * radii.max()  # between the states, on one axis
+    along = ((along - along.min()) + apart * np.arange(states)[:, None]).ravel()
+    reach = 2 * radii * (1 + SWEEP_MARGIN) + SWEEP_MARGIN * apart * states
+    begin, end = np.arange(1, states * n + 1), np.searchsorted(along, along + reach, "right")
+    larger = np.flatnonzero(radii > radii.min())
+    begin[larger] = np.searchsorted(along, along[larger] - reach[larger])
+    counts = end - begin
+    for balls in np.split(np.arange(states * n), np.flatnonzero(np.diff(np.cumsum(counts) // PAIRS_AT_ONCE)) + 1):
+        count = counts[balls]
+        first = np.repeat(balls, count)
+        second = np.arange(len(first)) + np.repeat(begin[balls] + count - np.cumsum(count), count)
+        if len(larger):
+            is_counted = (radii[second] < radii[first]) | ((radii[second] == radii[first]) & (first < second))
+            first, second = first[is_counted], second[is_counted]
+        overlap = radii[first] + radii[second] - np.hypot(x[second] - x[first], y[second] - y[first])
         meets = overlap > 0
         a, b = ball[first[meets]], ball[second[meets]]
         if filters is not None:

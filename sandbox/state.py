@@ -16,8 +16,8 @@ Pushes = NDArray[np.void]  # (k,) of dtype PUSH
 CONTACT: Final = np.dtype(
     [
         ("time", "f8"),  # s
-        ("first", "i8"),  # ball
-        ("second", "i8"),  # ball, or ~wall (negative): walls 0 to 3 are the arena's left, top, right and bottom
+        ("first", "i8"),  # a ball
+        ("second", "i8"),  # a ball, or ~wall (negative): walls 0 to 3 are the arena's left, top, right and bottom
         ("normal", "f8", (2,)),  # unit vector from first to second
         ("impulse", "f8"),  # kg px/s along the normal, positive if it pushes the two apart
         ("depth", "f8"),  # px, overlap when the contact was found

@@ -14,17 +14,17 @@ Where two contacts close at one time, no law says which comes first. `is_decided
 """
 
 import random
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from enum import Enum
 from itertools import combinations
 from typing import Final, NamedTuple
 
-from roots_in_decimal import ZERO
-from table_in_decimal import Disc, Table
+from scene_in_decimal import Disc, Numbers
 
 DIGITS: Final = 60
+ZERO: Final = Decimal(0)
 STILL: Final = Decimal("1e-40")  # of the fastest motion at the start: a slower approach is none
 MAX_ROUNDS: Final = 5000  # made by themselves
 MAX_DOUBLINGS: Final = 150  # of rounds: one map for 1e45 of them
@@ -49,22 +49,22 @@ class Touch(NamedTuple):
     friction: Decimal = ZERO
 
 
-def touches_of(table: Table, slack: Callable[[Disc], Decimal]) -> list[Touch]:
-    """Return the contacts of all discs: gaps within what both discs are allowed, px."""
-    touches, discs = [], table.discs
+def touches_of(numbers: Numbers, slack: Decimal) -> tuple[list[Disc], list[Touch]]:
+    """Return the discs of a scene, and their contacts: gaps within a slack for each disc, px."""
+    touches, discs = [], numbers.discs()
     for i, disc in enumerate(discs):
-        for wall in table.walls:
+        for number, wall in enumerate(numbers.surfaces()):
             nx, ny, distance = wall.nearest(disc.x, disc.y)
-            if distance - disc.radius - wall.half_thickness <= slack(disc):
+            if distance - disc.radius - wall.half_thickness <= slack:
                 e, mu = disc.elasticity * wall.elasticity, disc.friction * wall.friction
-                touches.append(Touch(i, ~wall.number, nx, ny, e, mu))
+                touches.append(Touch(i, ~number, nx, ny, e, mu))
     for (i, a), (j, b) in combinations(enumerate(discs), 2):
         x, y = b.x - a.x, b.y - a.y
         distance = (x * x + y * y).sqrt()
-        if distance - a.radius - b.radius <= slack(a) + slack(b):
+        if distance - a.radius - b.radius <= 2 * slack:
             e, mu = a.elasticity * b.elasticity, a.friction * b.friction
             touches.append(Touch(i, j, x / distance, y / distance, e, mu))
-    return touches
+    return discs, touches
 
 
 class Course(Enum):
@@ -266,13 +266,8 @@ def repeated(history: Sequence[tuple[Course, ...]]) -> Courses:
     return ()
 
 
-def continued(
-    discs: Sequence[Disc], touches: Sequence[Touch], *, leaps: bool = True, shuffle: random.Random | None = None
-) -> Outcome:
-    """Continue a sequence of impacts to its end or limit.
-
-    leaps: whether rounds may be made many at once; shuffle: what chooses each of the first SHUFFLED impacts.
-    """
+def continued(discs: Sequence[Disc], touches: Sequence[Touch], shuffle: random.Random | None = None) -> Outcome:
+    """Continue a sequence of impacts to its end or limit. shuffle: what chooses each of the first SHUFFLED impacts."""
     with localcontext(prec=DIGITS):
         motions = Motions(discs, touches)
         motion = [speed for disc in discs for speed in speeds(disc)]
@@ -288,7 +283,7 @@ def continued(
             if all(course == Course.OPEN for course in history[-1]):
                 ending = Ending.PARTED
                 break
-            if leaps and (rounds := repeated(history)):
+            if rounds := repeated(history):
                 motion, given, endless = leap(motions, motion, given, rounds, still)
                 history.clear()
                 if endless:

@@ -1,12 +1,45 @@
-"""Scenes of few discs and straight walls, as numbers: written for the sandbox, and for the programs in decimals."""
+"""Scenes of few discs and straight walls, as numbers: written for the sandbox, and for `impacts_in_decimal`."""
 
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import Final
-
-from table_in_decimal import Disc, Table, Wall
+from typing import Final, NamedTuple
 
 STEPS: Final = 60  # of a run
+
+
+@dataclass
+class Disc:
+    """A disc. x, y: px; vx, vy: px/s; spin: rad/s, positive from x to y."""
+
+    x: Decimal
+    y: Decimal
+    vx: Decimal
+    vy: Decimal
+    radius: Decimal
+    mass: Decimal
+    elasticity: Decimal
+    friction: Decimal = Decimal(0)
+    spin: Decimal = Decimal(0)
+
+
+class Wall(NamedTuple):
+    """A segment, of which only what is beside it counts. x0, y0, x1, y1: px, of its ends."""
+
+    x0: Decimal
+    y0: Decimal
+    x1: Decimal
+    y1: Decimal
+    half_thickness: Decimal
+    elasticity: Decimal
+    friction: Decimal
+
+    def nearest(self, x: Decimal, y: Decimal) -> tuple[Decimal, Decimal, Decimal]:
+        """Return the unit normal from a point to the wall's line, and the distance to it, px."""
+        dx, dy = self.x1 - self.x0, self.y1 - self.y0
+        length = (dx * dx + dy * dy).sqrt()
+        off = ((x - self.x0) * dy - (y - self.y0) * dx) / length
+        side = 1 if off > 0 else -1
+        return -side * dy / length, side * dx / length, side * off
 
 
 @dataclass(frozen=True)
@@ -39,17 +72,15 @@ class Numbers:
             lines += [f"elasticity = {elasticity!r}", f"friction = {friction!r}"]
         return "\n".join(lines)
 
-    def table(self) -> Table:
-        """Write the scene for the independent program."""
-        width, height = map(Decimal, self.size)
-        corners = [(Decimal(0), height), (Decimal(0), Decimal(0)), (width, Decimal(0)), (width, height)]
-        sides = zip(corners, corners[1:] + corners[:1], strict=True)
-        factors = Decimal(self.elasticity), Decimal(self.friction)
-        walls = [
-            Wall(number, *start, *end, Decimal(0), *factors, one_sided=True)
-            for number, (start, end) in enumerate(sides)
-        ]
-        for number, (*ends, thickness, elasticity, friction) in enumerate(self.walls, len(walls)):
-            walls.append(Wall(number, *map(Decimal, (*ends, thickness / 2, elasticity, friction))))
-        discs = [Disc(*map(Decimal, ball)) for ball in self.balls]
-        return Table(discs, tuple(walls), (Decimal(self.gravity[0]), Decimal(self.gravity[1])))
+    def discs(self) -> list[Disc]:
+        """Return the discs in decimals."""
+        return [Disc(*map(Decimal, ball)) for ball in self.balls]
+
+    def surfaces(self) -> list[Wall]:
+        """Return the sides of the arena, and then the walls, in decimals."""
+        width, height = self.size
+        corners = [(0.0, height), (0.0, 0.0), (width, 0.0), (width, height)]
+        factors = 0.0, self.elasticity, self.friction
+        sides = [(*start, *end, *factors) for start, end in zip(corners, corners[1:] + corners[:1], strict=True)]
+        walls = [(*ends, thickness / 2, e, mu) for *ends, thickness, e, mu in self.walls]
+        return [Wall(*map(Decimal, wall)) for wall in (*sides, *walls)]

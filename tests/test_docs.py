@@ -2,15 +2,15 @@
 
     SANDBOX_WRITE_DOCS=1 .venv/bin/pytest -q -m "" tests/test_docs.py
 
-writes into the documents what their commands print, the keys of the window, the labels of causes, and the pictures.
+writes into the documents what their commands print, the keys of the window, the tables of formats, and the pictures.
 
-A ```text block directly after a ```sh block of one command is its output, and after a ```python block what that prints.
+A ```text block directly after a ```sh block of one command is its output, and after a ```python block what that prints;
+a last line `...` stands for the rest.
 A block whose first line is a comment such as `# mine.toml` is a file for all commands and examples of its page.
 A comment `# exit code 1` after a command is the exit code that it must have; without one it is 0.
 """
 
 import itertools
-import json
 import os
 import re
 import runpy
@@ -30,19 +30,15 @@ import pygame
 import pytest
 from browser import chromium
 from conftest import LIBRARIES_REQUIRED, Command, sample
+from format_tables import tables
 from PIL import Image, ImageSequence
 from typer.main import get_command
 
 from sandbox.bench.window import finer_gas
 from sandbox.cli.commands import app
-from sandbox.judge.causes import Cause
-from sandbox.run.inputs import Start, load_inputs, write_inputs
-from sandbox.scene.files import load, parse
+from sandbox.run import inputs
+from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
-from sandbox.space.changes import CALLS, NAMES
-from sandbox.space.evidence import STEP_RULES
-from sandbox.space.findings import TEXTS, Rules
-from sandbox.space.rules import RULES
 from sandbox.view.controls import HELP
 
 ROOT = Path(__file__).parent.parent
@@ -53,8 +49,8 @@ BLOCK = re.compile(r"^```(\w+)\n(.*?)^```\n(?:\n?^```text\n(.*?)^```\n)?", re.MU
 FILE = re.compile(r"# ([\w-]+\.(?:toml|py))\n")
 NOT_RUN = ("python3 -m venv", ".venv/bin/", "pip ", ".ci/", "SANDBOX_WRITE_DOCS")  # sets up, or runs the tests
 MISTAKEN = "broken.toml"  # its errors are what a page shows
+SOURCES = (".py", ".js", ".html", ".css", ".toml")
 FRAGMENT = {"arena": {"size": [800, 600]}, "balls": [{"radius": 20, "position": [100 + 50 * k, 100]} for k in range(2)]}
-LABELS = {cause.key: cause.label for cause in Cause}
 ROUNDING = re.compile(r"\d\.\d+e-1[3-9]|0\.00e\+00")  # figures that another processor may round differently
 HOSTS = {"box2d.org", "distributed.dask.org", "github.com", "www.pymunk.org"}  # that the documents link to
 NEEDS = {"box2d": "pyb2d3", ".mp4": "av"}  # what a command names, and the library that it needs
@@ -74,9 +70,11 @@ class Block(NamedTuple):
 
     def check_output(self, printed: str) -> None:
         """Compare what is printed with the document, or write it there."""
-        lines = "".join(f"{line.rstrip()}\n" for line in printed.splitlines())
+        lines = "".join(f"{line.rstrip()}\n" for line in printed.strip("\n").splitlines())
+        if self.output and self.output.endswith("...\n"):
+            lines = "\n".join([*lines.split("\n")[: self.output.count("\n") - 1], "...\n"])
         if WRITE and self.output is not None and lines != self.output:
-            rewrite(self.page, self.text + "```", self.output, lines)
+            rewrite(self.page, self.text + "```", f"```text\n{self.output}```", f"```text\n{lines}```")
         elif self.output is not None:
             assert ROUNDING.sub("rounding", lines) == ROUNDING.sub("rounding", self.output)
 
@@ -123,7 +121,7 @@ SET_UP = re.findall(r"^python3 -m venv .*$", README.read_text(), re.MULTILINE)
 def put_files(page: Path, folder: Path) -> None:
     """Put into a folder what a page's commands and examples read."""
     shutil.copytree(ROOT / "docs" / "examples", folder / "docs" / "examples")
-    write_inputs([Start(scene="article", seed=0, rate=60)], folder / "mouse.jsonl")
+    inputs.write_inputs([inputs.Start(scene="article", seed=0, rate=60)], folder / "mouse.jsonl")
     for name, text in files(page).items():
         (folder / name).write_text(text)
 
@@ -142,7 +140,7 @@ def test_every_command_prints_what_stands_there(
     block: Block, tmp_path: Path, command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name, library in NEEDS.items():
-        if name in block.text and find_spec(library) is None:
+        if name in f"{block.text}{block.output}" and find_spec(library) is None:
             assert not LIBRARIES_REQUIRED, f"{library} is not installed"
             pytest.skip(f"needs {library}")
     monkeypatch.setattr("sandbox.bench.parts.ROUNDS", 1)
@@ -262,12 +260,6 @@ def test_every_link_resolves(page: Path) -> None:
             assert not anchor or anchor in anchors(target), link
 
 
-def test_the_example_of_inputs_loads(tmp_path: Path) -> None:
-    (example,) = blocks("jsonl")
-    (tmp_path / "mouse.jsonl").write_text(example.text)
-    assert len(load_inputs(tmp_path / "mouse.jsonl", load("article"))) == example.text.count("\n")
-
-
 def anchors(page: Path) -> set[str]:
     """Return the anchors of a page's headings, as GitHub makes them."""
     headings = re.findall(r"^#+ (.*)$", page.read_text(), re.MULTILINE)
@@ -285,8 +277,10 @@ def test_every_command_answers_a_question() -> None:
     assert answers == set(get_command(app).commands)  # type: ignore[attr-defined]
 
 
-def test_the_readme_is_short() -> None:
-    assert len(README.read_text().split()) <= 1_500
+def test_the_documents_are_short() -> None:
+    words = {page.stem: len(page.read_text().split()) for page in PAGES}
+    assert words["README"] <= 700
+    assert sum(words.values()) <= 16_000, words
 
 
 def test_the_set_up_lines_are_those_that_ci_runs() -> None:
@@ -295,39 +289,24 @@ def test_the_set_up_lines_are_those_that_ci_runs() -> None:
 
 
 def test_the_keys_are_those_of_the_window() -> None:
-    check_table("window.md", "| key | does |\n|---|---|\n", [f"| {keys} | {does} |" for keys, does in HELP])
+    rows = "".join(f"`{keys}` | {does}\n" for keys, does in HELP)
+    check_text(ROOT / "docs" / "window.md", "key | does\n---|---\n", "\n", rows)
 
 
-@pytest.mark.parametrize(
-    ("title", "rules"),
-    [
-        ("how it is set up", RULES),
-        ("what its steps show", STEP_RULES),
-    ],
-)
-def test_every_rule_for_a_space_is_in_its_table(title: str, rules: Rules[Any]) -> None:
-    head = f"| rule: {title} | sure | symptom |\n|---|---|---|\n"
-    texts = {rule: TEXTS[rule] for rule in rules}
-    rows = [f"| `{rule}` | {text['certainty']} | {text['symptom'].format('X')} |" for rule, text in texts.items()]
-    check_table("your-program.md", head, rows)
+@pytest.mark.parametrize("title", tables())
+def test_the_tables_of_formats_are_those_of_the_models(title: str) -> None:
+    check_text(ROOT / "docs" / "formats.md", f"# {title}\n\n", "\n", "".join(f"{row}\n" for row in tables()[title]))
 
 
-def test_every_change_of_pymunk_that_has_a_hint_is_in_its_table() -> None:
-    names: dict[tuple[int, str], list[str]] = {}
-    for old, change in {**NAMES, **CALLS}.items():
-        names.setdefault((-change.since, change.instead), []).append(f"`{old}`")
-    rows = [f"| {', '.join(names[key])} | {-key[0]} | {key[1]} |" for key in sorted(names, key=lambda key: key[0])]
-    check_table("your-program.md", "| in older programs | error since | instead |\n|---|---|---|\n", rows)
-
-
-def test_every_cause_is_explained() -> None:
-    page = ROOT / "docs" / "comparing.md"
-    explained = dict(re.findall(r"^\| `(\w+)` \| ([^|]*) \|", page.read_text(), re.MULTILINE))
+def check_text(page: Path, start: str, end: str, text: str) -> None:
+    """Compare what stands between two texts of a page, the second alone on its line, or write it there."""
+    written, found, rest = page.read_text().partition(start)
+    assert found
+    old, found, rest = f"\n{rest}".partition(f"\n{end}")
     if WRITE:
-        for cause, label in LABELS.items():
-            rewrite(page, "| key | label |", f"| `{cause}` | {explained[cause]} |", f"| `{cause}` | {label} |")
+        page.write_text(f"{written}{start}{text}{end}{rest}")
     else:
-        assert explained == LABELS
+        assert f"{old}\n".removeprefix("\n") == text
 
 
 def test_every_line_of_a_comparison_is_explained() -> None:
@@ -336,30 +315,21 @@ def test_every_line_of_a_comparison_is_explained() -> None:
     table = shown.output.split("\n\n")[2].splitlines()[1:]
     labels = {line.strip().split("  ")[0] for line in table}
     assert len(labels) >= 8
-    assert labels - set(re.findall(r"^\| ([^|]*) \|", shown.page.read_text(), re.MULTILINE)) == set()
+    explained = re.findall(r"^\| ([^|]*) \|", shown.page.read_text(), re.MULTILINE)
+    assert labels - {label for cell in explained for label in cell.split(", ")} == set()
 
 
-def check_table(name: str, head: str, rows: list[str]) -> None:
-    """Compare a table with its rows, or write them there."""
-    page = ROOT / "docs" / name
-    table = page.read_text().partition(head)[2].partition("\n\n")[0]
+def test_the_layout_has_the_lines_of_each_folder() -> None:
+    """To a tenth: it shows what is large, and need not change with each commit."""
+    page, root = ROOT / "docs" / "developing.md", ROOT / "sandbox"
+    text = page.read_text()
+    for name, shown in re.findall(r"^  (\w+/|\*\.py) +([\d,]+)  ", text, re.MULTILINE):
+        files_in = root.glob(name) if name == "*.py" else (root / name).rglob("*.*")
+        sources = [file for file in files_in if file.suffix in SOURCES]
+        lines = sum(len(file.read_text().splitlines()) for file in sources)
+        if WRITE:
+            text = re.sub(rf"^  {re.escape(name)} +[\d,]+  ", f"  {name:10}{lines:8,}  ", text, flags=re.MULTILINE)
+        else:
+            assert lines == pytest.approx(int(shown.replace(",", "")), rel=0.1), name
     if WRITE:
-        rewrite(page, head, table, "\n".join(rows))
-    else:
-        assert table == "\n".join(rows)
-
-
-def keys_of(document: object) -> Iterator[str]:
-    """Yield every key of a document, but for names of engines, causes and laws."""
-    if isinstance(document, dict):
-        for key, value in document.items():
-            yield key
-            named = key in ("engines", "ledger", "theory")
-            yield from (each for one in value.values() for each in keys_of(one)) if named else keys_of(value)
-
-
-def test_every_key_of_a_comparison_is_documented(command: Command) -> None:
-    code, out, _ = command("compare", "gas-100", "--seconds", 0.5, "--json", "-")
-    assert code == 0
-    formats = (ROOT / "docs" / "formats.md").read_text()
-    assert {key for key in keys_of(json.loads(out)) if f"`{key}`" not in formats} == set()
+        page.write_text(text)

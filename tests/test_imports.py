@@ -15,8 +15,9 @@ import sandbox
 from sandbox.engines import registry
 
 ROOT: Final = Path(sandbox.__file__).parent
-LAYOUT: Final = (ROOT.parent / "docs" / "developing.md").read_text().partition("\nsandbox/\n")[2].partition("```")[0]
-ORDER: Final = re.findall(r"^  (\w+)(?:\.py|/) ", LAYOUT, re.MULTILINE)  # each may import itself and those above it
+LAYOUT: Final = (ROOT.parent / "docs" / "developing.md").read_text().partition("\nsandbox/")[2].partition("```")[0]
+SHARED: Final = re.findall(r"\w+", re.findall(r"^  \*\.py .*  (.*): ", LAYOUT, re.MULTILINE)[0])
+ORDER: Final = SHARED + re.findall(r"^  (\w+)/ ", LAYOUT, re.MULTILINE)  # each may import itself and those above it
 MODULES: Final = {
     ".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): file
     for file in sorted(ROOT.rglob("*.py"))
@@ -29,7 +30,7 @@ LIBRARIES: Final = {  # library -> the modules and folders that may import it; n
     "tomlkit": ("scene.files",),
     "pandas": ("run.trajectory", "scripting.comparison_result", "scripting.calls"),
     "PIL": ("scene", "view"),
-    "numba": ("compiled", "space.memory"),
+    "numba": ("compiled",),
     "pymunk": (
         "engines.pymunk",
         "engines.space_reader",

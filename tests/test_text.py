@@ -14,7 +14,7 @@ from sandbox.errors import SandboxError
 from sandbox.run.inputs import load_inputs
 from sandbox.scene.files import load
 from sandbox.sweeps import as_csv, in_order, plan
-from sandbox.sweeps.jobs import run_job
+from sandbox.sweeps.workers import run_here
 from sandbox.text import csv_text
 
 pytestmark = pytest.mark.usefixtures("working_folder")
@@ -121,7 +121,7 @@ def is_number(cell: str) -> bool:
 def test_a_spreadsheet_runs_no_cell_as_a_formula(name: str) -> None:
     comparison = compare(hostile_scene(name=name), ["article", "exact"])
     sweep = plan(comparison.scene, [0], [60], ["article"])
-    rows = [run_job(sweep.scene, sweep.against, job) for job in sweep.jobs]
+    rows = [result.row for result in run_here(sweep, sweep.jobs) if result.row]
     journal = {"against": f"{name}", "ledger.=1.contacts": -2.5, "python": "\t=1", "horizon": "+1"}
     for text in (comparison.as_csv(), as_csv(rows), as_csv(in_order(sweep, [rows[0] | journal]))):
         text.encode()

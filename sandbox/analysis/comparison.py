@@ -3,12 +3,12 @@
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 
 from sandbox.analysis.documents import Conditions, Failure, figure_columns
-from sandbox.analysis.expectations import steps_around
+from sandbox.analysis.expectations import step_of
 from sandbox.analysis.figures import Run
 from sandbox.analysis.measurement import Measurement
 from sandbox.analysis.reference import Trust, Twins, reference_of
@@ -110,25 +110,21 @@ class Comparison:
     def exceeded(
         self, max_gap: float | None = None, max_drift: float | None = None, max_energy_error: float | None = None
     ) -> Iterator[tuple[str, str]]:
-        """Yield each engine that exceeds a limit, of those that are not None, and by how much and since when.
+        """Yield each engine that exceeds a limit, of those that are not None, and by how much.
 
         Raises SandboxError if a limit cannot be judged: the engine is alone, or its figure is unknown at all times.
         """
-        if not self.others and (max_gap is not None or max_energy_error is not None):
-            raise SandboxError(
-                f"only {self.against} took part, so it has no gap and no energy error to limit: "
-                "these are measured against another engine"
-            )
         for name, run in self.runs.items():
             for what, limit, values, unit in (
                 ("gap", max_gap, run.gap_max, " px"),
                 ("drift", max_drift, np.abs(run.energy_change), ""),
                 ("energy error", max_energy_error, np.abs(run.energy_gap), ""),
             ):
-                if limit is not None and np.isnan(values[1:]).all():
+                if limit is not None and (np.isnan(values[1:]).all() or (what != "drift" and not self.others)):
                     why = "means nothing from the start" if run.energy_scale else "has no ball that moves"
                     raise SandboxError(
-                        f"{name}: there is no {what} to compare with the limit of {limit:g}: {self.against} {why}"
+                        f"{name}: there is no {what} to compare with the limit of {limit:g}: {self.against} "
+                        f"{why if self.others else 'took part alone'}"
                     )
                 if limit is not None and (beyond := values > limit).any():
                     since, largest = self.time[int(beyond.argmax())], f"{np.nanmax(values):.6g}{unit}"
@@ -140,7 +136,7 @@ def _as_json(run: Run) -> dict[str, Any]:
     scale = run.energy_scale
     figures = asdict(run.figures)
     if first := run.figures.first_difference:
-        figures["first_difference"] |= {"kind": first.kind.value, "cause": first.cause.key}
+        figures["first_difference"]["cause"] = first.cause.key
     figures["causes"] = [asdict(each) | {"cause": each.cause.key} for each in run.causes]
     figures["ledger"] = {
         entry.cause.key: {key: value for key, value in asdict(entry).items() if key != "cause"}
@@ -198,8 +194,7 @@ def compare(
 class RunningComparison:
     """A comparison that goes on: engines run to any step, and are compared as far as they have come.
 
-    Arguments and errors are those of `compare`; planned: how many steps are expected; kept: where to keep the positions
-    of the reference, (planned + 1, n, 2) px.
+    Arguments and errors are those of `compare`; planned: how many steps are expected.
     """
 
     def __init__(
@@ -209,10 +204,8 @@ class RunningComparison:
         against: str,
         inputs: Sequence[Input],
         planned: int,
-        kept: Floats | None = None,
     ) -> None:
-        self._scene, self._engines, self._against = scene, dict(engines), against
-        self._planned, self._kept = planned, kept
+        self._scene, self._engines, self._against, self._planned = scene, dict(engines), against, planned
         self._failed: dict[str, EngineError] = {}
         self._ended: LimitReached | None = None
         self._most: float = math.inf  # steps that no engine reaches a limit in
@@ -285,60 +278,17 @@ class RunningComparison:
         self._segment.advance(steps)
 
     def _new_segment(self) -> "_Segment":
-        planned = max(1, self._planned - self._lockstep.steps)
-        return _Segment(self._lockstep, self._against, planned, kept=self._kept)
-
-
-class Reference(NamedTuple):
-    """The whole run of the engine that others are measured against, for comparisons that share it.
-
-    alone: the comparison of that engine with nothing; position: (steps + 1, n, 2) px.
-    """
-
-    alone: Comparison
-    position: Floats
-
-
-def run_reference(scene: Scene, engine: str) -> Reference:
-    """Run the engine that others will be measured against, for the scene's seconds, or as long as it can.
-
-    Raises LimitReached if it reaches a limit in the first step.
-    """
-    kept = np.empty((scene.steps + 1, len(scene.bodies), 2))
-    running = RunningComparison(scene, named([engine]), engine, (), scene.steps, kept)
-    running.advance(scene.steps)
-    return Reference(running.result(), kept[: running.steps + 1])
-
-
-def compare_with(reference: Reference, scene: Scene, engine: str) -> Comparison:
-    """Compare an engine with a reference that ran the scene before, as `compare` does."""
-    alone, steps = reference.alone, len(reference.position) - 1
-    if engine == alone.against:
-        return replace(alone, scene=scene)
-    try:
-        segment = _Segment(Lockstep(scene, [engine]), alone.against, steps, reference)
-        while segment.lockstep.steps < steps:
-            segment.advance(steps)
-    except LimitReached:  # so the reference is needed up to there only
-        return compare(scene, [engine, alone.against], against=alone.against)
-    return replace(segment.comparison((), scene.seconds), ended=alone.ended)
+        return _Segment(self._lockstep, self._against, max(1, self._planned - self._lockstep.steps))
 
 
 class _Segment:
     """The part of a run since its start or its last edit; an edit changes the scene or the states.
 
     Each engine's states fill the rows of a block; `before` is the number of steps before its first row, and `filled`
-    rows are there. reference: if it ran before; kept: where to keep the positions of one that runs along.
+    rows are there.
     """
 
-    def __init__(
-        self,
-        lockstep: Lockstep,
-        against: str,
-        steps: int,
-        reference: Reference | None = None,
-        kept: Floats | None = None,
-    ) -> None:
+    def __init__(self, lockstep: Lockstep, against: str, steps: int) -> None:
         self.lockstep, self.against, self.scene = lockstep, against, lockstep.scene
         self.since, self.begun = lockstep.time, lockstep.steps
         self.work_before = dict(lockstep.work)  # kg px²/s², by the mouse and edits of earlier segments
@@ -348,9 +298,8 @@ class _Segment:
         self.measurements = {
             name: Measurement(self.scene, runner, self.rows, steps) for name, runner in lockstep.engines.items()
         }
-        self.reference, self.kept = reference, kept
-        self.twins = None if reference else Twins(lockstep, against)
-        self.disturbed: list[int] = []  # steps before which a ball was pushed
+        self.twins = Twins(lockstep, against)
+        self.disturbed = math.inf  # the step before which a ball was first pushed
         self.before, self.filled = 0, 1
 
     def advance(self, steps: int) -> None:
@@ -359,7 +308,7 @@ class _Segment:
         blocks = {measurement.runner: measurement.states.rows(rows) for measurement in self.measurements.values()}
         self.filled += self.lockstep.advance(blocks)
         if self.lockstep.pushes:
-            self.disturbed.append(self.before + rows.start)
+            self.disturbed = min(self.disturbed, self.before + rows.start)
             for name, measurement in self.measurements.items():
                 measurement.pushes += [(rows.start, ball, dv) for ball, dv in self.lockstep.pushes[name]]
                 measurement.scale.give(self.lockstep.work[name] - self.work_before[name])
@@ -368,51 +317,34 @@ class _Segment:
 
     def _enter(self) -> None:
         """Measure and judge the block, and begin another."""
-        for number, expect in enumerate(self.expect):
-            first, last = (step - self.before for step in steps_around(expect.at, self.scene.rate))
-            is_here = first >= 0 and last < self.filled and (last or not self.before)
-            if is_here and not (self.disturbed and self.disturbed[0] <= self.before + last):
+        block = range(self.before + bool(self.before), self.before + self.filled)
+        for expect in self.expect:
+            if (step := step_of(expect, self.scene.rate)) is not None and step in block:
                 for measurement in self.measurements.values():
-                    measurement.expect(number, expect, (first, last))
-        reference = self._reference_positions(slice(self.before, self.before + self.filled))
+                    measurement.keep(step)
+        states = self.measurements[self.against].states.rows(slice(self.filled))
+        times = self.scene.clock.times(np.arange(self.before + 1, self.before + self.filled))
+        self.twins.follow(states.rows(slice(1, None)), times)
+        reference = states.position.copy()  # its own block begins anew before others are measured
         for name, measurement in self.measurements.items():
             measurement.enter(self.filled, None if name == self.against else reference)
         self.before += self.filled - 1
         self.filled = 1
 
-    def _reference_positions(self, steps: slice) -> Floats:
-        """Return where the reference has the balls in the block, (rows, n, 2) px; its twins follow it."""
-        if self.reference:
-            return self.reference.position[steps]
-        assert self.twins
-        states = self.measurements[self.against].states.rows(slice(self.filled))
-        self.twins.follow(states.rows(slice(1, None)), self.scene.clock.times(np.arange(steps.start + 1, steps.stop)))
-        if self.kept is not None:
-            self.kept[steps] = states.position
-        return states.position.copy()  # the reference's own block begins anew before others are measured
-
     def comparison(self, inputs: tuple[Input, ...], seconds: float) -> Comparison:
         """Return the comparison so far. seconds: that the whole run is to take, from its start."""
         if self.filled > 1 or not self.before:
             self._enter()
-        steps = self.before
-        for number, expect in enumerate(self.expect):
-            if expect.at <= seconds and steps_around(expect.at, self.scene.rate)[1] > steps:
-                for measurement in self.measurements.values():
-                    measurement.expect(number, expect, ())
-        disturbed = bool(self.disturbed)
-        if self.reference:
-            trust, reference = self.reference.alone.trust, self.reference.alone.runs[self.against]
-        else:
-            assert self.twins
-            measured = self.measurements[self.against]
-            trust = self.twins.trust(measured.contacts)
-            reference = measured.run(None, trust.until, disturbed=disturbed)
-        runs = {
-            name: reference if name == self.against else measurement.run(reference, trust.until, disturbed=disturbed)
-            for name, measurement in self.measurements.items()
-        }
-        time = self.scene.clock.times(np.arange(steps + 1))
-        stride = next(iter(self.measurements.values())).stride
+        trust, disturbed = self.twins.trust, self.disturbed < math.inf
+        undisturbed = min(seconds, (self.disturbed - 1) / self.scene.rate)
+        expects = [expect for expect in self.expect if expect.at <= undisturbed]
+        reference: Run | None = None
+        runs = dict[str, Run]()
+        for name in sorted(self.measurements, key=lambda name: name != self.against):
+            runs[name] = self.measurements[name].run(reference, trust.until, expects, disturbed=disturbed)
+            reference = runs[self.against]
+        runs = {name: runs[name] for name in self.measurements}
+        time = self.scene.clock.times(np.arange(self.before + 1))
+        stride = self.measurements[self.against].stride
         scene = self.scene if self.scene.seconds == seconds else self.scene.changed(seconds=seconds)
         return Comparison(scene, self.against, self.since, time, runs, trust, stride, inputs)

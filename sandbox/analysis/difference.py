@@ -1,7 +1,6 @@
 """What is wrong with an engine's steps, beside the exact step from its own state: where, since when, and why."""
 
-from dataclasses import dataclass, replace
-from enum import StrEnum
+from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -9,49 +8,34 @@ import numpy as np
 from sandbox.judge.causes import Cause
 from sandbox.judge.ledger import NO_BODY, Errors
 from sandbox.judge.summary import Verdict
-from sandbox.judge.thresholds import NEGLIGIBLE, SINGLE
 from sandbox.judge.words import of_errors
-from sandbox.quantity import length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.scene.units import Dimension
-from sandbox.state import Floats, State
+from sandbox.state import Floats
 
 MAX_DIFFERENCES: Final = 200  # reported of one engine
 Velocities = tuple[Vector, ...]
 Spins = tuple[float, ...]
 
 
-class Kind(StrEnum):
-    """What of an engine differs."""
-
-    OUTCOME = "outcome"  # of a contact
-    MISSING = "missing"  # a contact that is due
-    EXTRA = "extra"  # a contact that is not due
-    FLIGHT = "flight"
-    START = "start"
-
-
 @dataclass(frozen=True)
 class Difference:
-    """What is wrong with a step of an engine; or that it begins elsewhere than the reference.
+    """What is wrong with a step of an engine.
 
     What should be is what the exact step makes of the engine's own state before it.
     """
 
-    kind: Kind
     time: float  # s, at the end of the step
-    first: int  # ball
-    second: int | None  # ball, or ~wall; None if no contact shows the difference
-    cause: Cause
+    first: int  # a ball
+    second: int | None  # a ball, or a wall as a negative number; None if no contact shows the difference
+    cause: Cause  # its key
     because: str  # a sentence
-    in_reference: bool  # whether the error is the reference's
     before: Velocities  # px/s of the ball or balls, before the step
-    after: Velocities
-    should_after: Velocities  # empty if the exact step is not known, as are the spins
+    after: Velocities  # px/s, after it
+    should_after: Velocities  # px/s, after the exact step; empty if that is not known, as are the spins
     spin_before: Spins  # rad/s, as the velocities
-    spin_after: Spins
-    should_spin_after: Spins
+    spin_after: Spins  # rad/s, likewise
+    should_spin_after: Spins  # rad/s, likewise
     normal: Vector | None = None  # from the first to the second body, as the engine found it; None if not known
     depth: float | None = None  # px, their overlap then; negative if they were apart
     should_normal: Vector | None = None  # in the exact step; None if the two do not touch in it
@@ -60,15 +44,6 @@ class Difference:
     def balls(self) -> list[int]:
         """The balls that it is about."""
         return [body for body in (self.first, self.second) if body is not None and body >= 0]
-
-    def of_reference(self) -> "Difference":
-        """Return the same, said of the reference."""
-        return replace(self, in_reference=True, because=f"The reference is wrong here. {self.because}")
-
-    @property
-    def cause_label(self) -> str:
-        """The cause in words, and whose it is if it is not the engine's."""
-        return f"{self.cause.label}, in the reference" if self.in_reference else self.cause.label
 
 
 class Passage(NamedTuple):
@@ -107,13 +82,11 @@ def _of_step(scene: Scene, row: Errors, flights: dict[str, str]) -> Difference:
     balls = slice(2 if second is not None and second >= 0 else 1)
     should = balls if np.isfinite(error["should"][balls]).all() else slice(0)
     return Difference(
-        _kind(error),
         scene.clock.time(int(error["step"])),
         int(error["first"]),
         second,
         Cause(error["cause"]),
         of_errors(scene, row, flights),
-        in_reference=False,
         before=_vectors(error["before"][balls]),
         after=_vectors(error["after"][balls]),
         should_after=_vectors(error["should"][should]),
@@ -132,45 +105,3 @@ def _vectors(pairs: Floats) -> Velocities:
 
 def _vector(pair: Floats) -> Vector | None:
     return None if np.isnan(pair).any() else _vectors(pair[None])[0]
-
-
-def _kind(error: np.void) -> Kind:
-    if error["second"] == NO_BODY:
-        return Kind.FLIGHT
-    if error["cause"] == Cause.MISSED:
-        return Kind.MISSING
-    return Kind.EXTRA if error["cause"] in (Cause.DOUBLE_BOUNCE, Cause.WARM_START) else Kind.OUTCOME
-
-
-def difference_at_start(scene: Scene, state: State, reference: State) -> Difference | None:
-    """Return the first ball that begins elsewhere than in the reference, or otherwise, by more than float32 rounds."""
-    away, slower = (
-        length(mine - other)
-        for mine, other in ((state.position, reference.position), (state.velocity, reference.velocity))
-    )
-    rim = scene.bodies.radius * np.stack([state.spin - reference.spin, reference.spin])
-    extent, speed = np.abs(reference.position).max(), np.abs(reference.velocity).max() + np.abs(rim[1]).max()
-    apart = away > np.maximum(NEGLIGIBLE * scene.bodies.radius, SINGLE * extent)
-    apart |= slower + np.abs(rim[0]) > 2 * NEGLIGIBLE * speed
-    if not apart.any():
-        return None
-    ball, units = int(apart.argmax()), scene.units
-    place = units.text(Dimension.LENGTH, "{:.3g}", away[ball])
-    by = units.text(Dimension.VELOCITY, "{:.3g}", slower[ball])
-    velocity, spin = _vectors(state.velocity[[ball]]), (float(state.spin[ball]),)
-    return Difference(
-        Kind.START,
-        0.0,
-        ball,
-        None,
-        Cause.START,
-        f"When the comparison begins, ball {ball} is {place} and {by} from the reference's: what follows begins with "
-        "that.",
-        in_reference=False,
-        before=velocity,
-        after=velocity,
-        should_after=_vectors(reference.velocity[[ball]]),
-        spin_before=spin,
-        spin_after=spin,
-        should_spin_after=(float(reference.spin[ball]),),
-    )

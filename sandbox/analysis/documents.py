@@ -24,65 +24,66 @@ CauseKey = Annotated[str, WithJsonSchema({"type": "string", "enum": [cause.key f
 class Conditions:
     """What all engines of a comparison share, by the keys of JSON and CSV; see `Comparison` for their meaning."""
 
-    scene: str
-    seed: int
+    scene: str  # its name
+    seed: int  # of what is drawn at random
     rate: int  # steps per second
-    since: float  # s
-    seconds: float
-    against: str
-    horizon: float | None  # s
-    undecided: float | None  # s
-    unresolved: float | None  # s
-    reference_until: float | None  # s
-    energy_scale: float  # kg px²/s²
+    since: float  # s, time of the last edit, from which times count
+    seconds: float  # how long the engines ran
+    against: str  # the reference
+    horizon: float | None  # s, from when on its paths mean nothing; None if they mean something to the end
+    undecided: float | None  # s, likewise
+    unresolved: float | None  # s, likewise
+    reference_until: float | None  # s, when an engine that cannot go on ended the comparison; None if none did
+    energy_scale: float  # kg px²/s², what shares of energy are relative to; 0 if nothing moves
 
 
 @dataclass(frozen=True)
 class Failure:
     """What JSON has of an engine that failed."""
 
-    time: float  # s
-    message: str
+    time: float  # s, when it failed
+    message: str  # why
 
 
 @dataclass(frozen=True)
 class TrialFigures:
     """What JSON has of a run of Pymunk with some settings changed, compared with the reference."""
 
-    changes: dict[str, int]
+    changes: dict[str, int]  # of the scene's rate, and of settings of `[pymunk]`
     passages: int  # of balls through walls or each other, without a contact
     escapes: int  # balls that left the arena
     apart: float | None  # s, when its paths leave the reference's; None if not while the reference means anything
-    gap: float  # RMS, px, over all balls and the times up to when the reference means nothing
-    theory: float | None  # the worst figure of a gas, as a fraction of what is expected; None if unknown
+    gap_rms: float  # px, over all balls and the times up to when the reference means nothing
     energy_error: float | None  # as in `Figures`, None if the mouse gives each engine its own energy
-    astray: float  # the same, with the mouse's
-    gap_rms: float  # px, over all times
 
 
-def _model(name: str, required: Mapping[str, Any], optional: Mapping[str, Any] | None = None) -> type[BaseModel]:
-    """Return the type of a JSON object. required, optional: key -> type; an optional key may be absent."""
-    fields: dict[str, Any] = {key: (kind, ...) for key, kind in required.items()}
-    fields |= {key: (kind, Field(default_factory=dict)) for key, kind in (optional or {}).items()}
+def _model(name: str, of: type | None = None, /, **changed: Any) -> type[BaseModel]:
+    """Return the type of a JSON object: the fields of a dataclass, some of them changed, left out (None), or added."""
+    kinds = (get_type_hints(of) if of else {}) | changed
+    fields: dict[str, Any] = {key: (kind, ...) for key, kind in kinds.items() if kind is not None}
     return create_model(name, **fields)
 
 
-def _fields(of: type, without: str = "") -> dict[str, Any]:
-    """Return the fields of a dataclass with their types."""
-    return {name: kind for name, kind in get_type_hints(of).items() if name != without}
+def _sparse(name: str, kinds: Mapping[str, Any]) -> type[BaseModel]:
+    """Return the type of a JSON object of which every key may be absent."""
+    fields: dict[str, Any] = {key: (kind, Field(default_factory=dict)) for key, kind in kinds.items()}
+    return create_model(name, **fields)
 
 
 @cache  # building the types takes longer than writing a comparison
 def _engine() -> type[BaseModel]:
     """Return the type of an engine's part of a comparison."""
-    first_difference = _model("FirstDifference", _fields(Difference) | {"cause": CauseKey})
-    ledger_line = _model("LedgerLine", _fields(Entry, without="cause") | {"share": float | None})
-    ledger = _model("Ledger", {}, {cause.key: ledger_line for cause in Cause})
-    theory_line = _model("TheoryLine", _fields(TheoryRow, without="figure"))
-    theory = _model("Theory", {}, dict.fromkeys(THEORY_FIGURES, theory_line))
-    cause_of_error = _model("CauseOfError", _fields(CauseOfError) | {"cause": CauseKey})
-    changed = {"first_difference": first_difference | None, "causes": list[cause_of_error], "ledger": ledger}  # type: ignore[valid-type]
-    return _model("Engine", _fields(Figures) | changed, {"theory": theory})
+    first_difference = _model("FirstDifference", Difference, cause=CauseKey)
+    line = _model("LedgerLine", Entry, cause=None, share=float | None)
+    theory = _sparse("Theory", dict.fromkeys(THEORY_FIGURES, _model("TheoryLine", TheoryRow, figure=None)))
+    figures = _model(
+        "Figures",
+        Figures,
+        first_difference=first_difference | None,
+        causes=list[_model("CauseOfError", CauseOfError, cause=CauseKey)],  # type: ignore[misc]
+        ledger=_sparse("Ledger", {cause.key: line for cause in Cause}),
+    )
+    return create_model("Engine", __base__=figures, theory=(theory, Field(default_factory=dict)))
 
 
 def _columns(of: type[BaseModel], prefix: str = "") -> Iterator[str]:
@@ -106,9 +107,12 @@ def json_schema(of: Any) -> dict[str, Any]:
 
 def comparison_schema() -> dict[str, Any]:
     """Return the JSON Schema of what `sandbox compare --json` writes."""
-    trial = _model("Trial", _fields(TrialFigures) | {"advised": bool})
-    advice = {"advice": list[trial], "recommendation": str}  # type: ignore[valid-type]
-    engines = {"engines": dict[str, _engine()], "failed": dict[str, Failure]}  # type: ignore[misc]
-    comparison = _model("Comparison", _fields(Conditions) | engines, advice)
+    trial: Any = _model("Trial", TrialFigures, advised=bool)
+    advice: dict[str, Any] = {
+        "advice": (list[trial], Field(default_factory=list)),
+        "recommendation": (str, Field(default_factory=str)),
+    }
+    runs: dict[str, Any] = {"engines": dict[str, _engine()], "failed": dict[str, Failure]}  # type: ignore[misc]
+    comparison = create_model("Comparison", __base__=_model("Runs", Conditions, **runs), **advice)
     description = {"description": "What `sandbox compare --json` writes; docs/formats.md explains the keys."}
     return json_schema(comparison) | description

@@ -1,21 +1,20 @@
 """Expectations: how far a state is from what its scene expects."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Final
 
 import numpy as np
 
-from sandbox.quantity import deepest_overlap, energy, length, momentum
+from sandbox.quantity import deepest_overlap, energy, momentum
 from sandbox.scene.model import Columns, Expect, Scene
 from sandbox.scene.units import Dimension
 from sandbox.scene.walls import wall_distance
 from sandbox.state import Floats, State
 
 SAME_TIME: Final = 1e-6  # of a step; a time that is closer to a step than this is that step's
-SAME_VELOCITY: Final = 1e-6  # of the speed; a smaller change within a step is rounding, also in 32 bits
 
 Numbers = tuple[float, ...]
 
@@ -84,49 +83,29 @@ class Score:
         return tuple(sorted(beyond, key=lambda deviation: -deviation.error))
 
 
-def steps_around(at: float, rate: int) -> tuple[int, int]:
-    """Return the step before a time and the step after it; twice the same step if the time is that step's."""
-    nearest = round(at * rate)
-    if abs(at * rate - nearest) <= SAME_TIME:
-        return nearest, nearest
-    return math.floor(at * rate), math.ceil(at * rate)
+def step_of(expect: Expect, rate: int) -> int | None:
+    """Return the step at whose end something is expected; None if that is between two steps."""
+    nearest = round(expect.at * rate)
+    return nearest if abs(expect.at * rate - nearest) <= SAME_TIME else None
 
 
-def score(scene: Scene, expect: Expect, initial: State, before: State, after: State, energy_scale: float) -> Score:
-    """Score an engine by its states at the steps around the time of an expectation, as of `steps_around`.
+def scores(
+    scene: Scene, expects: Sequence[Expect], initial: State, states: Mapping[int, State], scale: float, ended: str
+) -> Iterator[Score]:
+    """Score an engine on some expectations by its states at their steps.
 
-    Between two steps, the state of the nearer one is flown to that time: x + v t + g t²/2, v + g t. If a ball that the
-    expectation is about touched something in this step, no state is known for that time, and the score is skipped.
-    energy_scale: kg px²/s², the scale that shares of energy refer to; at 0, no share is defined.
+    scale: kg px²/s², what shares of energy are of, see `EnergyScale`; ended: why there is no state for some.
     """
-    if after.time > before.time and (touched := _first_touched(scene, expect, before, after)) is not None:
-        return Score(
-            expect, skipped=f"{expect.at:g} s is between two steps, and ball {touched} touches something between them"
-        )
-    nearest = min((before, after), key=lambda state: abs(state.time - expect.at))
-    state = nearest if after.time == before.time else _flown(scene, nearest, expect.at)
-    if expect.energy_ratio is not None and not energy_scale:
-        return Score(expect, skipped="nothing moves, so the energy has no ratio")
-    return Score(expect, tuple(_deviations(scene, expect, initial, state, energy_scale)))
-
-
-def _first_touched(scene: Scene, expect: Expect, before: State, after: State) -> int | None:
-    """Return the first ball of those expected whose velocity changed by more than its fall; None if none's did."""
-    fall = np.multiply(scene.gravity, after.time - before.time)
-    change = length(after.velocity - before.velocity - fall)
-    touched = change > SAME_VELOCITY * (length(before.velocity) + length(after.velocity) + math.hypot(*fall))
-    of_all = any(getattr(expect, quantity.key) is not None for quantity in ExpectedQuantity if not quantity.of_ball)
-    balls = range(len(touched)) if of_all or expect.ball is None else [expect.ball]
-    return next((ball for ball in balls if touched[ball]), None)
-
-
-def _flown(scene: Scene, state: State, at: float) -> State:
-    """Return where a state is at another time if nothing is touched."""
-    time, gravity = at - state.time, np.array(scene.gravity)
-    flight = state.velocity * time + gravity * time**2 / 2
-    return State(
-        at, state.position + flight, state.velocity + gravity * time, state.angle + state.spin * time, state.spin
-    )
+    for expect in expects:
+        step = step_of(expect, scene.rate)
+        if step is None:
+            yield Score(expect, skipped=f"{expect.at:g} s is between two of {scene.rate} steps a second")
+        elif step not in states:
+            yield Score(expect, skipped=ended)
+        elif expect.energy_ratio is not None and not scale:
+            yield Score(expect, skipped="nothing moves, so the energy has no ratio")
+        else:
+            yield Score(expect, tuple(_deviations(scene, expect, initial, states[step], scale)))
 
 
 def _deviations(scene: Scene, expect: Expect, initial: State, state: State, energy_scale: float) -> Iterator[Deviation]:

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from sandbox.analysis.difference import Difference, Passage
 from sandbox.analysis.expectations import Score
 from sandbox.analysis.gas import TheoryRow
-from sandbox.analysis.impacts import Impacts
-from sandbox.analysis.misreports import Misreport
+from sandbox.analysis.impacts import Impacts, Misreport
 from sandbox.judge.causes import Cause, Entry
 from sandbox.judge.summary import CauseOfError
 from sandbox.quantity import length
@@ -25,19 +24,18 @@ class Figures:
 
     energy_ratio: float | None  # at the end: 1 + the change as a fraction of the comparison's scale; None if that is 0
     energy_drift: float | None  # the largest change of that, at any time
-    energy_error: float | None  # the largest of `Run.energy_gap`, as a magnitude
-    momentum_drift: float | None  # no wall, gravity or mouse gave it; as a fraction of the sum of all balls' |momentum|
-    angular_momentum_drift: float | None  # likewise of angular momentum about the arena's centre, of flight and spin
+    energy_error: float | None  # the largest difference from the reference's energy, as a fraction of the scale
+    momentum_drift: float | None  # what no wall, gravity or mouse gave; as a fraction of the sum of all momenta
     gap_rms: float  # px from the reference, over all balls and times
     gap_max: float  # px, of any ball at any time
-    pair_contacts: int | None
-    wall_contacts: int | None
+    pair_contacts: int | None  # number of contacts of two balls; None if the engine does not report them
+    wall_contacts: int | None  # likewise of a ball and a wall
     max_overlap: float  # px, of two balls at the end of any step
     escaped: int  # balls whose centre was outside the arena's walls at any step
-    expected: int  # of the scene's expectations, the number that fall into the run and can be judged
-    met: int  # the number of those that the engine meets
-    skipped: int  # expectations that fall into the run and cannot be judged, because a contact is next to their time
-    first_difference: Difference | None  # from the reference
+    expected: int  # number of the scene's expectations that can be judged
+    met: int  # number of those that the engine meets
+    skipped: int  # number of those that cannot be judged, because a contact is next to their time
+    first_difference: Difference | None  # its first wrong step
     causes: tuple[CauseOfError, ...]  # what is wrong with its steps, the largest share first
     ledger: tuple[Entry, ...]  # every change of energy, momentum and positions, by its cause
 
@@ -56,19 +54,14 @@ class Escape(NamedTuple):
 class Course:
     """Values after each step, (steps + 1,) of each.
 
-    energy: kg px²/s²; touching: whether a soft contact holds part of it; momentum: (steps + 1, 2) kg px/s;
-    centre_of_mass: (steps + 1, 2) px; lengths: the sum of the lengths of all momenta, kg px/s; angular_momentum: about
-    the arena's centre, kg px²/s; levers: the most that it can be at these speeds and spins; gap_rms, gap_max: px from
-    the reference over the balls.
+    energy: kg px²/s²; touching: whether a soft contact holds part of it; momentum: (steps + 1, 2) kg px/s; lengths: the
+    sum of the lengths of all momenta, kg px/s; gap_rms, gap_max: px from the reference over the balls.
     """
 
     energy: Floats
     touching: Bools
     momentum: Floats
-    centre_of_mass: Floats
     lengths: Floats
-    angular_momentum: Floats
-    levers: Floats
     gap_rms: Floats
     gap_max: Floats
 
@@ -86,8 +79,8 @@ class Run(Course):
     energy_gap: (steps + 1,) the difference from the reference's energy as a fraction of the scale, give or take a step,
     NaN where that means nothing or soft contacts hold energy; apart: s, when a ball is first more than its radius from
     the reference's; impacts: the motion before and after the first MAX_IMPACTS contacts; gained: (steps, 3), momentum
-    and angular momentum that nothing outside gave; differences: a different start, and the errors, or the reference's
-    errors if there is neither; path: (frames, n, 2) px.
+    and angular momentum that nothing outside gave; differences: its wrong steps, none of the reference's; path:
+    (frames, n, 2) px.
     """
 
     energy_scale: float
@@ -97,16 +90,15 @@ class Run(Course):
     contacts: Contacts
     reports_contacts: bool
     impacts: Impacts
-    misreport: Misreport | None
+    misreports: tuple[Misreport, ...]
     gained: Floats
     ledger: tuple[Entry, ...]
-    errors: tuple[Difference, ...]
     differences: tuple[Difference, ...]
     missed: tuple[Passage, ...]
     causes: tuple[CauseOfError, ...]
     is_spinless: bool
     escape: Escape | None
-    scores: list[Score]
+    scores: tuple[Score, ...]
     theory: tuple[TheoryRow, ...]
     path: NDArray[np.float32]
     start: State
@@ -121,8 +113,7 @@ class Run(Course):
             energy_ratio=float(1 + change[-1]) if scale else None,
             energy_drift=float(np.abs(change)[~self.touching].max(initial=0.0)) if scale else None,
             energy_error=float(np.nanmax(np.abs(self.energy_gap))) if scale else None,
-            momentum_drift=_largest(length(self.gained[:, :2]), self.lengths),
-            angular_momentum_drift=_largest(np.abs(self.gained[:, 2]), self.levers),
+            momentum_drift=float(length(self.gained).max(initial=0.0) / (self.lengths.max() or 1.0)),
             gap_rms=float(np.sqrt(np.mean(self.gap_rms**2))),
             gap_max=float(self.gap_max.max()),
             pair_contacts=pairs if self.reports_contacts else None,
@@ -152,8 +143,3 @@ class Run(Course):
         return (
             f"<Run: {len(self.energy) - 1} steps, {len(self.contacts)} contacts, RMS gap {self.figures.gap_rms:.4g} px>"
         )
-
-
-def _largest(gained: Floats, scale: Floats) -> float:
-    """Return the largest of what was gained up to each step, as a fraction of the largest of a scale."""
-    return float(gained.max(initial=0.0) / (scale.max() or 1.0))

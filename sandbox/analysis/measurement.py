@@ -1,23 +1,21 @@
 """Measuring one engine's run, as far as it has come: energy, momentum and gap over time, its ledger, what is wrong."""
 
 import math
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.analysis.difference import Difference, difference_at_start, differences, passages
+from sandbox.analysis.difference import differences, passages
 from sandbox.analysis.energy_scale import EnergyScale
-from sandbox.analysis.expectations import Score, overlap_in, score
+from sandbox.analysis.expectations import overlap_in, scores
 from sandbox.analysis.figures import Course, Escape, Run
 from sandbox.analysis.gas import TheoryRow, measure_gas, why_lawless, why_no_gas
-from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, impacts_in
-from sandbox.analysis.misreports import Misreport, misreports
-from sandbox.judge.causes import Cause
+from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, Misreport, impacts_in, misreports
 from sandbox.judge.judge import Steps
-from sandbox.judge.summary import Verdict
 from sandbox.judge.thresholds import NEGLIGIBLE
-from sandbox.quantity import angular_momentum, centre_of_mass, deepest_overlap, energy, length, momentum, outside
+from sandbox.quantity import deepest_overlap, energy, length, momentum, outside
 from sandbox.run.lockstep import Runner
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Expect, Scene
@@ -56,7 +54,6 @@ class Measurement:
         self._misreports: list[Misreport] = []
         self._courses: list[Course] = []
         self._entered = 0  # steps
-        self._centre = np.divide(scene.arena.size, 2)
         self._apart: float | None = None  # s
         self._furthest_outside = np.zeros(n)  # px from the arena, of each ball
         self._first_outside: tuple[float, int] | None = None  # s, ball
@@ -64,12 +61,11 @@ class Measurement:
         self._velocities: list[Floats] = []  # at some times, of a scene that theory applies to
         self._velocity_stride = max(1, steps // SPEED_SAMPLES)
         self._path: list[NDArray[np.float32]] = []
-        self._expected: dict[int, tuple[Expect, list[State]]] = {}  # with the states before and after its time
+        self.kept: dict[int, State] = {}  # at the steps of expectations
 
-    def expect(self, number: int, expect: Expect, rows: tuple[int, ...]) -> None:
-        """Keep the states of the rows around the time of an expectation; without rows, the run ends before it."""
-        states = [self.states.state(row, self._scene.clock.time(self._entered + row)).copy() for row in rows]
-        self._expected[number] = expect, states
+    def keep(self, step: int) -> None:
+        """Keep the state after a step of the block."""
+        self.kept[step] = self.states.state(step - self._entered, self._scene.clock.time(step)).copy()
 
     def enter(self, rows: int, reference: Floats | None) -> None:
         """Measure and judge the first rows of the block, and begin another with the last of them.
@@ -88,8 +84,7 @@ class Measurement:
         row_of = np.clip(step_of - done, 1, rows - 1)
         first = slice(MAX_IMPACTS - sum(map(len, self._impacts)))
         within = np.clip(contacts["time"] - clock.times(step_of - 1), 0.0, 1 / clock.rates(step_of))
-        motion = pushed, contacts[first], row_of[first], within[first]
-        self._impacts.append(impacts_in(scene, *motion, together=self._traits.together))
+        self._impacts.append(impacts_in(scene, pushed, contacts[first], row_of[first], within[first]))
         if self._traits.reports_contacts and not self._traits.soft and self._traits.damping == NO_DAMPING:
             found = misreports(scene, pushed, states, contacts, row_of, dt)
             self._misreports += [each._replace(step=done + each.step) for each in found]
@@ -123,18 +118,12 @@ class Measurement:
 
     def _course(self, states: States, gap: Floats) -> Course:
         """Return the values of some states. gap: (steps, n) px, from the reference."""
-        scene, bodies, speed = self._scene, self._scene.bodies, length(states.velocity)
-        about_centre = states._replace(position=states.position - self._centre)
-        levers = np.einsum("tn,tn,n->t", length(about_centre.position), speed, bodies.mass)
-        soft = self._traits.soft
+        scene, bodies, soft = self._scene, self._scene.bodies, self._traits.soft
         return Course(
             energy=energy(states, bodies, scene.gravity, scene.arena.size),
             touching=np.array([soft and overlap_in(scene, places) > 0 for places in states.position]),
             momentum=momentum(states.velocity, bodies.mass),
-            centre_of_mass=centre_of_mass(states.position, bodies.mass),
-            lengths=np.einsum("tn,n->t", speed, bodies.mass),
-            angular_momentum=angular_momentum(about_centre, bodies),
-            levers=levers + np.einsum("tn,n->t", np.abs(states.spin), bodies.moment),
+            lengths=np.einsum("tn,n->t", length(states.velocity), bodies.mass),
             gap_rms=np.sqrt(np.mean(gap**2, axis=1)),
             gap_max=gap.max(axis=1),
         )
@@ -153,14 +142,17 @@ class Measurement:
         """The contacts as reported, of all steps that are entered, by time."""
         return np.concatenate(self._contacts)
 
-    def run(self, reference: Run | None, trusted_until: float | None, *, disturbed: bool) -> Run:
+    def run(
+        self, reference: Run | None, trusted_until: float | None, expects: Sequence[Expect], *, disturbed: bool
+    ) -> Run:
         """Return the run so far.
 
-        reference: None for its own; trusted_until: s, when its paths mean nothing; disturbed: if balls were pushed.
+        reference: None for its own; trusted_until: s, when its paths mean nothing; expects: to be scored; disturbed: if
+        balls were pushed.
         """
         scene, course, contacts = self._scene, Course.joined(self._courses), self.contacts
         verdict = self._judged.verdict().of_steps(self._substeps)
-        errors = differences(scene, verdict)
+        changes_in_flight = any(law != OF_PLACE for law in verdict.flights)
         final = self.states.state(0, scene.clock.time(self._entered)).copy()
         energy_scale = reference.energy_scale if reference else self.scale.value
         trusted = math.inf if trusted_until is None else trusted_until
@@ -174,45 +166,20 @@ class Measurement:
             contacts=contacts,
             reports_contacts=self._traits.reports_contacts,
             impacts=np.concatenate(self._impacts),
-            misreport=self._misreport(verdict),
+            misreports=() if changes_in_flight else tuple(self._misreports),
             gained=verdict.gained,
             ledger=verdict.ledger,
-            errors=errors,
-            differences=self._differences(course, errors, reference) if reference else (),
+            differences=differences(scene, verdict) if reference and course.gap_max.any() else (),
             missed=passages(verdict),
             causes=verdict.causes,
             is_spinless=verdict.is_spinless,
             escape=self._escape(final),
-            scores=self._scores(energy_scale),
+            scores=tuple(scores(scene, expects, self.start, self.kept, energy_scale, "the run ends before")),
             theory=self._theory(contacts, final.time) if trusted_until is not None or not why_no_gas(scene) else (),
             path=np.concatenate(self._path),
             start=self.start,
             final=final,
         )
-
-    def _misreport(self, verdict: Verdict) -> Misreport | None:
-        """Return the first misreport, with their number; None if flights change velocities too."""
-        if not self._misreports or any(law != OF_PLACE for law in verdict.flights):
-            return None
-        return self._misreports[0]._replace(steps=len(self._misreports))
-
-    def _differences(self, course: Course, errors: tuple[Difference, ...], reference: Run) -> tuple[Difference, ...]:
-        """Return what is wrong with the run; if nothing is, what is wrong with the reference, where the two differ."""
-        start = difference_at_start(self._scene, self.start, reference.start)
-        if not course.gap_max.any() and not start:
-            return ()
-        return (*([start] if start else []), *errors) or tuple(
-            error.of_reference() for error in reference.errors if error.cause != Cause.UNKNOWN
-        )
-
-    def _scores(self, energy_scale: float) -> list[Score]:
-        """Return the scores of the expectations that fall into the run, in their order in the scene."""
-        return [
-            score(self._scene, expect, self.start, states[0], states[-1], energy_scale)
-            if states
-            else Score(expect, skipped=f"the last step ends before {expect.at:g} s")
-            for _, (expect, states) in sorted(self._expected.items())
-        ]
 
     def _energy_gap(self, course: Course, reference: Floats, scale: float, until: float) -> Floats:
         """Return `Run.energy_gap`. reference, scale: kg px²/s²; until: s, when the reference's energy means nothing.

@@ -8,7 +8,6 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.analysis.ties import SIMULTANEOUS, Tie, find_tie
 from sandbox.engines import REFERENCE, Engine
 from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.engine import ExactEngine
@@ -16,12 +15,13 @@ from sandbox.engines.stand_ins import RenumberedEngine
 from sandbox.quantity import length
 from sandbox.run.lockstep import Lockstep, Runner
 from sandbox.scene.model import Scene
-from sandbox.state import Bools, Contacts, Floats, State, States, no_contacts
+from sandbox.state import Bools, Floats, State, States
 
 SHIFTED_TWINS: Final = 3  # one may happen not to grow: a contact can absorb a shift to the bit
 MAX_SHIFT: Final = 8  # units in the last place, of every coordinate of a shifted twin
 PARTED: Final = 1e-9  # of a radius or a speed, by which a twin is elsewhere, and not only rounded otherwise
-RESTING: Final = 10  # times what gravity does between two contacts of bodies at rest: an impulse up to this is no hit
+ORDER_MATTERS: Final = 1e-3  # of a speed: in one step, chaos does not make it of PARTED, but another order does
+RESTING: Final = 10  # times what gravity does between two contacts of bodies at rest: a change up to this is no hit
 
 
 def reference_of(engines: Sequence[str]) -> str:
@@ -32,13 +32,13 @@ def reference_of(engines: Sequence[str]) -> str:
 class Trust(NamedTuple):
     """Until when the paths of the reference mean anything: three times, s, each None if that is to the end.
 
-    tied: the two bodies (balls, or ~walls) of which the order is undecided, and the ball that they touch.
+    ball: one whose simultaneous contacts are undecided.
     """
 
     horizon: float | None = None
     undecided: float | None = None
     unresolved: float | None = None
-    tied: tuple[int, int, int] | None = None
+    ball: int | None = None
 
     @property
     def until(self) -> float | None:
@@ -68,25 +68,27 @@ class Twins:
     """Copies of an engine of a lockstep that follow it with the same pushes, until the horizon or an edit.
 
     Shifted twins begin with every coordinate some units in the last place elsewhere: the horizon is where a ball of one
-    is a radius away. The renumbered twin has its balls in reverse order, and agrees to the bit up to a tie; in an
-    event-driven engine, rounding may order contacts too, so that the shifted twins are searched as well. Under gravity,
-    the finer twin of `exact` has half the hop of discs that lean on each other: where a ball of it is a radius away, it
-    is unresolved. Times count from when the twins were built.
+    is a radius away. The renumbered twin has its balls in reverse order, and agrees to the bit until the order of
+    simultaneous contacts matters: from then on, it is undecided. In an event-driven engine, rounding may order contacts
+    too, so that the shifted twins show that as well. Under gravity, the finer twin of `exact` has half the hop of discs
+    that lean on each other: where a ball of it is a radius away, it is unresolved. Times count from when the twins were
+    built. trust: what they have found so far.
     """
 
     def __init__(self, lockstep: Lockstep, engine: str) -> None:
         scene, state = lockstep.scene, lockstep.engines[engine].state()
+        self.trust = Trust()
         self._hands, self._radius = lockstep.applied, scene.bodies.radius
-        self._shifted = [lockstep.new_runner(engine, _shifted(state, number)) for number in range(SHIFTED_TWINS)]
+        shifted = [lockstep.new_runner(engine, _shifted(state, number)) for number in range(SHIFTED_TWINS)]
         renumbered = lockstep.new_runner(engine, state, partial(RenumberedEngine, lockstep.builds[engine]))
         by_event = isinstance(lockstep.engines[engine].engine, ExactEngine)
-        shortest = HOP_TIME if by_event else 1 / scene.rate
-        searched = [renumbered, *(self._shifted if by_event else ())]
-        self._searches = [_TieSearch(runner, scene, shortest) for runner in searched]
-        self._finer = [lockstep.new_runner(engine, state, _finer)] if by_event and any(scene.gravity) else []
-        self._horizon: float | None = None
-        self._unresolved: float | None = None
-        self.runners = [*self._shifted, renumbered, *self._finer]  # those that still run
+        finer = [lockstep.new_runner(engine, state, _finer)] if by_event and any(scene.gravity) else []
+        self._shifted, self._finer = shifted, finer
+        self._resting = RESTING * math.hypot(*scene.gravity) * (HOP_TIME if by_event else 1 / scene.rate)  # px/s
+        before = np.zeros((2, 1 + len(self._radius)), bool)  # of two rows: whether anything differs, and which balls do
+        self._differs = dict.fromkeys((renumbered, *(shifted if by_event else ())), before)
+        self._times = np.zeros(2)  # s, of these rows
+        self.runners = [*shifted, renumbered, *finer]  # those that still run
 
     def follow(self, original: States, time: Floats) -> None:
         """Do the steps that the original has done since the last call, at some times (s), and compare the states."""
@@ -95,76 +97,40 @@ class Twins:
         twins = {runner: States.empty(*original.spin.shape) for runner in self.runners}
         for runner, states in twins.items():
             runner.follow(states, self._hands)
-        row = min(_first(self._is_away(original, twins[runner])) for runner in self._shifted)
-        rows = slice(row + 1)  # what comes after the horizon does not count
-        for search in self._searches:
-            search.compare(original.rows(rows), twins[search.runner].rows(rows), time[rows])
-        for finer in self._finer if self._unresolved is None else ():
-            first_away = _first(self._is_away(original.rows(rows), twins[finer].rows(rows)))
-            if first_away < len(time[rows]):
-                self._unresolved = float(time[first_away])
-        if row < len(time):
-            self._horizon, self.runners = float(time[row]), []
-
-    def trust(self, contacts: Contacts) -> Trust:
-        """Return what is found so far. contacts: all of the original."""
-        tie = min((tie for search in self._searches if (tie := search.tie(contacts))), default=None)
-        return Trust(self._horizon, tie and tie.time, self._unresolved, tie and tie[1:])
+        end = min(_first(self._is_away(original, twins[runner])) for runner in self._shifted)
+        rows = slice(end + 1)  # what comes after the horizon does not count
+        times, original = np.concatenate([self._times, time[rows]]), original.rows(rows)
+        row, ball = min(self._tie(runner, original, twins[runner].rows(rows)) for runner in self._differs)
+        if self.trust.undecided is None and row < len(times):
+            self.trust = self.trust._replace(undecided=float(times[row]), ball=ball)
+        for finer in self._finer if self.trust.unresolved is None else ():
+            if (away := _first(self._is_away(original, twins[finer].rows(rows)))) < len(times) - 2:
+                self.trust = self.trust._replace(unresolved=float(times[2 + away]))
+        self._times = times[-2:]
+        if end < len(time):
+            self.trust, self.runners = self.trust._replace(horizon=float(time[end])), []
 
     def _is_away(self, original: States, twin: States) -> Bools:
         """Return whether a ball is more than its radius away, (steps,)."""
         return np.asarray((length(twin.position - original.position) > self._radius).any(axis=1))
 
+    def _tie(self, runner: Runner, original: States, twin: States) -> tuple[int, int]:
+        """Return the row, of the two before these and these, in which the order of contacts matters, and a ball.
 
-class _TieSearch:
-    """Searches for a tie in the step after which a twin first differs from the original by more than rounding.
-
-    shortest: s, between two contacts of bodies at rest.
-    """
-
-    def __init__(self, runner: Runner, scene: Scene, shortest: float) -> None:
-        self.runner = runner
-        self.parted: int | None = None
-        self._radius, self._clock = scene.bodies.radius, scene.clock
-        self._resting = RESTING * math.hypot(*scene.gravity) * shortest * float(scene.bodies.mass.min())
-        runner.engine.record_contacts()
-        self._theirs = no_contacts()  # contacts of the twin in that step
-        self._compared = 0  # steps
-
-    def compare(self, original: States, twin: States, time: Floats) -> None:
-        """Compare the states after some steps, each of which is compared once. time: (steps,) s."""
-        contacts = self.runner.engine.contacts()
-        if self.parted is None and (row := _first(self._is_different(original, twin))) < len(time):
-            self.parted = self._clock.step(time[row])
-        if self.parted is not None and self._compared <= self.parted:
-            self._theirs = np.concatenate([self._theirs, self._hits(contacts)])
-        self._compared = self._clock.step(time[-1])
-
-    def tie(self, contacts: Contacts) -> Tie | None:
-        """Return the tie at which the twin parts, if that is the reason. contacts: all of the original so far."""
-        if self.parted is None:
-            return None
-        tie = find_tie(self._hits(contacts), self._theirs, together=self.runner.traits.together)
-        is_whole = self._compared > self.parted  # rounding may put contacts at the end of the step into the next
-        return tie if tie and (is_whole or not self._is_at_end(tie.time)) else None
-
-    def _is_at_end(self, time: Floats | float) -> Bools:
-        """Return whether contacts of a time (s) are at the end of the step in which the twin parts."""
-        return np.abs(time - self._clock.time(self.parted or 0)) <= 2 * SIMULTANEOUS
-
-    def _hits(self, contacts: Contacts) -> Contacts:
-        """Return the contacts in the step in which the twin parts and at its end, without those of bodies at rest."""
-        within = (self._clock.steps_containing(contacts["time"]) == self.parted) | self._is_at_end(contacts["time"])
-        pressed: Contacts = contacts[within & (contacts["impulse"] > self._resting)]
-        return pressed
-
-    def _is_different(self, original: States, twin: States) -> Bools:
-        """Return whether a ball's place, velocity or spin differs by more than rounding, (steps,)."""
-        offset = length(twin.position - original.position) > PARTED * self._radius
+        In one step, the velocity of a ball that did not differ does, and the twin does not agree in the next step, as
+        it would if rounding had put a contact there. The number of rows if there is none.
+        """
+        offset = length(twin.position - original.position) / self._radius
         rim = self._radius * np.abs(original.spin)
         speed = (length(original.velocity) + rim).max(axis=1, keepdims=True)
         change = length(twin.velocity - original.velocity) + self._radius * np.abs(twin.spin - original.spin)
-        return np.asarray((offset | (change > PARTED * speed)).any(axis=1))
+        parted = ((offset > PARTED) | (change > PARTED * speed)).any(axis=1, keepdims=True)
+        hit = change > ORDER_MATTERS * speed + self._resting
+        differs = np.concatenate([self._differs[runner], np.hstack([parted, hit])])
+        self._differs[runner] = differs[-2:]
+        parted, hit = differs[:, 0], differs[:, 1:]
+        row = _first(~parted[:-2] & parted[1:-1] & hit[1:-1].any(axis=1) & parted[2:]) + 1
+        return (row, int(hit[row].argmax())) if row < len(parted) - 1 else (len(parted), 0)
 
 
 def _first(holds: Bools) -> int:

@@ -7,16 +7,15 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.difference import contact_name, pair_name
 from sandbox.analysis.expectations import overlap_in, worst
 from sandbox.analysis.figures import Figures, Run
 from sandbox.analysis.gas import TheoryRow
 from sandbox.engines import REFERENCE, TUNED, settings_in
 from sandbox.judge.causes import Cause
 from sandbox.judge.thresholds import NEGLIGIBLE
+from sandbox.quantity import length
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension
-from sandbox.state import Floats
 from sandbox.text import counted
 
 NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller error counts as none
@@ -32,11 +31,6 @@ REMEDIES: Final = {  # said once, of Pymunk
     Cause.GRAVITY: "More steps a second integrate gravity in finer steps.",
     Cause.DAMPING: "damping = 1 turns it off.",
 }
-MARK: Final = " *"  # of rows whose figures are of the whole run, though the paths soon mean nothing
-MARK_WORDS: Final = "* over the whole run"
-OF_PATHS: Final = ("RMS gap", "largest gap")  # rows that mean something only while paths do
-OF_ROUGH: Final = "unexplained angular momentum"  # the row that only scenes have in which balls can turn
-OF_ENERGY: Final = ("energy change", "largest energy change")  # the same, unless the scene keeps its energy
 SAMPLING_ERRORS: Final = 4  # standard errors that a figure of theory may be off before it counts as wrong
 MIN_SAMPLE: Final = 400  # contacts of balls; of fewer, theory says too little: 4/√400 are 20 %
 MAX_THEORY_ERROR: Final = 0.05  # fraction by which theory may be off, where no exact engine shows it
@@ -75,14 +69,12 @@ def _badness(run: Run) -> tuple[float, float, float]:
 def _lines(comparison: Comparison, name: str, remedies: dict[Cause, str]) -> Iterator[str]:
     """Yield the lines of an engine. remedies: those not said yet."""
     run, reference = comparison.runs[name], comparison.runs[comparison.against]
-    if run.gap_max[0] > _least(comparison.scene):
-        gap = comparison.scene.units.text(Dimension.LENGTH, "{:.4g}", run.gap_max[0])
-        yield f"Begins up to {gap} from {_short(comparison)}; later differences may come from that."
+    yield from _start(comparison, run, reference)
     yield from _energy(comparison, run)
     yield from _causes(comparison, name, remedies)
     if run.is_spinless and reference.final.spin.any():
         yield "It reports no spins, so its friction cannot match; an engine that is a class can report them."
-    if not run.errors and any(difference.in_reference for difference in run.differences):
+    if not run.differences and run.gap_max.any() and any(each.cause != Cause.UNKNOWN for each in reference.causes):
         yield f"No step of it is wrong: the differences are errors of {_short(comparison)}."
     if run.apart is not None and run.apart:
         yield f"Within a ball's radius of {_short(comparison)} until {run.apart:.2f} s."
@@ -104,8 +96,20 @@ def _lines_of_reference(comparison: Comparison, remedies: dict[Cause, str]) -> I
     if overlap > _least(comparison.scene):
         deep = comparison.scene.units.text(Dimension.LENGTH, "{:.3g}", overlap)
         yield f"At the start, bodies overlap by up to {deep}, which engines part in different ways."
-    yield from _trust(comparison)
+    if comparison.trusted_until is not None:
+        yield f"From {comparison.trusted_until:.2f} s on, compare statistics only: {why_it_ends(comparison)}."
     yield from _besides(comparison, name)
+
+
+def _start(comparison: Comparison, run: Run, reference: Run) -> Iterator[str]:
+    """Say how far an engine is from the reference at the start, in places and velocities."""
+    units, fastest = comparison.scene.units, float(length(reference.start.velocity).max())
+    away = float(length(run.start.position - reference.start.position).max())
+    faster = float(length(run.start.velocity - reference.start.velocity).max())
+    if away > _least(comparison.scene) or faster > SEEN_AT_START * fastest:
+        by = units.text(Dimension.LENGTH, "{:.4g}", away), units.text(Dimension.VELOCITY, "{:.4g}", faster)
+        what = f"Begins up to {by[0]} and {by[1]} from {_short(comparison)}"
+        yield f"{what}; later differences may come from that."
 
 
 def _short(comparison: Comparison) -> str:
@@ -162,32 +166,18 @@ def _causes(comparison: Comparison, name: str, remedies: dict[Cause, str]) -> It
         yield "Its contacts are soft and last several steps, so they are not judged."
 
 
-def _trust(comparison: Comparison) -> Iterator[str]:
-    """Say from when on no path can be trusted, and why."""
-    trust, until = comparison.trust, comparison.trusted_until
-    if until is None:
-        return
+def why_it_ends(comparison: Comparison) -> str:
+    """Return why a comparison ends early, or why no path can be trusted from some time on; empty if neither."""
+    trust = comparison.trust
     match trust.ends_by:
         case "undecided":
-            assert trust.tied
-            when, reason = "at the same time", "no law says which comes first"
-            if comparison.against != REFERENCE:
-                when, reason = "in the same step", "the result depends on which has the lower number"
-            bodies = _tied(comparison.scene, trust.tied)
-            why = f"{bodies} touch ball {trust.tied[2]} {when}, and {reason}"
+            when = "come at the same time" if comparison.against == REFERENCE else "fall into one step"
+            return f"several contacts {when}, and no law says which comes first; another order moves ball {trust.ball}"
         case "unresolved":
-            why = "by then, another treatment of its heap puts a ball more than a radius off"
-        case _:
-            why = "by then, shifting balls by some units in the last place puts one more than a radius off"
-    yield f"From {until:.2f} s on, compare statistics only: {why}."
-
-
-def _tied(scene: Scene, tied: tuple[int, int, int]) -> str:
-    """Name the two bodies that touch a ball in an order that is undecided. tied: as in `Trust`."""
-    first, second = sorted(tied[:2], key=lambda body: (body < 0, abs(body)))
-    if first < 0:
-        return f"{scene.wall_name(~first)} and {scene.wall_name(~second)}"
-    return contact_name(scene, first, second)
+            return "by then, another treatment of its heap puts a ball more than a radius off"
+        case "horizon":
+            return "by then, shifting balls by some units in the last place puts one more than a radius off"
+    return comparison.ended.why if comparison.ended else ""
 
 
 def _besides(comparison: Comparison, name: str) -> Iterator[str]:
@@ -196,10 +186,10 @@ def _besides(comparison: Comparison, name: str) -> Iterator[str]:
     if comparison.ended and comparison.ended.engine == name:
         why, until = comparison.ended.why, comparison.time[-1]
         yield f"Ends at {until:.4g} s: {why}. Every figure is up to there."
-    if misreport := run.misreport:
-        since = scene.clock.time(misreport.step)
-        first = f"first of ball {misreport.ball} at {since:.3f} s"
-        yield f"Misreports contacts in {counted(misreport.steps, 'step')}, {first}."
+    if run.misreports:
+        step, ball = run.misreports[0]
+        first = f"first of ball {ball} at {scene.clock.time(step):.3f} s"
+        yield f"Misreports contacts in {counted(len(run.misreports), 'step')}, {first}."
     if missed := [score for score in run.scores if score.missed]:
         furthest = worst(missed)
         deviation, dimension = furthest.missed[0], furthest.missed[0].quantity.dimension
@@ -207,9 +197,6 @@ def _besides(comparison: Comparison, name: str) -> Iterator[str]:
         [tolerance] = scene.units.scaled(dimension, furthest.expect.tolerance)
         whole = counted(run.figures.expected, "expectation")
         yield f"Misses {len(missed)} of {whole}: {deviation.quantity.label} by up to {off} (tolerance {tolerance:g})."
-    if through := [passage for passage in run.missed if passage.second < 0]:
-        first = f"{pair_name(scene, through[0])} at {scene.clock.time(through[0].step):.3f} s"
-        yield f"{counted(len(through), 'passage')} through walls, the first of {first}."
     if escape := run.escape:
         at_end = f", {escape.left} still outside at the end" if escape.left else ""
         by = scene.units.text(Dimension.LENGTH, "{:.4g}", escape.furthest)
@@ -223,33 +210,21 @@ def _besides(comparison: Comparison, name: str) -> Iterator[str]:
 
 def _statistics(comparison: Comparison, run: Run) -> Iterator[str]:
     """Name the worst figure of theory of an engine, where paths mean nothing for part of the run."""
-    off_theory = worst_of_theory(comparison, run)
-    if comparison.trusted_until is None or off_theory is None or (run.figures.pair_contacts or 0) < MIN_SAMPLE:
+    figures, exact = run.figures, comparison.runs.get(REFERENCE, run)
+    in_equilibrium = run.theory and (figures.energy_drift or 0.0) <= MAX_COOLING
+    if comparison.trusted_until is None or not in_equilibrium or (figures.pair_contacts or 0) < MIN_SAMPLE:
         return
-    row = max(run.theory, key=lambda row: abs(_beyond_noise(comparison, run, row)))
-    if not off_theory:
+    noise = SAMPLING_ERRORS / math.sqrt(min(figures.pair_contacts or 1, figures.wall_contacts or 1))
+    by_exact = {row.figure: abs(_error(row)) for row in exact.theory} if exact is not run else {}
+    errors = {row: abs(_error(row)) - noise - by_exact.get(row.figure, MAX_THEORY_ERROR) for row in run.theory}
+    row = max(errors, key=errors.__getitem__)
+    if errors[row] <= 0:
         yield "Its statistics agree with theory, as far as the sample shows."
     elif row.expected:
         low = "low" if _error(row) < 0 else "high"
         yield f"Too {low} by {100 * abs(_error(row)):.2g} %: {row.figure.partition(',')[0]} ({row.because})."
     else:
         yield f"Its speeds are {row.measured:.2g} from their law."
-
-
-def worst_of_theory(comparison: Comparison, run: Run) -> float | None:
-    """Return by what fraction the worst figure is off, 0 if within its sample's noise, None if no theory applies."""
-    if not run.theory or (run.figures.energy_drift or 0.0) > MAX_COOLING:
-        return None
-    return max(abs(_beyond_noise(comparison, run, row)) for row in run.theory)
-
-
-def _beyond_noise(comparison: Comparison, run: Run, row: TheoryRow) -> float:
-    """Return by what fraction a figure differs from theory; 0 if no more than its sample, or the exact engine's."""
-    figures, exact, off = run.figures, comparison.runs.get(REFERENCE), MAX_THEORY_ERROR
-    contacts = figures.wall_contacts if row.figure.startswith("wall") else figures.pair_contacts
-    if exact and exact is not run:
-        off = max((abs(_error(each)) for each in exact.theory if each.figure == row.figure), default=off)
-    return _error(row) if abs(_error(row)) > SAMPLING_ERRORS / math.sqrt(max(contacts or 0, 1)) + off else 0.0
 
 
 def _error(row: TheoryRow) -> float:
@@ -265,19 +240,12 @@ def is_heap(comparison: Comparison) -> bool:
     return comparison.trusted_until is not None and any(scene.gravity) and not scene.keeps_energy
 
 
-def _changes(comparison: Comparison, run: Run) -> Floats:
-    """Return the change of energy after each step, %, up to where a heap ends what is known."""
-    until = comparison.trusted_until if is_heap(comparison) else None
-    return 100 * run.energy_change[: None if until is None else 1 + comparison.scene.clock.step(until)]
+def _energy_change(run: Run, rows: slice) -> float | None:
+    return 100 * float(run.energy_change[rows][-1]) if run.energy_scale else None
 
 
-def _energy_change(comparison: Comparison, run: Run) -> float | None:
-    return float(_changes(comparison, run)[-1]) if run.energy_scale else None
-
-
-def _largest_energy_change(comparison: Comparison, run: Run) -> float | None:
-    changes = _changes(comparison, run)
-    return float(np.abs(changes[~run.touching[: len(changes)]]).max(initial=0.0)) if run.energy_scale else None
+def _rms_gap(run: Run, rows: slice) -> float:
+    return float(np.sqrt(np.mean(run.gap_rms[rows] ** 2)))
 
 
 def _in_percent(share: float | None) -> float | None:
@@ -287,44 +255,40 @@ def _in_percent(share: float | None) -> float | None:
 COUNT: Final = "{:.0f}", Dimension.NUMBER
 LENGTH: Final = "{:.4g}", Dimension.LENGTH
 SHARE: Final = "{:.3g} %", Dimension.NUMBER
-Figure = Callable[[Comparison, Run], float | None]
-ROWS: Final[Mapping[str, tuple[tuple[str, Dimension], Figure]]] = {
+ROWS: Final[Mapping[str, tuple[tuple[str, Dimension], Callable[[Run, slice], float | None]]]] = {
     "energy change": (("{:+.3g} %", Dimension.NUMBER), _energy_change),
-    "energy error": (SHARE, lambda _, run: _in_percent(run.figures.energy_error)),
-    "RMS gap": (LENGTH, lambda _, run: run.figures.gap_rms),
-    "largest gap": (LENGTH, lambda _, run: run.figures.gap_max),
-    "ball contacts": (COUNT, lambda _, run: run.figures.pair_contacts),
-    "wall contacts": (COUNT, lambda _, run: run.figures.wall_contacts),
-    "missed contacts": (COUNT, lambda _, run: len(run.missed)),
-    "escaped balls": (COUNT, lambda _, run: run.figures.escaped),
-    "deepest overlap": (LENGTH, lambda _, run: run.figures.max_overlap),
-    "largest energy change": (SHARE, _largest_energy_change),
-    "unexplained momentum": (SHARE, lambda _, run: _in_percent(run.figures.momentum_drift)),
-    OF_ROUGH: (SHARE, lambda _, run: _in_percent(run.figures.angular_momentum_drift)),
+    "energy error": (SHARE, lambda run, _: _in_percent(run.figures.energy_error)),
+    "RMS gap": (LENGTH, _rms_gap),
+    "largest gap": (LENGTH, lambda run, rows: float(run.gap_max[rows].max())),
+    "ball contacts": (COUNT, lambda run, _: run.figures.pair_contacts),
+    "wall contacts": (COUNT, lambda run, _: run.figures.wall_contacts),
+    "missed contacts": (COUNT, lambda run, _: len(run.missed)),
+    "escaped balls": (COUNT, lambda run, _: run.figures.escaped),
+    "deepest overlap": (LENGTH, lambda run, _: run.figures.max_overlap),
+    "unexplained momentum": (SHARE, lambda run, _: _in_percent(run.figures.momentum_drift)),
 }
 
 
 def key_figures(comparison: Comparison) -> Iterator[list[str]]:
     """Yield the rows that every table of a comparison has, what matters most first: a label, a value for each engine.
 
-    Rows in which nothing differs from 0 are left out.
+    Rows in which nothing differs from 0 are left out. Those that mean something only while paths do end with these.
     """
-    runs = comparison.runs.values()
+    runs, until = comparison.runs.values(), comparison.trusted_until
     if any(run.scores for run in runs):
         yield ["expectations met", *(_met(run.figures) for run in runs)]
     firsts = [run.figures.first_difference for run in runs]
     if any(firsts):
         yield ["first difference", *(f"{first.time:.3f} s" if first else "-" for first in firsts)]
-        yield ["  cause", *(first.cause_label if first else "-" for first in firsts)]
-    ends = dict.fromkeys(OF_PATHS if comparison.scene.keeps_energy else OF_PATHS + OF_ENERGY, MARK)
-    if is_heap(comparison):
-        ends |= dict.fromkeys(OF_ENERGY, f" until {comparison.trusted_until:.2f} s")
+        yield ["  cause", *(first.cause.label if first else "-" for first in firsts)]
+    rows = slice(None if until is None else 1 + comparison.scene.clock.step(until))
+    of_error, of_change = not comparison.scene.keeps_energy, is_heap(comparison)
+    ends = {"RMS gap": True, "largest gap": True, "energy error": of_error, "energy change": of_change}
     for label, ((template, dimension), figure) in ROWS.items():
-        if label == OF_ROUGH and not comparison.scene.is_rough:
-            continue
-        values = [figure(comparison, run) for run in runs]
+        is_cut = until is not None and ends.get(label, False)
+        values = [figure(run, rows if is_cut else slice(None)) for run in runs]
         if any(value and abs(value) > ROUNDING for value in values):
-            end = "" if comparison.trusted_until is None else ends.get(label, "")
+            end = f" until {until:.2f} s" if is_cut else ""
             yield [label + end, *(_cell(comparison.scene, dimension, template, value) for value in values)]
 
 

@@ -4,6 +4,7 @@ Slow imports happen inside the commands that need them.
 """
 
 import faulthandler
+import math
 import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
@@ -240,15 +241,12 @@ def _write_comparison(
 ) -> None:
     """Write a comparison into a file for each option, and print it unless one of them is standard output."""
     from sandbox.analysis.advice import as_json as advice_as_json
-    from sandbox.analysis.series import write_series
     from sandbox.report.tables import print_advice, print_comparison
 
     if file := outputs.get("--json"):
         write_text(file, json_text(comparison.as_json() | advice_as_json(trials)))
     if file := outputs.get("--csv"):
         write_text(file, comparison.as_csv())
-    if file := outputs.get("--series"):
-        write_series(comparison, file)
     if file := outputs.get("--report"):
         from sandbox.report.comparison_page import page
 
@@ -300,6 +298,13 @@ def watch(
         typer.Option(min=0, help="End after so many seconds of a Space's time. Default with --headless: 20."),
     ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="Run without a window, a display or waiting.")] = False,
+    tries: Annotated[
+        bool | None,
+        typer.Option("--try/--no-tries", help="Run it up to 3 times more, to try cures. Default: with --headless."),
+    ] = None,
+    parts: Annotated[int, typer.Option(min=1, hidden=True, help="Do each step in so many parts.")] = 1,
+    iterations: Annotated[int, typer.Option(min=1, hidden=True, help="Do so many times the iterations.")] = 1,
+    costs: Annotated[bool, typer.Option("--costs", hidden=True, help="Write what steps cost to JSON.")] = False,
     json_file: JsonFile = None,
 ) -> None:
     """Run a Pymunk program unchanged, and print what is wrong in its Spaces and what to change.
@@ -309,13 +314,13 @@ def watch(
     """
     from sandbox.cli.diagnoses import HEADLESS_SECONDS, Report, warn_of_misplaced_options
     from sandbox.scripting.program import Program, run_on_trial
-    from sandbox.space.trial import Trials
+    from sandbox.space.watch import Trials
 
     check_outputs({"--json": json_file}, [None if module else program])
     given = Program(program, arguments or (), module)
     warn_of_misplaced_options(given)
-    trials = Trials(HEADLESS_SECONDS if headless and seconds is None else seconds)
-    diagnoses = Report(given, trials, json_file)
+    trials = Trials(HEADLESS_SECONDS if headless and seconds is None else seconds, parts, iterations)
+    diagnoses = Report(given, trials, json_file, headless if tries is None else tries, costs)
     with _printed_beside([json_file]):
         code = run_on_trial(given, trials, diagnoses.write, headless=headless)
     raise typer.Exit(code)
@@ -355,27 +360,37 @@ def verify(
     engines: EnginesToScore = None,
     json_file: JsonFile = None,
     junit: JunitFile = None,
+    tolerance: Annotated[
+        float | None, typer.Option(min=0, help="Largest error that passes, in place of the scenes' own.")
+    ] = None,
 ) -> None:
     """Score engines against what scenes expect.
 
-    Each row has the largest error in a scene, as soon as the scene is done; then follows what was missed. Exit code 1:
-    an engine named with --engines missed an expectation or broke; without --engines, the exact engine did.
+    Each row has the largest error in a scene, as soon as the scene is done; then follows what was missed. "close": no
+    further off than steps allow. An engine of your own skips scenes for which it is too slow, unless they are named.
+    Exit code 1: an engine named with --engines missed an expectation or broke; without --engines, the exact engine did.
     """
     from sandbox.engines import registry
     from sandbox.report.tables import Scoreboard, print_misses, print_tally
-    from sandbox.scores.verify import all_passed, as_json, as_junit
+    from sandbox.scores.verify import PATIENCE, all_passed, as_json, as_junit
     from sandbox.scores.verify import verify as score_engines
     from sandbox.scripting.calls import scenes_to_score
 
     check_outputs({"--json": json_file, "--junit": junit}, scenes or ())
     scored = scenes_to_score(scenes or None)
     names = engines or list(registry())
+    bar = terminal_bar()
+    task = bar.add_task("", total=1.0)
+
+    def show(title: str, done: float) -> None:
+        bar.update(task, description=title, completed=done)
+
     with _printed_beside([json_file, junit]):
-        rows = score_engines(scored, names)
+        rows = score_engines(scored, names, tolerance, math.inf if scenes else PATIENCE, show)
     printed = not _has_document([json_file, junit])
     scoreboard = Scoreboard([scene.name for scene in scored], names, console()) if printed else None
     board = {}
-    with _printed_beside([json_file, junit]):
+    with _printed_beside([json_file, junit]), bar:
         for scene, row in rows:
             board[scene] = row
             if scoreboard:
@@ -412,13 +427,13 @@ def sweep(
 ) -> None:
     """Run many seeds, rates, engines and settings of a scene.
 
-    The table has a row for each. Finished rows are kept in FILE.journal: the same command resumes a sweep that was
-    stopped. Exit code 1: some rows are missing, because their runs failed.
+    The table has a row for each; on Ctrl-C, those that have finished. Exit code 1: some rows are missing, because their
+    runs failed.
     """
     from sandbox.engines import default_engines
     from sandbox.processes import core_count
     from sandbox.scene.files import load
-    from sandbox.sweeps import in_order, open_journal, plan, write
+    from sandbox.sweeps import Row, as_csv, in_order, plan
     from sandbox.sweeps.workers import check_scheduler
 
     workers, scheduler = workforce.workers, workforce.scheduler
@@ -438,15 +453,18 @@ def sweep(
             settings_by_key(set_ or ()),
             against=against,
         )
-    with open_journal(planned, out) as kept:
-        failures = sweep_with_bar(planned, kept, workers or core_count(), scheduler)
-        rows = in_order(planned, kept.rows)
-        if report:
+    rows: list[Row] = []
+    try:
+        sweep_with_bar(planned, rows, workers or core_count(), scheduler)
+    finally:  # also of a sweep that is interrupted
+        rows = in_order(planned, rows)
+        if rows and report:
             from sandbox.report.sweep import page
 
             write_text(report, page(planned, rows))
-        write(planned, rows, out)
-    if failures:
+        if rows:
+            write_text(out, as_csv(rows))
+    if len(rows) < len(planned.jobs):
         raise typer.Exit(1)
 
 

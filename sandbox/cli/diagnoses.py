@@ -8,12 +8,13 @@ from typing import Final, TextIO
 
 from sandbox.files import STANDARD_OUTPUT, write_text
 from sandbox.scripting.program import End, Program
+from sandbox.scripting.tries import tried
 from sandbox.space.diagnosis import Diagnosis
-from sandbox.space.trial import Trials
+from sandbox.space.watch import Trials
 from sandbox.text import console, counted, json_text, printable
 
 HEADLESS_SECONDS: Final = 20.0  # of a Space's time, as nobody closes a window
-_OPTIONS: Final = ("--headless", "--seconds", "--json")
+_OPTIONS: Final = ("--headless", "--seconds", "--json", "--try", "--no-tries")
 _ENDS: Final = {"time is up": "the time was up", "interrupted": "Ctrl-C", "os._exit": "os._exit"}
 
 
@@ -32,6 +33,8 @@ class Report:
     program: Program
     trials: Trials
     json_file: str | None
+    tries: bool  # whether cures are tried
+    costs: bool  # whether JSON has what steps cost, which differs from run to run
     output: TextIO = field(default_factory=lambda: sys.stdout)  # while the program runs, its own may be another
 
     def write(self, end: End) -> int:
@@ -41,13 +44,12 @@ class Report:
             return self._write(end)
 
     def _write(self, end: End) -> int:
-        printed = self.json_file not in STANDARD_OUTPUT
-        diagnoses = []
-        for diagnosis in self.trials.diagnoses():
-            diagnoses.append(diagnosis)
-            if printed:
-                self._print(diagnosis)
-        if printed:
+        diagnoses = list(self.trials.diagnoses())
+        if self.tries and end.how != "exception":
+            diagnoses = tried(self.program, diagnoses, self.trials.seconds)
+        if self.json_file not in STANDARD_OUTPUT:
+            for diagnosis in diagnoses:
+                print("", *diagnosis.lines(console().width), sep="\n", flush=True)
             self._print_end(diagnoses)
         if self.json_file:
             write_text(self.json_file, json_text(self._document(end, diagnoses)))
@@ -57,11 +59,6 @@ class Report:
         if end.hint:
             print(f"\n{fill(printable(end.hint), console(stderr=True).width)}", file=sys.stderr)
         return end.code
-
-    def _print(self, diagnosis: Diagnosis) -> None:
-        print()
-        for line in diagnosis.lines(console().width):
-            print(line, flush=True)
 
     def _print_end(self, diagnoses: list[Diagnosis]) -> None:
         if not diagnoses:
@@ -76,6 +73,8 @@ class Report:
             "ended_by": end.how,
             "exit_code": end.code,
             "hint": end.hint or None,
-            "spaces": [diagnosis.as_json() for diagnosis in diagnoses],
+            "spaces": [
+                diagnosis.as_json() | ({"cost": diagnosis.cost} if self.costs else {}) for diagnosis in diagnoses
+            ],
             "other_spaces": self.trials.others,
         }

@@ -47,7 +47,7 @@ DEFAULT_SIZE: Final = Size(1280, 720)
 
 
 class Setting(NamedTuple):
-    """A setting of Pymunk or a key of the scene, and the values to run it with."""
+    """A setting of Pymunk, elasticity or friction, and the values to run it with."""
 
     key: str
     values: "Sequence[Value]"
@@ -143,8 +143,8 @@ def parse_setting(text: str) -> Setting:
         return Setting(key.strip(), [parse_value(value) for value in split_values(values)])
     except (ValueError, TypeError):
         raise OptionError(
-            f"{text}: must be a setting of Pymunk or a key of the scene, and its values, such as substeps=1,4 or "
-            "gravity=[0, 0],[0, 900]"
+            f"{text}: must be a setting of Pymunk, elasticity or friction, and its values, such as substeps=1,4 or "
+            "elasticity=0.5,1"
         ) from None
 
 
@@ -236,7 +236,7 @@ Settings = Annotated[
         "--set",
         metavar="KEY=V,V,...",
         parser=parse_setting,
-        help="Run with each value of a setting of Pymunk, or of a key of the scene; may be repeated.",
+        help="Run with each value of a setting of Pymunk, of elasticity or of friction; may be repeated.",
     ),
 ]
 
@@ -261,7 +261,6 @@ class ComparisonFiles:
 
     json: JsonFile = None
     csv: Annotated[str | None, file_option("Write the figures as CSV.", "--csv")] = None
-    series: Annotated[str | None, file_option("Write energy, gap and more at every step as CSV.")] = None
     report: ReportFile = None
 
     @property

@@ -11,7 +11,7 @@ from sandbox.text import console
 if TYPE_CHECKING:
     from rich.progress import Progress, ProgressColumn
 
-    from sandbox.sweeps import Journal, Sweep
+    from sandbox.sweeps import Row, Sweep
 
 BAR_DELAY: Final = 1.0  # s; shorter runs show no bar
 
@@ -54,25 +54,25 @@ def terminal_bar(*columns: "str | ProgressColumn", transient: bool = True) -> "P
     return Progress(*columns, console=terminal, transient=transient, disable=not terminal.is_terminal)
 
 
-def sweep_with_bar(sweep: "Sweep", kept: "Journal", workers: int, scheduler: str | None) -> int:
-    """Run the jobs of a sweep that have no row yet, and print each failure; return the number of failures."""
+def sweep_with_bar(sweep: "Sweep", rows: "list[Row]", workers: int, scheduler: str | None) -> None:
+    """Run the jobs of a sweep, add their rows to a list as they finish, and print each failure."""
     from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
 
-    from sandbox.sweeps import missing, run
+    from sandbox.sweeps import run
 
     columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    failures, details, bar = 0, "", terminal_bar(*columns, transient=False)
+    details, bar = "", terminal_bar(*columns, transient=False)
     with bar:
-        runs = bar.add_task("runs", total=len(sweep.jobs), completed=len(sweep.jobs) - len(missing(sweep, kept)))
-        for outcome in run(sweep, kept, workers=workers, scheduler=scheduler):
+        runs = bar.add_task("runs", total=len(sweep.jobs))
+        for outcome in run(sweep, workers=workers, scheduler=scheduler):
             bar.advance(runs)
-            if outcome.failure:
-                failures += 1
-                if outcome.details != details:  # the same traceback once, and not for each seed
-                    print(details := outcome.details, end="", file=sys.stderr)
-                when = "" if outcome.time is None else f" at {outcome.time:.3f} s"
-                what = outcome.failure.removeprefix(f"{outcome.job.engine}: ")
-                print(f"{outcome.job}{when}: {what}", file=sys.stderr)
-    if failures:
-        print(f"{failures} of {len(sweep.jobs)} rows are missing; the same command tries again", file=sys.stderr)
-    return failures
+            if outcome.row is not None:
+                rows.append(outcome.row)
+                continue
+            if outcome.details != details:  # the same traceback once, and not for each seed
+                print(details := outcome.details, end="", file=sys.stderr)
+            when = "" if outcome.time is None else f" at {outcome.time:.3f} s"
+            what = outcome.failure.removeprefix(f"{outcome.job.engine}: ")
+            print(f"{outcome.job}{when}: {what}", file=sys.stderr)
+    if missing := len(sweep.jobs) - len(rows):
+        print(f"{missing} of {len(sweep.jobs)} rows are missing", file=sys.stderr)

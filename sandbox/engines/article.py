@@ -27,7 +27,7 @@ POW_PROBES: Final = {  # numbers whose squares only one variant of glibc's pow, 
 MAX_TOUCHING: Final = 1 + 1e-9  # diameters; balls further apart do not touch, however pow and sqrt round
 
 
-CODE: Final = MachineCode("article", compiling=300_000, loading=150_000, many=400)  # balls in steps; balls
+CODE: Final = MachineCode("article", compiling=150_000, loading=150_000, many=400)  # balls in steps; balls
 
 
 class World(NamedTuple):

@@ -21,8 +21,9 @@ from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT, OUTWARD, RIGHT, arena_faces, offset_to_segment, walls_of
 from sandbox.state import State
 
-WALLS_AS_LONG: Final = 8  # walls to test take as long as the rest of a ball's step
-CODE: Final = MachineCode("impulse", compiling=250_000, loading=150_000, many=400)  # balls in steps; balls
+BOX_MARGIN: Final = 1e-9  # of the arena, far above rounding
+WALLS_AS_LONG: Final = 40  # walls to test take as long as the rest of a ball's step
+CODE: Final = MachineCode("impulse", compiling=150_000, loading=150_000, many=400)  # balls in steps; balls
 WALL: Final = np.dtype(
     [
         *((name, "f8") for name in ("x", "y", "end_x", "end_y", "half_thickness")),  # px, of the centre line
@@ -30,16 +31,18 @@ WALL: Final = np.dtype(
         ("friction", "f8"),  # the wall's factor
         *((name, "f8") for name in ("nx", "ny", "face")),  # outward normal of the arena's, and its distance, px
         ("across", "f8"),  # px, from the opposite wall of the arena; infinite of others
+        *((name, "f8") for name in ("left", "right", "top", "bottom")),  # px, of a box that holds the wall
     ]
 )
 
 
 class World(NamedTuple):
-    """The balls and the walls. filters: (n, 3), as in `Bodies`; gravity: px/s²; dt: s."""
+    """The balls and the walls. filters: (n, 3), as in `Bodies`; collides: whether balls can; gravity: px/s²; dt: s."""
 
     ball: Records
     wall: Records
     filters: Any
+    collides: bool
     gravity: tuple[float, float]
     dt: float
     grid: NeighbourGrid | None
@@ -56,6 +59,10 @@ def _wall_records(scene: Scene) -> Any:
     face = record["face"][:count] = arena_faces(scene)
     record["across"] = np.inf
     record["across"][:count] = face[np.arange(count) | RIGHT]  # right or bottom, at the arena's width or height
+    reach = walls.half_thickness[:, None] + BOX_MARGIN * max(scene.arena.size)
+    low, high = np.minimum(walls.start, walls.end) - reach, np.maximum(walls.start, walls.end) + reach
+    low[:count], high[:count] = -np.inf, np.inf  # beyond a wall of the arena, all is in the wall
+    (record["left"], record["top"]), (record["right"], record["bottom"]) = low.T, high.T
     return record
 
 
@@ -74,7 +81,8 @@ def _normal_to_wall(wall: Record, w: int, x: float, y: float) -> tuple[float, fl
 def step(world: World, now: float, log: Log) -> None:
     """Do a step, which ends now (s)."""
     _move(world, now, log)
-    _collide(world, now, log)
+    if world.collides:
+        _collide(world, now, log)
 
 
 @kernel
@@ -107,7 +115,9 @@ def _move(world: World, now: float, log: Log) -> None:
         ball.vy += gy * dt
         ball.angle += ball.spin * dt
         for w in range(len(world.wall)):
-            wall = world.wall[w]
+            wall, r = world.wall[w], ball.radius
+            if not (wall.left - r < ball.x < wall.right + r and wall.top - r < ball.y < wall.bottom + r):
+                continue
             nx, ny, depth = _normal_to_wall(wall, w, ball.x, ball.y)
             depth += ball.radius
             v_n = ball.vx * nx + ball.vy * ny
@@ -189,6 +199,9 @@ class ImpulseEngine(SteppedEngine):
     def __init__(self, scene: Scene, initial: State) -> None:
         bodies, gravity = scene.bodies, (float(scene.gravity[0]), float(scene.gravity[1]))
         grid = new_grid(len(bodies), 2 * float(bodies.radius.max()), scene.arena.size)
-        world = World(balls_of(bodies), _wall_records(scene), bodies.filters, gravity, 1 / scene.rate, grid)
+        kinds = np.unique(bodies.filters, axis=0)
+        collides = len(kinds) > 1 or not pass_through(kinds[0], kinds[0])
+        walls, dt = _wall_records(scene), 1 / scene.rate
+        world = World(balls_of(bodies), walls, bodies.filters, collides, gravity, dt, grid)
         super().__init__(scene, initial, world, step, CODE)
         self._work = len(bodies) * (1 + len(world.wall) // WALLS_AS_LONG)

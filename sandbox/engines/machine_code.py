@@ -1,4 +1,4 @@
-"""Which form the kernels of an engine run in: Python, until this has cost as much as compiling does.
+"""Which form the kernels of an engine run in: Python, until it is clear that this costs as much as compiling.
 
 Then another process fills the cache, and the engines change over when it is full, each at the end of a step and with
 the same bits, so that nothing waits. With a full cache, many balls run as machine code from the start.
@@ -18,8 +18,8 @@ KERNEL_ENGINES: Final = ("article", "impulse", "exact")
 class MachineCode:
     """Decides when the engines of one kind change over from Python to machine code.
 
-    compiling, loading: so much of the engine's work takes Python as long as numba takes with an empty cache, and with a
-    full one; many: balls that are that much work soon.
+    compiling, loading: so much of the engine's work by Python that compiling will be worth it, on another core, and
+    that loading from a full cache will be; many: balls that are that much work soon.
     """
 
     def __init__(self, name: str, compiling: int, loading: int, many: int) -> None:

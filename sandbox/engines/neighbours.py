@@ -112,20 +112,18 @@ def _leave(grid: NeighbourGrid, i: int) -> None:
 
 
 @kernel
-def _look_around(grid: NeighbourGrid, ball: Records, i: int, last: int) -> None:
-    """List the balls after `last` that ball i can touch, in order, in `near`."""
-    n, near = len(ball), grid.near
+def _look_around(grid: NeighbourGrid, ball: Records, i: int, cell: int, last: int) -> None:
+    """List the balls after `last` that ball i, in a cell, can touch, in order, in `near`."""
+    n, near, sight, count = len(ball), grid.near, grid.sight, 0
     x, y = ball[i].x, ball[i].y
     grid.home[0], grid.home[1] = x, y
-    cell, count = _cell_at(grid, x, y), 0
     for row in range(-1, 2):
         corner = cell + row * grid.stride - 1
         for here in range(corner, corner + 3):
             j = grid.first[here]
             while j < n:
                 near[count] = j  # overwritten if j is not a neighbour: a branch would be mispredicted too often
-                apart = max(abs(ball[j].x - x), abs(ball[j].y - y))
-                count += (j > last) & (apart <= grid.sight)
+                count += (j > last) & (abs(ball[j].x - x) <= sight) & (abs(ball[j].y - y) <= sight)
                 j = grid.next[j]
     for k in range(1, count):
         j, place = near[k], k
@@ -142,7 +140,7 @@ def begin_turn(grid: NeighbourGrid | None, ball: Records, i: int) -> None:
     if grid is None:
         return
     _leave(grid, i)
-    _look_around(grid, ball, i, i)
+    _look_around(grid, ball, i, grid.cell[i], i)
 
 
 @kernel
@@ -167,4 +165,4 @@ def note_push(grid: NeighbourGrid | None, ball: Records, i: int, j: int) -> None
         _leave(grid, j)
         _enter(grid, j, cell)
     if max(abs(ball[i].x - grid.home[0]), abs(ball[i].y - grid.home[1])) >= grid.slack:
-        _look_around(grid, ball, i, j)
+        _look_around(grid, ball, i, _cell_at(grid, ball[i].x, ball[i].y), j)

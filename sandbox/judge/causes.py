@@ -64,7 +64,7 @@ class Cause(IntEnum):
 class Entry:
     """A line of the ledger: what a cause changed. That of SPIN is a part of the energy, and a part of no sum."""
 
-    cause: Cause
+    cause: Cause  # its key
     contacts: int  # or steps of a ball, for a cause that is not a contact's
     energy: float  # kg px²/s²; the lines add up to the whole change, without that of SPIN
     momentum: float  # kg px/s transferred wrongly, the sum of the lengths

@@ -122,9 +122,7 @@ class _Block:
         acts = (self.is_due & some_act) | ((self.deepest > 0) & all_act)
         waits = self.is_due & ~some_act
         keys = keys_of(c, run)
-        ignored = (
-            self.is_due & (self.before > run.tiny) & np.isin(keys - 1, keys[waits])
-        )  # as before
+        ignored = self.is_due & (self.before > run.tiny) & np.isin(keys - 1, keys[waits])  # as before
         dropped = acts & ignored & self._has_more(c, c.part(acts), 1)
         acts &= ~dropped
         some = c.part(acts)

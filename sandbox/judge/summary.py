@@ -30,13 +30,13 @@ class Judged(NamedTuple):
 
 @dataclass(frozen=True)
 class CauseOfError:
-    """What is wrong with some contacts, or flights. share: of the run's error; parameter: the median, if it has one."""
+    """What is wrong with some contacts, or flights."""
 
-    cause: Cause
-    contacts: int
-    share: float
-    parameter: float | None
-    sentence: str
+    cause: Cause  # its key
+    contacts: int  # or steps of a ball
+    share: float  # of the engine's error
+    parameter: float | None  # the median of the number in the sentence; None if it has none
+    sentence: str  # what is wrong
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from sandbox.analysis.advice import TriedSettings, advice_rows, recommend
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.difference import MAX_DIFFERENCES, Kind, Velocities, pair_name
+from sandbox.analysis.difference import MAX_DIFFERENCES, Velocities, pair_name
 from sandbox.analysis.figures import Run
 from sandbox.analysis.series import contacts_by, energies
-from sandbox.analysis.verdict import MARK, MARK_WORDS, key_figures, summaries
+from sandbox.analysis.verdict import key_figures, summaries
 from sandbox.engines import TUNED
-from sandbox.judge.causes import Cause
 from sandbox.report.charts import charts
 from sandbox.report.html import equals_its_text, render, scene_file, seconds_text
 from sandbox.report.numbers import number
@@ -33,13 +32,6 @@ MAX_NOTEBOOK_PATHS_BYTES: Final = 240_000  # in a notebook, whose cells stay und
 MAX_NUMBERED: Final = 20  # balls that have their numbers drawn on them
 MAX_TRAILED: Final = 200  # balls for which trails are on at first
 MAX_PACKED: Final = 65_535  # of a coordinate in 16 bits
-KINDS: Final = {
-    Kind.OUTCOME: "other outcome",
-    Kind.MISSING: "missing",
-    Kind.EXTRA: "extra",
-    Kind.FLIGHT: "in flight",
-    Kind.START: "at the start",
-}
 KEYS: Final = (
     ("Space", "play or pause"),
     ("← →", "previous or next frame"),
@@ -71,15 +63,12 @@ def page(comparison: Comparison, trials: Sequence[TriedSettings] = (), *, in_not
         comparison=comparison,
         others=comparison.others,
         ledgers={name: run for name, run in comparison.runs.items() if run.figures.ledger},
-        figures=[["", *comparison.runs], *(figures := list(key_figures(comparison)))],
-        mark=MARK_WORDS if any(label.endswith(MARK) for label, *_ in figures) else "",
+        figures=[["", *comparison.runs], *key_figures(comparison)],
         summaries=summaries(comparison),
         trials=list(advice_rows(trials)) if trials else [],
         recommendation=recommend(trials) if trials else "",
         theory=list(_theory_rows(comparison)),
-        kinds=KINDS,
         keys=KEYS,
-        missed=Cause.MISSED,
         max_differences=MAX_DIFFERENCES,
         pair_name=lambda difference: pair_name(scene, difference),
         outcome=partial(_outcome, scene.units),

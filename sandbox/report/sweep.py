@@ -14,20 +14,19 @@ from bokeh.plotting import figure
 
 from sandbox.engines import REFERENCE
 from sandbox.judge.thresholds import DOUBLE
-from sandbox.report.charts import GROUND, INK, Chart, Style, legend_of, scale_axis, styles_of
+from sandbox.report.charts import GROUND, Chart, Style, legend_of, scale_axis, styles_of
 from sandbox.report.html import equals_its_text, render, scene_file, seconds_text
 from sandbox.report.scales import Logarithmic, gap_scale
 from sandbox.scene.units import Dimension
 from sandbox.state import Floats
 from sandbox.sweeps.convergence import Convergence
-from sandbox.sweeps.jobs import SPEED_CLASSES, Row, Sweep, settings_of
+from sandbox.sweeps.jobs import OF_CONTACTS, OF_PYMUNK, Row, Sweep
 from sandbox.sweeps.summary import Group, engine_of, grouped, known, lengths, summary, summary_rows
 from sandbox.text import counted
 
 HEIGHT: Final = 300  # px, of a chart
 OFFSET: Final = 1.03  # factor on the rate between one engine and the next, so that they do not overlap
 TICK_DISTANCE: Final = 0.15  # of the axis, between two rates that are written there
-MIN_SPEEDS: Final = 20 * SPEED_CLASSES  # of an engine: of fewer, the noise would be larger than what the chart shows
 
 
 def page(sweep: Sweep, rows: Sequence[Row]) -> str:
@@ -96,7 +95,7 @@ def _command(sweep: Sweep) -> str | None:
         return None
     values: dict[str, dict[str, None]] = {}
     for job in jobs:
-        for key, value in settings_of(job).items():
+        for key, value in job.values((*OF_PYMUNK, *OF_CONTACTS)).items():
             values.setdefault(key, {})[str(value)] = None
     words = ["sandbox", "sweep", scene_file(scene), "--seeds", f"{seeds[0]}:{seeds[-1] + 1}"]
     words += ["--rates", ",".join(map(str, sorted({job.rate for job in jobs})))]
@@ -131,9 +130,6 @@ def _charts(sweep: Sweep, rows: Sequence[Row]) -> Iterator[Chart]:
             f"energy, in powers of ten; less than {scale.least:g} % is drawn there."
         )
         yield _by_rate("energy", "Energy error", about, "%", others, energy_errors, scale=scale)
-    counts = {name: total for name, total in _speed_counts(rows).items() if total.sum() >= MIN_SPEEDS}
-    if counts:
-        yield _speeds(counts, _styles(rows))
 
 
 def _styles(rows: Sequence[Row]) -> dict[str, Style]:
@@ -213,40 +209,3 @@ def _spaced(rates: Sequence[int], ends: tuple[float, float]) -> list[int]:
         if not shown or np.log(rate / shown[-1]) >= TICK_DISTANCE * (high - low):
             shown.append(rate)
     return shown
-
-
-def _speed_counts(rows: Sequence[Row]) -> dict[str, Floats]:
-    """Return the number of final speeds in each class, of each engine over its seeds: (SPEED_CLASSES,)."""
-    counts: dict[str, Floats] = {}
-    for row in rows:
-        if row.get("speeds"):
-            counts[engine_of(row)] = counts.get(engine_of(row), np.zeros(SPEED_CLASSES)) + row["speeds"]
-    return counts
-
-
-def _speeds(counts: dict[str, Floats], styles: dict[str, Style]) -> Chart:
-    """Draw the number of final speeds in each class, relative to the number that their law expects: 1 if it holds."""
-    plot = figure(
-        height=HEIGHT,
-        x_range=Range1d(start=0, end=1),
-        x_axis_label="fraction of balls that are slower, by the law",
-        y_axis_label="found / expected",
-        tools="",
-        toolbar_location=None,
-    )
-    middles = (np.arange(SPEED_CLASSES) + 0.5) / SPEED_CLASSES
-    for name, total in counts.items():
-        style, shares = styles[name], total * SPEED_CLASSES / total.sum()
-        plot.line(middles, shares, line_color=style.color, line_width=2.5)
-        plot.scatter(
-            middles, shares, marker=style.marker, size=8, line_color=style.color, line_width=2, fill_color=GROUND
-        )
-    plot.line([0, 1], [1, 1], line_color=INK)
-    about = (
-        "Balls found in each class of speeds, divided by the number that the law for as many balls of the same energy "
-    )
-    about += "expects. All are 1 if it holds, "
-    fewest = min(total.sum() for total in counts.values()) / SPEED_CLASSES
-    about += f"give or take {100 / np.sqrt(fewest):.0f} % by chance."
-    alt = "Final speeds compared with their law."
-    return Chart("speeds", "Speeds at the end", about, alt, legend_of({name: styles[name] for name in counts}), plot)

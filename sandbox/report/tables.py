@@ -12,9 +12,9 @@ from rich.table import Table
 
 from sandbox.analysis.advice import TriedSettings, advice_rows, recommend
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.difference import Difference, Kind, pair_name
+from sandbox.analysis.difference import Difference, pair_name
 from sandbox.analysis.figures import Run
-from sandbox.analysis.verdict import MARK, MARK_WORDS, is_heap, key_figures, summaries
+from sandbox.analysis.verdict import is_heap, key_figures, summaries
 from sandbox.engines import REFERENCE
 from sandbox.judge.causes import Cause
 from sandbox.judge.thresholds import NEGLIGIBLE
@@ -33,7 +33,6 @@ NOTHING: Final = "-"  # in a cell
 FEW_BALLS: Final = 5  # with no more, the motion at the first contacts is shown
 FIRST_CONTACTS: Final = 2
 SCORE_WIDTH: Final = len("1.2e+02 MISSED")  # columns
-_KINDS: Final = {Kind.MISSING: "Missing contact. ", Kind.EXTRA: "Extra contact. "}
 
 
 def print_comparison(
@@ -59,8 +58,8 @@ def print_comparison(
     if shown or comparison.failed:
         terminal.print()
         terminal.print(_figures(comparison, shown, terminal.width))
-    if any(label.endswith(MARK) for label, *_ in shown):
-        terminal.print(f"\n{MARK_WORDS}")
+    if any(scene.gravity) and any(label.startswith("energy") for label, *_ in shown):
+        terminal.print(f"\nEnergies are in % of the largest kinetic energy in {comparison.against}.")
     if more := len(rows) - len(shown):
         terminal.print(f"\n{counted(more, 'more row')} with --all.")
     if contacts is None and len(scene.bodies) <= FEW_BALLS:
@@ -120,8 +119,7 @@ def _print_first_contacts(scene: Scene, engine: str, run: Run, most: int, termin
 
 def sentence(scene: Scene, difference: Difference) -> str:
     """Return when two bodies differ from the reference, which these are, and why."""
-    what = _KINDS.get(difference.kind, "") + difference.because
-    return f"{difference.time:.3f} s, {pair_name(scene, difference)}: {what}"
+    return f"{difference.time:.3f} s, {pair_name(scene, difference)}: {difference.because}"
 
 
 def headline(comparison: Comparison) -> str:
@@ -273,7 +271,7 @@ def print_scores(board: Board, terminal: Console) -> None:
 
 
 def _cell(result: Result) -> str:
-    if result.outcome in (Outcome.MET, Outcome.MISSED):
+    if result.outcome in (Outcome.MET, Outcome.CLOSE, Outcome.MISSED):
         return f"{result.worst.error:.1e} {result.outcome.value}"
     word: str = result.outcome.value
     return word

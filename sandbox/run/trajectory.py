@@ -2,12 +2,10 @@
 
 import math
 import os
-import zipfile
-import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, Final, NamedTuple, Self
+from typing import IO, TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,15 +18,14 @@ from sandbox.run.edits import AddBall, ChangeBall
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
-from sandbox.state import CONTACT, Contacts, Floats, Integers, State, States, no_contacts
-from sandbox.text import counted, csv_text, printable
+from sandbox.state import Contacts, Floats, Integers, State, States, no_contacts
+from sandbox.text import counted, csv_text
 
 if TYPE_CHECKING:
     import pandas
 
 MAX_TRAJECTORY_BYTES: Final = 3_000_000_000  # in memory, where all of it is kept
 MAX_BLOCK_STEPS: Final = 64  # that the engine does in one call
-BROKEN_FILE: Final = (zipfile.BadZipFile, zlib.error, ValueError, RuntimeError, EOFError, MemoryError)
 COLUMNS: Final = ("time", "ball", "x", "y", "vx", "vy", "radius", "mass", "angle", "spin", "energy")  # of a table
 
 
@@ -82,7 +79,7 @@ class Trajectory:
         return self.time[steps][step], ball, *(part[ball, step] for part in of_balls), self.energy[steps][step]
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write it as .npz, which `load` reads, or as .csv, by the path's ending; to standard output as CSV.
+        """Write it as .npz, an array for each field, or as .csv, by the path's ending; to standard output as CSV.
 
         Raises SandboxError for another ending, or if the file cannot be written.
         """
@@ -90,19 +87,6 @@ class Trajectory:
         write = trace_writer(file_name)
         with whole_file(file_name) as file:
             write(self, file)
-
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Self:
-        """Read a trajectory that `save` wrote as .npz, to the bit.
-
-        Raises SandboxError if the file cannot be read, or has no trajectory.
-        """
-        file = Path(str(path))
-        if file.suffix != ".npz":
-            raise SandboxError(f"{file}: a trajectory is read from .npz; a .csv lacks its contacts and its arena")
-        arrays = _arrays_of(file)
-        width, height = arrays.pop("size").tolist()
-        return cls(**arrays, size=(width, height))
 
 
 def data_frame(data: Mapping[str, object] | Sequence[Mapping[str, object]]) -> "pandas.DataFrame":
@@ -222,38 +206,6 @@ def trace_writer(path: str) -> Callable[[Trajectory, IO[bytes]], None]:
 def _write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:
     arrays: dict[str, Any] = {field.name: getattr(trajectory, field.name) for field in fields(trajectory)}
     np.savez_compressed(file, **arrays)
-
-
-def _arrays_of(file: Path) -> dict[str, Any]:
-    """Return the arrays of a .npz file by their names. Raises SandboxError if they are not those of a trajectory."""
-    name, wanted = printable(str(file)), [field.name for field in fields(Trajectory)]
-    try:
-        with zipfile.ZipFile(file) as archive:  # which np.load opens too, unless the file is of another kind
-            needed_bytes = sum(entry.file_size for entry in archive.infolist())
-        arrays = {}
-        if needed_bytes <= MAX_TRAJECTORY_BYTES:
-            with np.load(file) as archive:
-                arrays = {key: archive[key] for key in wanted if key in archive.files}
-    except OSError as error:
-        raise SandboxError(f"{name}: cannot be read: {error.strerror or error}") from None
-    except BROKEN_FILE as error:
-        raise SandboxError(f"{name}: is not a whole .npz file: {error}") from None
-    if needed_bytes > MAX_TRAJECTORY_BYTES:
-        raise SandboxError(
-            f"{name}: needs {needed_bytes / 1e9:.3g} GB; at most {MAX_TRAJECTORY_BYTES / 1e9:g} GB are allowed"
-        )
-    if missing := [key for key in wanted if key not in arrays]:
-        raise SandboxError(f"{name}: has no {', no '.join(missing)}; a trajectory is written by Trajectory.save")
-    steps, balls = arrays["time"].shape, arrays["radius"].shape[-1:]
-    shape = {"time": steps, "energy": steps, "size": (2,), "contacts": arrays["contacts"].shape[:1]}
-    shape |= dict.fromkeys(("position", "velocity"), (*steps, *balls, 2))
-    shape |= dict.fromkeys(("angle", "spin"), (*steps, *balls))
-    shape |= dict.fromkeys(("radius", "mass"), (*steps, *balls) if arrays["radius"].ndim == 2 else balls)
-    for key, array in arrays.items():
-        kind = CONTACT if key == "contacts" else np.dtype(np.float64)
-        if array.shape != shape[key] or array.dtype != kind:
-            raise SandboxError(f"{name}: {key} must be of shape {shape[key]}, got {array.dtype} of shape {array.shape}")
-    return arrays
 
 
 def _write_csv(trajectory: Trajectory, file: IO[bytes]) -> None:

@@ -1,20 +1,32 @@
 """The scoreboard: how well engines meet the expectations of scenes."""
 
+import math
 import traceback
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from enum import Enum
 from itertools import chain, count
+from time import monotonic
 from typing import Any, Final, TypeVar
 from xml.etree import ElementTree
 
 import numpy as np
 
 from sandbox.analysis.energy_scale import EnergyScale
-from sandbox.analysis.expectations import Numbers, Score, relative_error, score, steps_around, worst
-from sandbox.engines import REFERENCE, check_name
+from sandbox.analysis.expectations import (
+    SAME_TIME,
+    ExpectedQuantity,
+    Numbers,
+    Score,
+    relative_error,
+    scores,
+    step_of,
+    worst,
+)
+from sandbox.engines import BUILT_IN, REFERENCE, Engines, Source, check_name, named
 from sandbox.errors import EngineError, LimitReached, Refused, SandboxError
+from sandbox.quantity import length
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import MAX_STEPS, Scene
 from sandbox.scene.spawn import spawn
@@ -23,15 +35,24 @@ from sandbox.text import printable, xml_text
 
 MAX_PRECISE: Final = 2  # numbers of a vector that are written with ten digits; shares are rounded to 0.1 %
 MAX_ROWS: Final = 256  # states of an engine that are computed in one call, and not kept
+LATE_STEPS: Final = 3  # by which an engine of steps may be late after a few contacts, each found up to a step late
+DAMPED: Final = 0.01  # of the energy, that an engine of steps may gain or lose besides
+PATIENCE: Final = 60.0  # s, for which an engine that is not built in may run a scene that nobody asked for by name
+FIRST_SECONDS: Final = 0.5  # s, after which an engine's speed is known
 
+Progress = Callable[[str, float], object]  # of a scene and an engine, and the fraction that is done
 
 T = TypeVar("T", bound=float | Numbers)
 
 
 class Outcome(Enum):
-    """The outcome of an engine in a scene; the values are the words of the table."""
+    """The outcome of an engine in a scene; the values are the words of the table.
+
+    CLOSE: within what steps allow, if not within the tolerances of the scene; of `exact` that is MISSED.
+    """
 
     MET = "ok"
+    CLOSE = "close"
     MISSED = "MISSED"
     SKIPPED = "skipped"
     REFUSED = "refused"
@@ -88,7 +109,7 @@ class Result:
         return Judged(
             error=_finite(self.worst.error),
             tolerance=self.worst.expect.tolerance,
-            passed=self.outcome is Outcome.MET,
+            passed=self.outcome in (Outcome.MET, Outcome.CLOSE),
             missed=[miss for score in self.scores for miss in _misses(score)],
             skipped=skipped,
         )
@@ -161,13 +182,13 @@ class Skip:
 
 @dataclass(frozen=True)
 class Judged:
-    """An engine's result in a scene. error, tolerance: of what it misses most; error is None if it is not finite."""
+    """An engine's result in a scene."""
 
-    error: float | None
-    tolerance: float
-    passed: bool
-    missed: list[Miss]
-    skipped: list[Skip]
+    error: float | None  # of the expectation that it misses most; None if it is not finite
+    tolerance: float  # of the same
+    passed: bool  # whether it meets all expectations
+    missed: list[Miss]  # what it misses, with all figures
+    skipped: list[Skip]  # what could not be judged: `at` (s) and `because`
 
 
 @dataclass(frozen=True)
@@ -213,16 +234,34 @@ SceneResults = dict[str, Result]  # by engine
 Board = dict[str, SceneResults]  # by scene
 
 
-def verify(scenes: Iterable[Scene], engines: Sequence[str]) -> Iterator[tuple[str, SceneResults]]:
+def verify(
+    scenes: Iterable[Scene],
+    engines: Engines,
+    tolerance: float | None = None,
+    patience: float = math.inf,
+    progress: Progress | None = None,
+) -> Iterator[tuple[str, SceneResults]]:
     """Score engines on scenes by all of their expectations; yield each scene's name and row when it is done.
 
-    Scenes without expectations are left out. An engine that raises an exception is not run any more.
+    Scenes without expectations are left out. An engine that raises an exception is not run any more. tolerance: in
+    place of the scenes' own; patience: s, beyond which an engine that is not built in skips a scene.
     Raises SandboxError for an unknown engine, or a scene that no engine can run.
     """
-    for engine in engines:
-        check_name(engine)
-    scored = {name: _checked(scene) for name, scene in _named(scenes) if scene.expect}
-    return _rows(scored, engines)
+    sources = named(engines)
+    for source in sources.values():
+        if isinstance(source, str):
+            check_name(source)
+    scored = {name: _checked(scene, tolerance) for name, scene in _named(scenes) if scene.expect}
+    return _rows(scored, sources, _Limits(tolerance is None, patience, progress))
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """How engines are scored: whether one of steps may be CLOSE, and when it skips a scene, s."""
+
+    allows_steps: bool
+    patience: float
+    progress: Progress | None
 
 
 def _named(scenes: Iterable[Scene]) -> Iterator[tuple[str, Scene]]:
@@ -236,9 +275,10 @@ def _named(scenes: Iterable[Scene]) -> Iterator[tuple[str, Scene]]:
         yield name, scene
 
 
-def _checked(scene: Scene) -> Scene:
+def _checked(scene: Scene, tolerance: float | None) -> Scene:
     """Return the scene with seconds that reach the last step that is needed, of which there is at least one.
 
+    tolerance: of its expectations, if not None.
     Raises SandboxError if that is too late for any run, or if the balls do not fit.
     """
     spawn(scene)
@@ -246,11 +286,15 @@ def _checked(scene: Scene) -> Scene:
         if expect.at * scene.rate > MAX_STEPS:
             most = f"{MAX_STEPS / scene.rate:g} at this rate"
             raise SandboxError(scene.at_key(("expect", number, "at"), f"must be at most {most}, got {expect.at:g}"))
-    last = max(steps_around(expect.at, scene.rate)[1] for expect in scene.expect)
-    return scene.changed(seconds=max(1, last) / scene.rate)
+    last = math.ceil(max(expect.at for expect in scene.expect) * scene.rate - SAME_TIME)
+    changes = {} if tolerance is None else {"tolerance": tolerance}
+    changed = [each.model_copy(update=changes) for each in scene.expect]
+    return scene.changed(seconds=max(1, last) / scene.rate, expect=changed)
 
 
-def _rows(scored: Mapping[str, Scene], engines: Sequence[str]) -> Iterator[tuple[str, SceneResults]]:
+def _rows(
+    scored: Mapping[str, Scene], engines: Mapping[str, Source], limits: _Limits
+) -> Iterator[tuple[str, SceneResults]]:
     broken: dict[str, str] = {}  # engine -> the scene that it broke in
     for name, scene in scored.items():
         row = {}
@@ -258,15 +302,15 @@ def _rows(scored: Mapping[str, Scene], engines: Sequence[str]) -> Iterator[tuple
             if engine in broken:
                 row[engine] = Result(Outcome.NOT_RUN, message=f"{engine} broke in {broken[engine]}")
                 continue
-            row[engine] = _result(scene, engine)
+            row[engine] = _result(scene, engine, engines[engine], limits)
             if row[engine].outcome is Outcome.BROKE:
                 broken[engine] = name
         yield name, row
 
 
-def _result(scene: Scene, engine: str) -> Result:
+def _result(scene: Scene, engine: str, source: Source, limits: _Limits) -> Result:
     try:
-        scores = tuple(_scores(scene, engine))
+        scored = tuple(_scores(scene, engine, source, limits))
     except Refused as refusal:
         return Result(Outcome.REFUSED, message=str(refusal))
     except EngineError as error:
@@ -277,30 +321,81 @@ def _result(scene: Scene, engine: str) -> Result:
         said = printable(f"{engine}: {type(error).__name__}: {error}")
         details = "".join(f"{printable(line)}\n" for line in traceback.format_exc().split("\n")[:-1])
         return Result(Outcome.BROKE, message=said, details=details)
-    if all(score.skipped for score in scores):
-        return Result(Outcome.SKIPPED, scores)
-    return Result(Outcome.MET if all(score.passed for score in scores) else Outcome.MISSED, scores)
+    if all(score.skipped for score in scored):
+        return Result(Outcome.SKIPPED, scored)
+    allowed = tolerances_of_steps(scene) if limits.allows_steps and source != REFERENCE else {}
+    return Result(_outcome(scored, allowed), scored)
 
 
-def _scores(scene: Scene, engine: str) -> Iterator[Score]:
-    around = {expect: steps_around(expect.at, scene.rate) for expect in scene.expect}
-    lockstep = Lockstep(scene, [engine])
+def _outcome(scored: Sequence[Score], allowed: Mapping[ExpectedQuantity, float]) -> Outcome:
+    """Return whether scores meet the tolerances of the scene or, by quantity, what is allowed besides."""
+    if all(score.passed for score in scored):
+        return Outcome.MET
+    missed = [deviation for score in scored for deviation in score.missed]
+    is_close = all(deviation.error <= allowed.get(deviation.quantity, 0.0) for deviation in missed)
+    return Outcome.CLOSE if is_close else Outcome.MISSED
+
+
+def tolerances_of_steps(scene: Scene) -> dict[ExpectedQuantity, float]:
+    """Return how far an engine of steps may be off, in the units of the quantities.
+
+    It finds contacts up to a step late. Until then a ball goes `late` px too far, and turns the normal by late / reach.
+    """
+    state, bodies, dt = spawn(scene), scene.bodies, 1 / scene.rate
+    pull = math.hypot(*scene.gravity)
+    lowest = np.where(np.array(scene.gravity) > 0, scene.arena.size - bodies.radius[:, None], bodies.radius[:, None])
+    fall = ((lowest - state.position) * scene.gravity).sum(axis=1).clip(0)
+    fastest = float(np.sqrt(length(state.velocity) ** 2 + 2 * fall).max())
+    smallest = float(bodies.radius.min())
+    late = fastest * dt + pull * dt**2
+    off = fastest * min(1.0, late / (2 * smallest)) + pull * dt  # px/s
+    return {
+        ExpectedQuantity.POSITION: LATE_STEPS * late,
+        ExpectedQuantity.CENTRE_OF_MASS: LATE_STEPS * late,
+        ExpectedQuantity.OVERLAP: late,
+        ExpectedQuantity.VELOCITY: off,
+        ExpectedQuantity.SPIN: 2 * off / smallest,
+        ExpectedQuantity.MOMENTUM: float(bodies.mass.max()) * pull * dt,
+        ExpectedQuantity.ENERGY_RATIO: DAMPED + (2 * pull * dt / fastest if fastest else 0.0),
+    }
+
+
+def _scores(scene: Scene, engine: str, source: Source, limits: _Limits) -> Iterator[Score]:
+    lockstep = Lockstep(scene, {engine: source})
     scale = EnergyScale(scene, lockstep.initial)
-    steps, states, ended = sorted({step for steps in around.values() for step in steps}), dict[int, State](), ""
+    steps = sorted({step for expect in scene.expect if (step := step_of(expect, scene.rate)) is not None})
+    states, ended = dict[int, State](), ""
     try:
-        for step, state in _states(lockstep, engine, steps, scale):
+        for step, state in _states(lockstep, engine, steps, scale, _within(limits, scene, engine, source)):
             states[step] = state
     except LimitReached as limit:
         ended = str(limit)
-    for expect, (before, after) in around.items():
-        if after in states:
-            yield score(scene, expect, lockstep.initial, states[before], states[after], scale.value)
-        else:
-            yield Score(expect, skipped=ended)
+    return scores(scene, scene.expect, lockstep.initial, states, scale.value, ended)
 
 
-def _states(lockstep: Lockstep, engine: str, steps: Sequence[int], scale: EnergyScale) -> Iterator[tuple[int, State]]:
-    """Run to each of some steps, in order, and yield it with the state there; the scale follows the engine."""
+def _within(limits: _Limits, scene: Scene, engine: str, source: Source) -> Callable[[int], None]:
+    """Return a function of the steps done, which raises LimitReached if an engine will need too long for a scene."""
+    began, patience = monotonic(), math.inf if source in BUILT_IN else limits.patience
+
+    def check(done: int) -> None:
+        seconds = monotonic() - began
+        needed = seconds * scene.steps / done
+        if seconds > FIRST_SECONDS and needed > patience:
+            why = f"it would take {needed:.0f} s for this scene, which is scored if it is named"
+            raise LimitReached(engine, done / scene.rate, why)
+        if limits.progress:
+            limits.progress(f"{scene.name}, {engine}", done / scene.steps)
+
+    return check
+
+
+def _states(
+    lockstep: Lockstep, engine: str, steps: Sequence[int], scale: EnergyScale, check: Callable[[int], None]
+) -> Iterator[tuple[int, State]]:
+    """Run to each of some steps, in order, and yield it with the state there; the scale follows the engine.
+
+    check: called with the number of steps done.
+    """
     runner, scene = lockstep.engines[engine], lockstep.scene
     rows = States.empty(MAX_ROWS + 1, len(scene.bodies))
     rows.fill(0, runner.state())
@@ -310,6 +405,7 @@ def _states(lockstep: Lockstep, engine: str, steps: Sequence[int], scale: Energy
             before, block = lockstep.steps, min(MAX_ROWS, step - lockstep.steps)
             while (done := lockstep.steps - before) < block:
                 lockstep.advance({runner: rows.rows(slice(1 + done, 1 + block))})
+                check(lockstep.steps)
             scale.follow(scene, rows.rows(slice(block + 1)), runner.contacts(), before)
             rows.fill(0, rows.state(block, 0.0))
         yield step, runner.state()

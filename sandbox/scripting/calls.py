@@ -3,6 +3,7 @@
 Every wrong argument raises SandboxError.
 """
 
+import math
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
@@ -152,15 +153,25 @@ def advise(
     return Advice(try_settings(chosen, reference, replayed, progress))
 
 
-def verify(scenes: AnyScene | Iterable[AnyScene] | None = None, engines: str | Sequence[str] | None = None) -> Scores:
+def verify(
+    scenes: AnyScene | Iterable[AnyScene] | None = None,
+    engines: Engines | None = None,
+    *,
+    tolerance: float | None = None,
+) -> Scores:
     """Score engines against what scenes expect.
 
-    scenes: one or several, by default all bundled scenes that expect something; engines: one name or several, by
-    default all engines.
+    scenes: one or several, by default all bundled scenes that expect something, of which an engine of your own skips
+    those for which it is too slow; engines: as in `compare`, by default all engines; tolerance: largest error that
+    passes, in place of those that the scenes have.
     Raises SandboxError if an argument is wrong, or nothing is expected.
     """
-    names = names_of(engines) or list(registry())
-    return Scores(dict(scoring.verify(scenes_to_score(scenes), names)))
+    sources, patience = (
+        list(registry()) if engines is None else engines,
+        scoring.PATIENCE if scenes is None else math.inf,
+    )
+    tolerance = None if tolerance is None else number("tolerance", tolerance)
+    return Scores(dict(scoring.verify(scenes_to_score(scenes), sources, tolerance, patience)))
 
 
 def scenes_to_score(scenes: AnyScene | Iterable[AnyScene] | None = None) -> list[Scene]:
@@ -186,9 +197,9 @@ def sweep(
     """Run a scene with many seeds, rates, engines and settings of Pymunk, and return a table with a row for each.
 
     engines: by default "pymunk", and "article" or else "impulse"; seeds, rates, seconds: by default the scene's;
-    settings: values of each setting of Pymunk or key of the scene, such as {"substeps": [1, 4]}; against: by default
-    "exact"; workers: processes. If there are several, a script must start its work under `if __name__ == "__main__":`,
-    as `multiprocessing` requires.
+    settings: values of each setting of Pymunk, of elasticity or of friction, such as {"substeps": [1, 4]}; against: by
+    default "exact"; workers: processes. If there are several, a script must start its work under
+    `if __name__ == "__main__":`, as `multiprocessing` requires.
     A run that fails loses its row only.
     Raises SandboxError if an argument is wrong, Refused if an engine cannot run the scene.
     """

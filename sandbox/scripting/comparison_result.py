@@ -57,7 +57,7 @@ class Comparison(comparison.Comparison, Mapping[str, Figures]):
         return len(self.runs)
 
     def __repr__(self) -> str:
-        rows = {label.removesuffix(verdict.MARK): values for label, *values in key_figures(self)}
+        rows = {label.partition(" until ")[0]: values for label, *values in key_figures(self)}
         lines = (
             f"  {name}: " + ", ".join(f"{label} {rows[label][number]}" for label in IN_REPR if label in rows)
             for number, name in enumerate(self.runs)

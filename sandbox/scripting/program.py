@@ -21,8 +21,9 @@ from typing import Any, Final, NoReturn
 from unittest.mock import patch
 
 from sandbox.errors import SandboxError
+from sandbox.scripting.watchdog import watchdog
 from sandbox.space.changes import CALLS, NAMES
-from sandbox.space.trial import Trials
+from sandbox.space.watch import Trials
 
 _SANDBOX: Final = str(Path(__file__).parents[1])
 _DRIVERS: Final = {"SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy", "PYGLET_HEADLESS": "1", "MPLBACKEND": "agg"}
@@ -81,6 +82,7 @@ def run_on_trial(program: Program, trials: Trials, ended: Callable[[End], int], 
         stack.enter_context(trials)
         stack.enter_context(_signals())
         stack.enter_context(_exits(trials, ended))
+        stack.enter_context(watchdog(program.name, trials))
         stack.enter_context(patch.dict(os.environ, environment, clear=True))
         if headless:
             stack.enter_context(without_window(trials.wait))

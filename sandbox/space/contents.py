@@ -1,27 +1,20 @@
-"""The contents of a Space as the rules of the linter read them, and the lines of the program that added them."""
+"""The contents of a Space as the rules of the linter read them."""
 
 import math
-import os
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
-from types import FrameType
 from typing import Any, Final, NamedTuple
-from weakref import WeakKeyDictionary, WeakSet
+from weakref import WeakSet
 
 import numpy as np
 import pymunk
 
 from sandbox.space.findings import BodyReport
+from sandbox.space.origins import Origins
 
 BODY_TYPES: Final = {pymunk.Body.DYNAMIC: "dynamic", pymunk.Body.KINEMATIC: "kinematic", pymunk.Body.STATIC: "static"}
 DEFAULT_DT: Final = 1 / 60  # s, if no step has been done
-_SANDBOX: Final = str(Path(__file__).parents[1])
-_PYMUNK: Final = str(Path(pymunk.__file__).parent)
-_EXAMPLES: Final = str(Path(_PYMUNK) / "examples")
-_STANDARD: Final = str(Path(os.__file__).parent)  # Python's library, which may hold that of packages
 
 
 @dataclass
@@ -49,46 +42,6 @@ class StepLengths:
         return self.longest or DEFAULT_DT
 
 
-class Origins:
-    """Remembers which line of the program added an object to a Space."""
-
-    def __init__(self) -> None:
-        self._lines: WeakKeyDictionary[Any, str] = WeakKeyDictionary()
-
-    def remember(self, objects: tuple[Any, ...]) -> None:
-        """Remember the line of the program that is being run as that of some objects, unless they have one."""
-        line = ""
-        for each in objects:
-            if each not in self._lines:
-                line = line or program_line()
-                self._lines[each] = line
-
-    def line_of(self, thing: Any) -> str:
-        """Return the line that added an object, as file:line; empty if unknown."""
-        return self._lines.get(thing, "")
-
-
-def program_line() -> str:
-    """Return the innermost line of the program, as file:line, outside Pymunk, the sandbox and Python's library."""
-    frame: FrameType | None = sys._getframe(1)
-    while frame and not _is_program(frame.f_code.co_filename):
-        frame = frame.f_back
-    return f"{_short(frame.f_code.co_filename)}:{frame.f_lineno}" if frame else ""
-
-
-def _is_program(file: str) -> bool:
-    if file.startswith(_EXAMPLES):
-        return True
-    standard = file.startswith(_STANDARD) and "site-packages" not in file
-    return not standard and not file.startswith((_SANDBOX, _PYMUNK, "<frozen"))
-
-
-def _short(file: str) -> str:
-    """Return the path of a file from the working directory if it is below, otherwise its name."""
-    path, here = Path(file).absolute(), Path.cwd()
-    return str(path.relative_to(here)) if path.is_relative_to(here) else path.name
-
-
 class Meeting(NamedTuple):
     """Two shapes that touched: since when, s, and the largest elasticity and friction that their contacts had."""
 
@@ -97,6 +50,10 @@ class Meeting(NamedTuple):
     since: float
     elasticity: float
     friction: float
+
+    def other(self, shape: pymunk.Shape) -> pymunk.Shape:
+        """Return the shape that one of the two met."""
+        return self.b if self.a is shape else self.a
 
 
 @dataclass
@@ -166,6 +123,11 @@ class Contents:
         line = self.origins.line_of(body) or (self.origins.line_of(shape) if shape else "")
         place = place_of(shape) if shape and not is_dynamic(body) else body.position
         return BodyReport(self.index_of.get(id(body)), kind, (place[0], place[1]), line, detail)
+
+    def name(self, body: pymunk.Body) -> str:
+        """Name a body in a sentence."""
+        report = self.report(body, "")
+        return "the Space's static body" if report.index is None else f"body {report.index}, {report.kind}"
 
     @cached_property
     def pairs(self) -> list[tuple[pymunk.Shape, pymunk.Shape]]:

@@ -2,14 +2,13 @@
 
 import math
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
 from sandbox.space.energy import Ledger
-from sandbox.space.evidence import Evidence
-from sandbox.space.findings import Finding
-from sandbox.text import counted, printable
+from sandbox.space.findings import Finding, Kind
+from sandbox.text import counted, listed, printable
 
 MAX_FINDINGS: Final = 10  # in text
 INDENT: Final = "   "  # below a finding's number
@@ -20,7 +19,8 @@ class Diagnosis:
     """What a Space did while it was recorded, and what is wrong with it.
 
     number: of the Space, from 1; line: of the program, that stepped it first; seconds: of its time; bodies, shapes,
-    joints: the most at one time; findings: worst first; evidence: None without a recording.
+    joints: the most at one time; findings: worst first; energy: None if no step was recorded; figures: of the rules
+    whose cures can be tried, also where these are no fault; cost: s of the processor, of the Space's own steps.
     """
 
     number: int
@@ -31,12 +31,9 @@ class Diagnosis:
     shapes: int
     joints: int
     findings: tuple[Finding, ...]
-    evidence: Evidence | None
-
-    @property
-    def energy(self) -> Ledger | None:
-        """The energy ledger of what was recorded."""
-        return self.evidence.ledger if self.evidence else None
+    energy: Ledger | None
+    figures: dict[str, float]
+    cost: float
 
     @property
     def heading(self) -> str:
@@ -49,16 +46,35 @@ class Diagnosis:
         ]
         return f"Space {self.number}{stepped}: {counted(self.steps, 'step')}, {self.seconds:.4g} s; {', '.join(counts)}"
 
+    @property
+    def headline(self) -> str:
+        """Whether the steps changed the energy by more than the program explains, and whether a rule found a fault."""
+        shares = self.energy.suspect if self.energy else {}
+        suspect = [f"{words} {100 * share:+.0f} %" for words, share in shares.items()]
+        changed = f"the steps changed the energy by more than the program did: {listed(suspect)}" if suspect else ""
+        if any(finding.kind is not Kind.POSSIBLE for finding in self.findings):
+            return f"{changed[:1].upper()}{changed[1:]}." if changed else ""
+        if changed:
+            return f"No rule found a fault, but {changed}."
+        return f"No faults found in how it is set up{' and in its steps' if self.energy else ''}."
+
     def lines(self, width: int) -> Iterator[str]:
         """Yield the text, in so many columns."""
+        shown = [finding for finding in self.findings if finding.kind is not Kind.POSSIBLE]
         yield from textwrap.wrap(self.heading, width, subsequent_indent="  ")
         yield ""
-        if not self.findings:
-            yield f"No faults found in how it is set up{' and in its steps' if self.energy else ''}."
+        if self.headline:
+            yield from textwrap.wrap(self.headline, width)
             yield ""
-        yield from _numbered(self.findings[:MAX_FINDINGS], width)
-        if len(self.findings) > MAX_FINDINGS:
-            yield f"and {counted(len(self.findings) - MAX_FINDINGS, 'further finding')}; --json has all of them"
+        for number, finding in enumerate(shown[:MAX_FINDINGS], 1):
+            yield from _finding(number, finding, width)
+            yield ""
+        if len(shown) > MAX_FINDINGS:
+            yield f"and {counted(len(shown) - MAX_FINDINGS, 'further finding')}; --json has all of them"
+            yield ""
+        possible = [f"{len(finding.bodies)} {finding.symptom}" for finding in self.findings if finding not in shown]
+        if possible:
+            yield from textwrap.wrap(f"Could go wrong, but did not: {'; '.join(possible)}.", width)
             yield ""
         if self.energy:
             yield from self.energy.text()
@@ -73,16 +89,11 @@ class Diagnosis:
             "bodies": self.bodies,
             "shapes": self.shapes,
             "joints": self.joints,
+            "headline": self.headline,
             "findings": [_as_json(finding) for finding in self.findings],
+            "figures": self.figures,
             "energy": self.energy.as_json() if self.energy else None,
         }
-
-
-def _numbered(findings: Sequence[Finding], width: int) -> Iterator[str]:
-    """Yield the lines of findings, each with an empty line after it."""
-    for number, finding in enumerate(findings, 1):
-        yield from _finding(number, finding, width)
-        yield ""
 
 
 def _finding(number: int, finding: Finding, width: int) -> Iterator[str]:
@@ -96,7 +107,7 @@ def _finding(number: int, finding: Finding, width: int) -> Iterator[str]:
 
 def _as_json(finding: Finding) -> dict[str, Any]:
     document = asdict(finding)
-    document["certainty"] = str(finding.certainty)
+    document["size"] = finding.size if math.isfinite(finding.size) else None
     for body in document["bodies"]:
         body["position"] = [x if math.isfinite(x) else None for x in body["position"]]
     return document

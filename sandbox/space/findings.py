@@ -11,6 +11,15 @@ from sandbox.text import printable
 
 MAX_BODIES_SHOWN: Final = 3  # of a finding, in text
 TEXTS: Final = tomllib.loads(files("sandbox.space").joinpath("rules.toml").read_text(encoding="utf-8"))
+ORDER: Final = {rule: number for number, rule in enumerate(TEXTS)}
+
+
+class Kind(StrEnum):
+    """What a finding is about, in the order in which findings are shown."""
+
+    PROGRAM = "program"  # something is wrong with the program
+    SEEN = "seen"  # something that a person sees is wrong with its steps
+    POSSIBLE = "possible"  # something could happen, and did not: only counted
 
 
 class Certainty(StrEnum):
@@ -47,8 +56,8 @@ class Finding:
     """A symptom, its cause and its cure.
 
     rule: the key of the rule that found it; since: s of the Space's time, None if it was so before the first step;
-    bodies: those concerned, worst first, empty if it is the Space itself; weight: how bad, from 0 to 1, by which
-    findings are ordered.
+    bodies: those concerned, worst first, empty if it is the Space itself; size: of the worst case, in the rule's unit,
+    the size of a body if it is what a person sees; tried: what became of the symptom with other settings.
     """
 
     rule: str
@@ -58,7 +67,9 @@ class Finding:
     cause: str
     cure: str
     certainty: Certainty
-    weight: float
+    kind: Kind
+    size: float
+    tried: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         return "\n".join(self.lines())
@@ -70,14 +81,14 @@ class Finding:
         lines += [f"  {body}" for body in self.bodies[:MAX_BODIES_SHOWN]]
         if len(self.bodies) > MAX_BODIES_SHOWN:
             lines.append(f"  and {len(self.bodies) - MAX_BODIES_SHOWN} more")
-        return [*lines, f"  Cause: {self.cause}", f"  Cure: {self.cure}"]
+        return [*lines, f"  Cause: {self.cause}", f"  Cure: {self.cure}", *(f"  Tried: {each}" for each in self.tried)]
 
 
 class Fault(NamedTuple):
     """One case of a fault.
 
-    size: to show the worst first; report: the body; detail: of the Space, for `{}`; since: s of the Space's time, None
-    if it was so before any step.
+    size: to show the worst first, as in a finding; report: the body; detail: of the Space, for `{}`; since: s of the
+    Space's time, None if it was so before any step.
     """
 
     size: float
@@ -90,25 +101,18 @@ Source = TypeVar("Source")  # what a rule reads
 Rules = Mapping[str, Callable[[Source], Iterator[Fault]]]  # how to find the faults of each, by its key in rules.toml
 
 
-def finding_of(rule: str, faults: Sequence[Fault], since: float | None) -> Finding:
+def finding_of(rule: str, faults: Sequence[Fault]) -> Finding:
     """Return the finding of all cases of a rule, of which there is at least one."""
+    since = None if any(fault.since is None for fault in faults) else min(fault.since or 0.0 for fault in faults)
     faults = sorted(faults, key=lambda fault: -fault.size)
     bodies = tuple(dict.fromkeys(fault.report for fault in faults if fault.report))
     texts = TEXTS[rule]
-    symptom, certainty = texts["symptom"].format(faults[0].detail), Certainty(texts["certainty"])
-    return Finding(rule, symptom, since, bodies, texts["cause"], texts["cure"], certainty, texts["weight"])
+    symptom = texts["symptom"].format(faults[0].detail)
+    kind, certainty = Kind(texts.get("kind", "program")), Certainty(texts["certainty"])
+    return Finding(rule, symptom, since, bodies, texts["cause"], texts["cure"], certainty, kind, faults[0].size)
 
 
-def worst_first(finding: Finding) -> tuple[float, float]:
-    """Return the key by which findings are sorted: the weight, then the time."""
-    return -finding.weight, -1.0 if finding.since is None else finding.since
-
-
-def found_by(rules: Rules[Source], source: Source) -> list[Finding]:
-    """Return one finding for each rule with faults, since the earliest of them."""
-    findings = []
-    for rule, find in rules.items():
-        if faults := list(find(source)):
-            since = min((fault.since for fault in faults if fault.since is not None), default=None)
-            findings.append(finding_of(rule, faults, since))
-    return findings
+def worst_first(finding: Finding) -> tuple[int, float, int]:
+    """Return the key by which findings are sorted: by kind; of what a person sees, the largest first; by rule."""
+    size = finding.size if finding.kind is Kind.SEEN else 0.0
+    return list(Kind).index(finding.kind), -size, ORDER[finding.rule]

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from functools import lru_cache, partial
 from itertools import combinations, pairwise
 from types import CodeType
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import pymunk
@@ -17,10 +17,12 @@ from sandbox.space.contents import (
     body_of,
     corners_of,
     depth_of,
+    half_length,
     half_width,
     is_dynamic,
     is_static,
     may_collide,
+    place_of,
     shape_words,
 )
 from sandbox.space.findings import Fault, Rules
@@ -35,11 +37,11 @@ MAX_MASS_RATIO: Final = 100.0
 MAX_SLOP: Final = 0.2  # of a half width
 MAX_DT: Final = 1 / 30  # s
 DT_VARIES: Final = 1e-6  # relative, above rounding
-PER_STEP_DAMPING: Final = 0.97  # from which on damping is hardly to be seen, if it is per second
-SAME: Final = 1e-9  # relative, or of 1: above rounding
+FAR: Final = 3.0  # half lengths of a body, for an anchor
+NEAR: Final = 0.1  # of the size of a shape
+ANCHORED: Final = (pymunk.PinJoint, pymunk.SlideJoint, pymunk.DampedSpring)  # by two anchors, one on each body
 MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
 _SPRINGS: Final = (pymunk.DampedSpring, pymunk.DampedRotarySpring)
-DRIVES: Final = (pymunk.SimpleMotor, pymunk.DampedSpring, pymunk.DampedRotarySpring)  # joints that move bodies
 LOOK_AHEAD: Final = 1.0  # s, of the straight path of a body
 ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "sensor", "surface_velocity")
 OF_OLD_SHAPES: Final = ("group", "layers")  # before Pymunk 5
@@ -75,35 +77,32 @@ def _no_mass_of_its_own(contents: Contents) -> Iterator[Fault]:
                     yield Fault(1, contents.report(body, f"its {shape_words(shape)} has density 0", shape))
 
 
-def _moments(contents: Contents) -> Iterator[tuple[pymunk.Body, float, float]]:
-    """Yield bodies, their moment and that of their shapes, where these do not fit.
+def _moment(contents: Contents) -> Iterator[Fault]:
+    """Moments that the program gave, of bodies that something can turn, which do not fit.
 
     If the centre of gravity is off the shapes, a moment about their middle fits too: it is the centre that is wrong.
     """
     for body in contents.new_bodies:
         shapes = contents.solid_of.get(id(body), [])
-        if shapes and 0 < body.mass < math.inf and 0 < body.moment < math.inf:
-            centres = body.center_of_gravity, _missed_middle(shapes, body) or body.center_of_gravity
-            of_shapes = [body.mass * _radius_of_gyration_squared(shapes, centre) for centre in centres]
-            if all(of_shapes) and not any(
-                MIN_MOMENT_RATIO <= body.moment / moment <= MAX_MOMENT_RATIO for moment in of_shapes
-            ):
-                yield body, body.moment, of_shapes[1]
-
-
-def _moment(contents: Contents, *, can_turn: bool) -> Iterator[Fault]:
-    """Moments that do not fit, of bodies that something can turn, or of others."""
-    for body, moment, expected in _moments(contents):
-        if can_turn == _can_turn(contents, body):
-            size = max(moment / expected, expected / moment)
-            how = f"{size:.3g} times too {'large' if moment > expected else 'small'}"
-            what = f"moment {moment:.4g}, {how}: its shapes have {expected:.4g}"
+        if not 0 < body.mass < math.inf or not 0 < body.moment < math.inf or not _can_turn(contents, body):
+            continue
+        centres = body.center_of_gravity, _missed_middle(shapes, body) or body.center_of_gravity
+        of_shapes = [body.mass * _radius_of_gyration_squared(shapes, centre) for centre in centres]
+        ratios = [body.moment / moment for moment in of_shapes if moment]
+        if len(ratios) == 2 and not any(MIN_MOMENT_RATIO <= ratio <= MAX_MOMENT_RATIO for ratio in ratios):
+            size, how = max(ratios[1], 1 / ratios[1]), "large" if ratios[1] > 1 else "small"
+            what = f"moment {body.moment:.4g}, {size:.3g} times too {how}: its shapes have {of_shapes[1]:.4g}"
             yield Fault(size, contents.report(body, what))
 
 
 def _can_turn(contents: Contents, body: pymunk.Body) -> bool:
-    """Return whether something can turn a body: not a frictionless circle round its centre of gravity."""
+    """Return whether something can turn a body: not a frictionless circle round its centre of gravity.
+
+    If its shapes have mass, Pymunk computed the moment from them.
+    """
     shapes = contents.solid_of.get(id(body), [])
+    if not shapes or any(shape.mass for shape in shapes):
+        return False
     smooth = all(
         isinstance(shape, pymunk.Circle) and not shape.friction and shape.offset == body.center_of_gravity
         for shape in shapes
@@ -137,7 +136,8 @@ def _shape_gyration(shape: pymunk.Shape, centre: pymunk.Vec2d) -> float:
 def _missed_middle(shapes: list[pymunk.Shape], body: pymunk.Body) -> pymunk.Vec2d | None:
     """Return the middle of a body's shapes if the centre of gravity should be there, but is not."""
     areas = np.array([_area(shape) for shape in shapes])
-    if areas.sum() <= 0 or math.isinf(body.moment) or _turns_about_a_joint(body):
+    given = any(shape.mass for shape in shapes)  # then Pymunk computed the centre of gravity
+    if given or areas.sum() <= 0 or math.isinf(body.moment) or _turns_about_a_joint(body):
         return None
     middle = pymunk.Vec2d(*(areas @ np.array([shape.center_of_gravity for shape in shapes]) / areas.sum()).tolist())
     off = math.dist(middle, body.center_of_gravity)
@@ -162,6 +162,87 @@ def _without_shape(contents: Contents) -> Iterator[Fault]:
     for body in contents.new_bodies:
         if not body.shapes and not body.constraints:
             yield Fault(1, contents.report(body, "it has no shape and no joint"))
+
+
+def _joint_not_added(contents: Contents) -> Iterator[Fault]:
+    for joint in contents.space.constraints:
+        for body, end in ((joint.a, joint.b), (joint.b, joint.a)):
+            if body.space is None and is_dynamic(body) and not (body.mass and body.moment):
+                what = f"its {type(joint).__name__} holds on to a Body() that was never added and has no mass"
+                yield Fault(1, contents.report(end, what))
+
+
+def _body_not_added(contents: Contents) -> Iterator[Fault]:
+    for shape in contents.shapes:
+        if body_of(shape).space is None:
+            what = f"its {shape_words(shape)} is still in the Space"
+            yield Fault(1, contents.report(body_of(shape), what, shape))
+    for joint in contents.space.constraints:
+        for body, end in ((joint.a, joint.b), (joint.b, joint.a)):
+            if body.space is None and is_dynamic(body) and body.mass and body.moment:
+                yield Fault(1, contents.report(body, f"its {type(joint).__name__} still holds {contents.name(end)}"))
+
+
+def _placed_twice(contents: Contents) -> Iterator[Fault]:
+    """Walls that contain their body's position as a point of the body, but not the body's own origin."""
+    for shape in filter(contents.is_new, contents.solid):
+        body, corners = body_of(shape), np.array(corners_of(shape))
+        margin = shape.radius + NEAR * half_length(shape)
+        low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
+        around = [bool(((point > low) & (point < high)).all()) for point in (np.array(body.position), np.zeros(2))]
+        if not is_dynamic(body) and around == [True, False]:
+            (x, y), (u, v) = body.position, place_of(shape)
+            what = f"its body is at ({x:.4g}, {y:.4g}), as are its corners; so they are about ({u:.4g}, {v:.4g})"
+            yield Fault(1, contents.report(body, what, shape))
+
+
+def _concave(contents: Contents) -> Iterator[Fault]:
+    for shape in contents.solid:
+        if isinstance(shape, pymunk.Poly) and contents.is_new(shape) and (dent := contents.origins.dents.get(shape)):
+            what = f"{dent:.0%} of what collides is outside of the vertices that were given"
+            yield Fault(dent, contents.report(body_of(shape), what, shape))
+
+
+def _flat(contents: Contents) -> Iterator[Fault]:
+    for shape in filter(contents.is_new, contents.solid):
+        if isinstance(shape, pymunk.Poly) and not half_width(shape):
+            yield Fault(1, contents.report(body_of(shape), f"a {shape_words(shape)}, of area 0 and radius 0", shape))
+
+
+def _anchor_far(contents: Contents) -> Iterator[Fault]:
+    """Anchors far outside of their body that, as places in the Space, are within it."""
+    for joint in contents.space.constraints:
+        if isinstance(joint, ANCHORED) and joint not in contents.seen:
+            for body, end, anchor in ((joint.a, joint.b, joint.anchor_a), (joint.b, joint.a, joint.anchor_b)):
+                size = max(map(half_length, body.shapes), default=math.inf)
+                if is_dynamic(body) and anchor.length > FAR * size and (anchor - body.position).length < size:
+                    off = f"{anchor.length:.4g} px"
+                    what = f"its {type(joint).__name__} to {contents.name(end)} has the anchor {_pair(anchor)}"
+                    yield Fault(anchor.length / size, contents.report(body, what), off)
+
+
+def _categories(contents: Contents) -> Iterator[Fault]:
+    """Categories of several bits, of which others use two on their own: numbers that were meant as numbers."""
+    used = {shape.filter.categories for shape in contents.solid}
+    single = {bits for bits in used if bits.bit_count() == 1}
+    for shape in filter(contents.is_new, contents.solid):
+        parts = sorted(bits for bits in single if bits & shape.filter.categories)
+        if len(parts) > 1 and shape.filter.categories != pymunk.ShapeFilter.ALL_CATEGORIES():
+            what = f"category {shape.filter.categories} is {' and '.join(map(str, parts))} at once"
+            yield Fault(1, contents.report(body_of(shape), what, shape))
+
+
+def _motor_unlimited(contents: Contents) -> Iterator[Fault]:
+    for joint in contents.space.constraints:
+        if isinstance(joint, pymunk.SimpleMotor) and joint not in contents.seen and math.isinf(joint.max_force):
+            body, end = (joint.a, joint.b) if is_dynamic(joint.a) else (joint.b, joint.a)
+            if joint.rate:
+                what = f"turns against {contents.name(end)} at {joint.rate:.3g} rad/s, with any torque that this takes"
+                yield Fault(abs(joint.rate), contents.report(body, what))
+
+
+def _pair(point: pymunk.Vec2d) -> str:
+    return f"({point.x:.4g}, {point.y:.4g})"
 
 
 def _shape_not_added(contents: Contents) -> Iterator[Fault]:
@@ -206,7 +287,7 @@ def _samples(contents: Contents, quantity: str) -> list[pymunk.Shape]:
 def _met_without(contents: Contents, shape: pymunk.Shape, quantity: str) -> dict[pymunk.Shape, float | None]:
     """Return since when, s, a shape met others in contacts whose elasticity, or friction, was 0."""
     meetings = [meeting for meeting in contents.partners.get(shape, ()) if not getattr(meeting, quantity)]
-    return {meeting.b if meeting.a is shape else meeting.a: meeting.since for meeting in meetings}
+    return {meeting.other(shape): meeting.since for meeting in meetings}
 
 
 def _could_meet(a: pymunk.Shape, b: pymunk.Shape) -> bool:
@@ -293,15 +374,26 @@ def _too_fast(contents: Contents) -> Iterator[Fault]:
     """Bodies that will meet a wall so fast that a step can carry them through, if nothing bends their path."""
     for body in contents.new_bodies:
         shapes = contents.solid_of.get(id(body), [])
-        if not shapes or not 0 < body.velocity.length < math.inf:
+        speed = body.velocity.length
+        if not shapes or not 0 < speed < math.inf:
             continue
-        shape = max(shapes, key=half_width)
-        wall = _first_ahead(contents, body, shape)
+        wall = _first_ahead(contents, body, max(shapes, key=half_width))
         if wall and is_static(body_of(wall)):
-            speed, passing = body.velocity.length, (half_width(shape) + half_width(wall)) / contents.steps.dt
+            passing = (
+                max(_half_along(shape, body.velocity) for shape in shapes) + half_width(wall)
+            ) / contents.steps.dt
             if passing < speed:
-                how = f"{speed:.4g} px/s; {passing_words(passing)} a {shape_words(wall)}"
+                how = (
+                    f"{speed:.4g} px/s; from {passing:.4g} px/s on, one step can carry it through a {shape_words(wall)}"
+                )
                 yield Fault(speed / passing if passing else math.inf, contents.report(body, how))
+
+
+def _half_along(shape: pymunk.Shape, way: pymunk.Vec2d) -> float:
+    """Return half the width of a shape along a way of its body, px."""
+    direction = way.rotated(-body_of(shape).angle).normalized()
+    along = [corner.dot(direction) for corner in corners_of(shape)]
+    return (max(along) - min(along)) / 2 + float(shape.radius)
 
 
 def _first_ahead(contents: Contents, body: pymunk.Body, shape: pymunk.Shape) -> pymunk.Shape | None:
@@ -311,32 +403,6 @@ def _first_ahead(contents: Contents, body: pymunk.Body, shape: pymunk.Shape) -> 
     solid = [hit for hit in hits if hit.shape and not hit.shape.sensor and may_collide(shape, hit.shape)]
     ahead = [hit for hit in solid if hit.alpha > 0]  # it does not yet touch them
     return min(ahead, key=lambda hit: hit.alpha).shape if ahead else None
-
-
-def passing_words(passing: float) -> str:
-    """Say from which speed on, px/s, a step can carry a body through a wall."""
-    return f"from {passing:.4g} px/s on, one step can carry it through"
-
-
-def set_by_handler(contents: Contents, a: pymunk.Shape, b: pymunk.Shape, contact: Any, time: float) -> Fault | None:
-    """Return the fault of a contact, of the step just done until `time`, of which a handler set what shapes give."""
-    normal = pymunk.Vec2d(*contact["normal"].tolist())
-    belt = b.surface_velocity - a.surface_velocity
-    due = (a.elasticity * b.elasticity, a.friction * b.friction, *(belt - normal * belt.dot(normal)))
-    values = (*contact[["elasticity", "friction"]].item(), *contact["surface_velocity"].tolist())
-    off = [abs(value - expected) for value, expected in zip(values, due, strict=True)]
-    size, at = max(zip(off, range(len(off)), strict=True))
-    if size <= SAME * max(1.0, abs(values[at]), abs(due[at])):
-        return None
-    name = ("elasticity", "friction", "surface velocity", "surface velocity")[at]
-    shape, partner = (a, b) if is_dynamic(body_of(a)) else (b, a)
-    detail = f"{name} {values[at]:.3g} with a {shape_words(partner)}; their shapes give {due[at]:.3g}"
-    return Fault(size, contents.report(body_of(shape), detail, shape), since=time)
-
-
-def may_change_contacts(space: pymunk.Space) -> bool:
-    """Return whether a Space has a handler that is called before contacts are solved."""
-    return any(handler.begin or handler.pre_solve for handler in space._handlers.values())
 
 
 def may_be_ignored(space: pymunk.Space, a: pymunk.Shape, b: pymunk.Shape) -> bool:
@@ -448,12 +514,8 @@ def _sinks_in(contents: Contents) -> Iterator[Fault]:
 def _moved_static(contents: Contents) -> Iterator[Fault]:
     for shape in contents.shapes:
         if is_static(body_of(shape)) and contents.is_new(shape) and (off := off_its_place(shape)):
-            yield moved_static(contents, body_of(shape), off, shape)
-
-
-def moved_static(contents: Contents, body: pymunk.Body, off: float, shape: pymunk.Shape | None = None) -> Fault:
-    """Return the fault of a static body that was moved so far, px."""
-    return Fault(off, contents.report(body, f"moved by {off:.4g} px after it was added", shape))
+            what = f"its bounding box is {off:.4g} px off where it was added"
+            yield Fault(off, contents.report(body_of(shape), what, shape))
 
 
 def off_its_place(shape: pymunk.Shape) -> float:
@@ -463,22 +525,6 @@ def off_its_place(shape: pymunk.Shape) -> float:
     box = shape.bb
     off = np.abs([*(low - (box.left, box.bottom)), *(high - (box.right, box.top))]).max()
     return float(off) if off > MOVED * max(1.0, float(np.abs(points).max())) else 0.0
-
-
-def _asleep_on_a_joint(contents: Contents) -> Iterator[Fault]:
-    if not math.isfinite(contents.space.sleep_time_threshold):
-        return
-    new = set(contents.new_bodies)
-    for joint in contents.space.constraints:
-        for body, anchor in ((joint.a, joint.b), (joint.b, joint.a)):
-            if isinstance(joint, DRIVES) and body in new and is_static(anchor):
-                yield Fault(1, contents.report(body, f"a {type(joint).__name__} joins it to a static body"))
-
-
-def _damping_per_step(contents: Contents) -> Iterator[Fault]:
-    damping = contents.space.damping
-    if not contents.seen and PER_STEP_DAMPING <= damping < 1:
-        yield Fault(1, None, f"{damping:g}")
 
 
 def _damping_outside(contents: Contents) -> Iterator[Fault]:
@@ -509,31 +555,36 @@ PRODUCT_RULES: Final[Rules[Contents]] = {
     "elasticity-zero": partial(_products, quantity="elasticity", without_any_effect=False),
     "friction-zero": partial(_products, quantity="friction", without_any_effect=False),
 }
+END_RULES: Final[Rules[Contents]] = {**PRODUCT_RULES, "body-not-added": _body_not_added}  # a run shows more of these
 RULES: Final[Rules[Contents]] = {
     "mass": _massless,
+    "joint-not-added": _joint_not_added,
     "not-finite": _not_finite,
     "dt-invalid": _invalid_steps,
-    "spring-stiff": _stiff_springs,
     "shape-not-added": _shape_not_added,
-    "static-moved": _moved_static,
+    "attribute": _ignored_attributes,
     "return-ignored": _ignored_returns,
-    "tunnelling": _too_fast,
+    "placed-twice": _placed_twice,
+    "static-moved": _moved_static,
+    "concave": _concave,
+    "flat": _flat,
+    "anchor-far": _anchor_far,
+    "spring-stiff": _stiff_springs,
+    "off-centre": _off_centre,
+    "moment": _moment,
+    "overlap-joined": partial(_overlaps, joined=True),
     "elasticity": _too_elastic,
     "damping-range": _damping_outside,
-    "moment": partial(_moment, can_turn=True),
-    "dt-long": _long_steps,
-    "attribute": _ignored_attributes,
+    "categories": _categories,
     "overlap": partial(_overlaps, joined=False),
-    "overlap-joined": partial(_overlaps, joined=True),
-    "slop": _sinks_in,
-    "off-centre": _off_centre,
-    "mass-ratio": _mass_ratio,
-    "no-shape": _without_shape,
-    "density": _no_mass_of_its_own,
+    "dt-long": _long_steps,
     "dt-varies": _steps_vary,
+    "slop": _sinks_in,
+    "density": _no_mass_of_its_own,
+    "no-shape": _without_shape,
     "cracks": _cracks,
-    **PRODUCT_RULES,
-    "sleep-on-joint": _asleep_on_a_joint,
-    "damping-per-step": _damping_per_step,
-    "moment-unused": partial(_moment, can_turn=False),
+    "motor-unlimited": _motor_unlimited,
+    "tunnelling": _too_fast,
+    "mass-ratio": _mass_ratio,
+    **END_RULES,
 }

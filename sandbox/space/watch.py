@@ -1,18 +1,256 @@
-"""Watching a live `pymunk.Space`: its steps are recorded beside its own program, and then diagnosed."""
+"""Watching live Spaces: their steps are recorded beside their own program, and then diagnosed."""
 
-from functools import cached_property, partial
+import math
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from functools import cached_property
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Final, Self
 from unittest.mock import patch
+from weakref import WeakSet
 
+import numpy as np
 import pymunk
 
-from sandbox.errors import SandboxError
-from sandbox.space.contents import Origins
+from sandbox.space.contents import Contents, StepLengths, is_static
 from sandbox.space.diagnosis import Diagnosis
-from sandbox.space.findings import Finding
-from sandbox.space.trial import Trial
+from sandbox.space.energy import ledger_of
+from sandbox.space.findings import Fault, Finding
+from sandbox.space.lint import Linter, checked
+from sandbox.space.origins import Origins, program_line
+from sandbox.space.passages import Passage, Passages
+from sandbox.space.recording import Recording, Step
+from sandbox.space.rules import END_RULES, RULES, not_finite
+from sandbox.space.steps import MET_RULES, STEP_RULES, Evidence
 from sandbox.text import DEFAULT_WIDTH, json_text
+
+MAX_SPACES: Final = 10  # that are diagnosed
+MAX_LOOKED_AT: Final = 500_000  # shapes in all looks of the linter, which take some 10 µs each
+STEPS_PER_SAMPLE: Final = 10  # between looks at static bodies
+MAX_RAISED: Final = 100  # times that a program may catch the end of its run
+TIME_ROUNDING: Final = 1e-9  # s
+
+SETUP_RULES: Final = {rule: find for rule, find in RULES.items() if rule not in END_RULES}
+_original_step: Final = pymunk.Space.step
+
+
+class Trial:
+    """One Space: its linter, and the recording of its steps."""
+
+    def __init__(self, space: pymunk.Space, origins: Origins) -> None:
+        self.space, self.time, self.steps, self.line = space, 0.0, 0, ""
+        self.cost = 0.0  # s of the processor, of the Space's own steps
+        self.changed = True  # something was added or removed since the last step, or steps are of another length
+        self._linter = Linter(space, origins, StepLengths())
+        self._recording = Recording(space)
+        self._passages, self._passed = Passages(self._recording), list[Passage]()
+        self._looked_at = 0
+        self._most = [0, 0, 0]  # bodies, shapes and joints at one time
+        self._statics: dict[pymunk.Body, tuple[pymunk.Vec2d, float]] = {}
+        self._reported: set[tuple[str, pymunk.Body]] = set()
+
+    def step(self, dt: float) -> None:
+        """Look at the Space, do a step, record it, and look at what it did."""
+        self.line = self.line or program_line()
+        self._before(dt)
+        self._recording.record(self._step, dt)
+        if 0 < dt < math.inf:
+            self._after(self._recording.steps[-1])
+        self.steps += 1
+        self.time += dt if math.isfinite(dt) else 0.0
+
+    def _step(self, dt: float) -> None:
+        begin = time.process_time()
+        _original_step(self.space, dt)
+        self.cost += time.process_time() - begin
+
+    def diagnosis(self, number: int) -> Diagnosis:
+        """Return the diagnosis of what was recorded."""
+        contents, energy, figures = Contents(self.space, self._linter.origins, self._linter.steps), None, {}
+        found = {rule: list(find(contents)) for rule, find in END_RULES.items()}
+        if self._recording.steps:
+            evidence = Evidence(self._recording, contents, self._passed)
+            found = {rule: list(find(evidence)) for rule, find in {**STEP_RULES, **MET_RULES}.items()}
+            energy, figures = ledger_of(evidence.steps), evidence.figures()
+        findings = tuple(self._linter.findings(found))
+        if self._passed:  # then it is not said that bodies could pass
+            findings = tuple(finding for finding in findings if finding.rule != "tunnelling")
+        bodies, shapes, joints = self._most
+        return Diagnosis(
+            number, self.line, self.steps, self.time, bodies, shapes, joints, findings, energy, figures, self.cost
+        )
+
+    def _before(self, dt: float) -> None:
+        self.changed |= self._linter.steps.add(dt)
+        counts = len(self.space.bodies), len(self.space.shapes), len(self.space.constraints)
+        self._most = [max(most, count) for most, count in zip(self._most, counts, strict=True)]
+        if self.changed and self._looked_at <= MAX_LOOKED_AT:
+            self.changed = False
+            self._looked_at += counts[1]
+            contents = self._linter.look(SETUP_RULES, self.time if self.steps else None)
+            self._passages.look(contents)
+            self._contents = contents
+            for shape in contents.shapes:
+                if shape.body and is_static(shape.body):
+                    self._statics.setdefault(shape.body, (shape.body.position, shape.body.angle))
+
+    def _after(self, step: Step) -> None:
+        bodies = step.after.bodies
+        with np.errstate(invalid="ignore", over="ignore"):
+            is_finite = np.isfinite(bodies["position"].sum(axis=1) + bodies["velocity"].sum(axis=1))
+        for number in bodies["id"][~is_finite].tolist():
+            if body := self._recording.bodies.get(number):
+                self._report("not-finite", body, lambda body=body: not_finite(self._contents, body))  # type: ignore[misc]
+        if is_finite.all():
+            self._passed += self._passages.of(step)
+        if self.steps % STEPS_PER_SAMPLE == 0:
+            self._sample_statics()
+
+    def _report(self, rule: str, body: pymunk.Body, find: Callable[[], Fault]) -> None:
+        """Add the fault of a body to what the linter found, once for each rule."""
+        if (rule, body) not in self._reported:
+            self._reported.add((rule, body))
+            self._linter.add(rule, find()._replace(since=self.time))
+
+    def _sample_statics(self) -> None:
+        for body, (place, angle) in self._statics.items():
+            way, turn = body.position.get_distance(place), abs(body.angle - angle)
+            if (way or turn) and is_static(body):
+                how = f"moved by {way:.4g} px" if way else f"turned by {turn:.4g} rad"
+                report = self._contents.report(body, f"{how} after it was added")
+                self._report("static-moved", body, lambda report=report, way=way: Fault(way, report))  # type: ignore[misc]
+
+
+class Trials:
+    """All Spaces that a program steps, from the first step of each; a context that replaces `Space.step`.
+
+    seconds: of a Space's time, after which KeyboardInterrupt ends the program, as Ctrl-C does; parts, iterations: that
+    a step is done in, and times those of each Space that it gets, to try whether that mends something.
+    others: the number of Spaces beyond those that are diagnosed; stepping: the Space that is in a step, and the time.
+    """
+
+    def __init__(self, seconds: float | None = None, parts: int = 1, iterations: int = 1) -> None:
+        self.seconds = math.inf if seconds is None else seconds
+        self._parts, self._iterations = parts, iterations
+        self._origins = Origins()
+        self._trials: dict[int, Trial] = {}
+        self.others = 0
+        self._counted: WeakSet[pymunk.Space] = WeakSet()  # those
+        self.ended = False
+        self.out_of_time = False
+        self._raised = 0
+        self._waited = 0.0  # s, since the last step
+        self.stepping: Trial | None = None
+        self.thread = 0  # that does the step
+        self.since = time.monotonic()  # when the step began, or the last one ended
+
+    def __enter__(self) -> Self:
+        add, remove = pymunk.Space.add, pymunk.Space.remove
+
+        def step(space: pymunk.Space, dt: float) -> None:
+            """Do a step, recorded."""
+            self.step(space, dt)
+
+        def add_remembered(space: pymunk.Space, *objects: Any) -> None:
+            """Add objects, and remember the line of the program that does."""
+            add(space, *objects)
+            self._changed(space, objects)
+
+        def remove_remembered(space: pymunk.Space, *objects: Any) -> None:
+            """Remove objects, and remember that."""
+            remove(space, *objects)
+            self._changed(space)
+
+        self._stack = ExitStack()
+        self._stack.enter_context(patch.multiple(pymunk.Space, step=step, add=add_remembered, remove=remove_remembered))
+        self._stack.enter_context(self._origins.followed())
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.end()
+        self._stack.close()
+
+    def end(self) -> None:
+        """Record no further step, such as one of a thread that goes on."""
+        self.ended = True
+
+    def _changed(self, space: pymunk.Space, objects: tuple[Any, ...] = ()) -> None:
+        """Remember who added objects, and look at them before the next step. Each step adds none."""
+        if not self.ended:
+            self._origins.remember(objects)
+            if trial := self._trials.get(id(space)):
+                trial.changed |= bool(objects)
+
+    def step(self, space: pymunk.Space, dt: float) -> None:
+        """Do a step of a Space, recorded."""
+        trial = None if self.ended else self._trial(space)
+        if trial is None or not isinstance(dt, int | float | np.number):  # Pymunk says what is wrong with it
+            _original_step(space, dt)
+            return
+        if self.out_of_time:
+            self.stop()
+        self.stepping, self.thread, self.since = trial, threading.get_ident(), time.monotonic()
+        try:
+            self._do(trial, float(dt))
+        finally:
+            self.stepping, self.since, self._waited = None, time.monotonic(), 0.0
+        if trial.time >= self.seconds - TIME_ROUNDING:
+            self.stop()
+
+    def _do(self, trial: Trial, dt: float) -> None:
+        """Do a step in parts, with the program's forces in each: Pymunk takes them away after a step."""
+        pushed = [(body, body.force, body.torque) for body in trial.space.bodies] if self._parts > 1 else []
+        for part in range(self._parts):
+            for body, force, torque in pushed if part else ():
+                body.force, body.torque = force, torque
+            trial.step(dt / self._parts)
+
+    def wait(self, seconds: float) -> None:
+        """Count time in which a program waits, in place of waiting; end it if it waits long without a step."""
+        self._waited += 0.0 if self.stepping else seconds
+        if not self.ended and self._waited > self.seconds:
+            self.stop()
+
+    def diagnoses(self) -> Iterator[Diagnosis]:
+        """Yield the diagnosis of each Space."""
+        for number, trial in enumerate(self._trials.values(), 1):
+            yield trial.diagnosis(number)
+
+    def _trial(self, space: pymunk.Space) -> Trial | None:
+        trial = self._trials.get(id(space))
+        if trial is None and len(self._trials) < MAX_SPACES:
+            trial = self._trials[id(space)] = Trial(space, self._origins)
+            space.iterations *= self._iterations
+        elif trial is None:
+            self.others += space not in self._counted
+            self._counted.add(space)
+        return trial
+
+    def stop(self) -> None:
+        """End the program as Ctrl-C would; a program that goes on in spite of that is ended at once."""
+        self.out_of_time = True
+        self._raised += 1
+        if self._raised > MAX_RAISED:
+            os._exit(0)
+        if threading.current_thread() is threading.main_thread():
+            raise KeyboardInterrupt
+        interrupt_main_thread()
+        raise SystemExit
+
+
+def interrupt_main_thread() -> None:
+    """Interrupt the main thread, as Ctrl-C does, also while it waits."""
+    if sys.platform == "win32":
+        signal.raise_signal(signal.SIGINT)
+    else:
+        ident = threading.main_thread().ident
+        assert ident is not None
+        signal.pthread_kill(ident, signal.SIGINT)
 
 
 def watch(space: pymunk.Space) -> "Watched":
@@ -29,9 +267,7 @@ def watch(space: pymunk.Space) -> "Watched":
     >>> [finding.rule for finding in watched.findings]
     ['moment']
     """
-    if not isinstance(space, pymunk.Space):
-        raise SandboxError(f"space must be a pymunk.Space, got {type(space).__name__}")
-    return Watched(space)
+    return Watched(checked(space))
 
 
 class Watched:
@@ -42,25 +278,28 @@ class Watched:
 
     def __init__(self, space: pymunk.Space) -> None:
         self._space, self._origins = space, Origins()
-        self._trial = Trial(space, self._origins, space.step)
+        self._trial = Trial(space, self._origins)
 
     def __enter__(self) -> Self:
-        self._patch = patch.multiple(self._space, step=self.step, add=partial(self._add, self._space.add))
-        self._patch.start()
+        add = self._space.add
+
+        def add_remembered(*objects: Any) -> None:
+            add(*objects)
+            self._origins.remember(objects)
+            self._trial.changed = True
+
+        self._stack = ExitStack()
+        self._stack.enter_context(patch.multiple(self._space, step=self.step, add=add_remembered))
+        self._stack.enter_context(self._origins.followed())
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        self._patch.stop()
+        self._stack.close()
 
     def step(self, dt: float) -> None:
         """Call `Space.step`, and record what it does. dt: s; a step of 0 s, which does nothing, does not count."""
         vars(self).pop("diagnosis", None)
         self._trial.step(dt)
-
-    def _add(self, add: Any, *objects: Any) -> None:
-        add(*objects)
-        self._origins.remember(objects)
-        self._trial.changed = True
 
     @cached_property
     def diagnosis(self) -> Diagnosis:

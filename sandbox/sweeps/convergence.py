@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.ties import SIMULTANEOUS
+from sandbox.analysis.verdict import why_it_ends
 from sandbox.engines import REFERENCE, TUNED, advance, create, resolved
 from sandbox.errors import SandboxError
 from sandbox.judge.thresholds import DOUBLE
@@ -24,6 +24,7 @@ from sandbox.sweeps.jobs import Row
 
 STARTS: Final = 8  # of each rate, by default
 MIN_RATES: Final = 3  # that a fit with a spread needs
+MAX_SPREAD: Final = 0.25  # standard error of an order; with more, it is not told from the next one by two errors
 
 
 class Law(NamedTuple):
@@ -34,10 +35,15 @@ class Law(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """An order fitted to errors, and its standard error."""
+    """An order fitted to errors, and its standard error; None of both if there is no order, and why."""
 
-    order: float
-    spread: float
+    order: float | None
+    spread: float | None
+    why_none: str = ""
+
+    def __str__(self) -> str:
+        """Return the order with its standard error, as in "1.07 ± 0.02"."""
+        return "none" if self.order is None else f"{self.order + 0.0:.2f} ± {self.spread:.1g}"
 
 
 @dataclass(frozen=True)
@@ -45,13 +51,14 @@ class Convergence:
     """The errors of engines at several rates.
 
     scene: with its seconds as the runs had them; errors: by engine, (rates, starts) px, the RMS distance from the exact
-    engine over balls and steps; laws: by engine.
+    engine over balls and steps; laws: by engine; cut: why the runs were shorter than the scene, empty if they were not.
     """
 
     scene: Scene
     rates: Sequence[int]
     errors: Mapping[str, Floats]
     laws: Mapping[str, Law]
+    cut: str
 
     @property
     def starts(self) -> int:
@@ -62,19 +69,24 @@ class Convergence:
         """Return the median over the starts at each rate, (rates,) px."""
         return np.array([median(errors) for errors in self.errors[engine].tolist()])
 
-    def fit(self, engine: str) -> Fit | None:
-        """Fit a straight line to the logarithms of error and rate by least squares; None if rounding is all there is.
+    def fit(self, engine: str) -> Fit:
+        """Fit a straight line to the logarithms of error and rate by least squares.
 
-        Errors below a billionth of a radius are rounding, and left out.
+        Errors below a billionth of a radius are rounding, and left out. Errors of a radius or more are not small, so
+        that they do not grow in proportion to what caused them.
         """
-        errors = self.middle(engine)
-        kept = errors > DOUBLE * self.scene.bodies.radius.min()
+        errors, radius = self.middle(engine), float(self.scene.bodies.radius.min())
+        kept = errors > DOUBLE * radius
         if np.count_nonzero(kept) < MIN_RATES:
-            return None
+            return Fit(None, None, "only rounding is left")
+        if errors.max() >= radius:
+            return Fit(None, None, "the errors are not small, but a ball's radius or more; try fewer seconds")
         x, y = np.log(np.array(self.rates)[kept]), np.log(errors[kept])
         slope, offset = np.polyfit(x, y, 1)
         left = y - offset - slope * x
         spread = np.sqrt(left @ left / (len(x) - 2) / np.sum((x - x.mean()) ** 2))
+        if spread > MAX_SPREAD:
+            return Fit(None, None, "the errors do not shrink steadily; try fewer seconds, or more starts")
         return Fit(-float(slope), float(spread))
 
     def rows(self) -> list[Row]:
@@ -93,14 +105,17 @@ class Convergence:
         for rate, *errors in zip(self.rates, *middles, strict=True):
             shown = (self.scene.units.text(Dimension.LENGTH, "{:.3g}", error) for error in errors)
             yield [f"{rate:,}", *shown]
-        yield ["order", *(order_text(self.fit(engine)) for engine in self.errors)]
+        yield ["order", *(str(self.fit(engine)) for engine in self.errors)]
         yield ["by theory", *("-" if law.order is None else str(law.order) for law in self.laws.values())]
 
     def sentences(self) -> Iterator[str]:
-        """Yield a sentence for each engine: the order that theory expects, and why."""
+        """Yield why the runs were cut short, and for each engine why it has no order, and what theory expects."""
+        if self.cut:
+            yield f"The runs end at {self.scene.seconds:.3g} s: {self.cut}."
         for engine, law in self.laws.items():
             expected = "no order is expected" if law.order is None else f"theory expects order {law.order}"
-            yield f"{engine}: {expected}, because {law.because}."
+            why_none = self.fit(engine).why_none
+            yield f"{engine}: {f'no order: {why_none}; ' if why_none else ''}{expected}, because {law.because}."
 
     def as_json(self) -> dict[str, Any]:
         """Return what `--json` writes."""
@@ -111,8 +126,9 @@ class Convergence:
             "rates": list(self.rates),
             "engines": {
                 engine: {
-                    "order": fit and fit.order,
-                    "spread": fit and fit.spread,
+                    "order": fit.order,
+                    "spread": fit.spread,
+                    "why_none": fit.why_none,
                     "expected": self.laws[engine].order,
                     "because": self.laws[engine].because,
                     "median": self.middle(engine).tolist(),
@@ -122,11 +138,6 @@ class Convergence:
                 for fit in [self.fit(engine)]
             },
         }
-
-
-def order_text(fit: Fit | None) -> str:
-    """Return an order with its standard error, as in "1.07 ± 0.02"."""
-    return f"{fit.order + 0.0:.2f} ± {fit.spread:.1g}" if fit else "rounding"
 
 
 def converge(
@@ -155,6 +166,7 @@ def converge(
             f"{scene.name}: the paths of {REFERENCE} mean something for {until:.3g} s only, which is less than two "
             f"steps at {rates[0]} per second"
         )
+    cut = why_it_ends(reference) if until < scene.seconds else ""
     laws = {engine: law_of(engine, scene, reference.runs[REFERENCE].contacts) for engine in engines}
     scene, errors = scene.changed(seconds=until), {engine: np.empty((len(rates), starts)) for engine in engines}
     done, work = 0, starts * sum(rates) * (1 + len(engines))
@@ -169,7 +181,7 @@ def converge(
             done += rate * (1 + len(engines))
             if progress:
                 progress(done / work)
-    return Convergence(scene, rates, errors, laws)
+    return Convergence(scene, rates, errors, laws, cut)
 
 
 def _shifted_starts(scene: Scene, count: int) -> Iterator[State]:
@@ -196,54 +208,17 @@ def law_of(engine: str, scene: Scene, contacts: Contacts) -> Law:
     name, with_settings = resolved(engine, scene)
     meet, touch = bool((contacts["second"] >= 0).any()), len(contacts) > 0
     late = "a contact is found at the end of its step, up to a step late"
-    early = "a contact is resolved at the start of its step, up to a step early"
     flight = "positions and velocities change in turn under gravity"
-    found = early if name == "box2d" else late
-    reasons = [reason for reason, holds in ((found, touch), (flight, any(scene.gravity))) if holds]
+    reasons = [reason for reason, holds in ((late, touch), (flight, any(scene.gravity))) if holds]
     laws = (  # the first that holds
         (name == REFERENCE, Law(None, "it takes no steps: only rounding is left")),
         (name == "impulse" and meet, Law(1, late)),
-        (
-            name == "impulse" and any(_is_at_end(scene, contact) for contact in contacts),
-            Law(1, f"{late}, and the normal of a wall's end has turned by then"),
-        ),
+        (name == "impulse" and scene.walls, Law(None, "bounces off the sides of walls give 2, and off their ends 1")),
         (name == "impulse", Law(2, "flight is exact, and a bounce off a straight wall is corrected for its delay")),
         (name == "article" and meet, Law(0, "the impulse is wrong at every rate")),
         (name == "article", Law(1, late)),
-        (
-            name == TUNED and with_settings.pymunk.damping not in (None, 1),
-            Law(0, "it damps velocities at every rate, which is no part of the scene's laws"),
-        ),
-        (
-            name == "box2d" and scene.is_rough and touch,
-            Law(0, "it limits friction before it adds restitution, at every rate"),
-        ),
-        (
-            name == "box2d" and _come_at_once(contacts),
-            Law(0, "several contacts at once: they share the impulse at every rate"),
-        ),
-        (name in (TUNED, "box2d"), Law(1, "; ".join(reasons) or "nothing acts, so only rounding is left")),
+        (name == TUNED and with_settings.pymunk.damping not in (None, 1), Law(0, "it damps velocities at every rate")),
+        (name == TUNED, Law(1, "; ".join(reasons) or "nothing acts, so only rounding is left")),
         (True, Law(None, "the sandbox does not know how this engine works")),
     )
     return next(law for holds, law in laws if holds)
-
-
-def _is_at_end(scene: Scene, contact: np.void) -> bool:
-    """Return whether a contact is one with the round end of a wall: its normal is not at a right angle to the wall."""
-    if contact["second"] >= 0:
-        return False
-    start, to, _ = scene.wall_line(~int(contact["second"]))
-    along = np.subtract(to, start)
-    return bool(abs(along @ contact["normal"]) > DOUBLE * np.hypot(*along))
-
-
-def _come_at_once(contacts: Contacts) -> bool:
-    """Return whether two contacts of one ball come at one time."""
-    seen: dict[int, float] = {}
-    for contact in contacts:
-        time = float(contact["time"])
-        for ball in (int(contact["first"]), int(contact["second"])):
-            if ball >= 0 and time - seen.get(ball, -np.inf) < SIMULTANEOUS:
-                return True
-            seen[ball] = time
-    return False

@@ -2,8 +2,8 @@
 
 import math
 import platform
-import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -12,17 +12,12 @@ from importlib.util import find_spec
 from itertools import product
 from typing import Any, Final, NamedTuple
 
-import numpy as np
-
-from sandbox.analysis.comparison import Comparison, Reference, compare, compare_with, run_reference
+from sandbox.analysis.comparison import compare
 from sandbox.analysis.documents import figure_columns
-from sandbox.analysis.figures import Run
-from sandbox.analysis.gas import speed_law
-from sandbox.engines import REFERENCE, TEXTBOOK_ENGINES, TUNED, create, settings_in
+from sandbox.engines import REFERENCE, TUNED, create, settings_in, with_settings
 from sandbox.engines.article import pow_variant
 from sandbox.engines.specs import Value, format_settings, parse_settings
 from sandbox.errors import EngineError, SandboxError, suggestion
-from sandbox.quantity import length
 from sandbox.run.edits import with_every_contact
 from sandbox.scene.model import PymunkSettings, Scene
 from sandbox.scene.spawn import spawn
@@ -31,15 +26,12 @@ Row = dict[str, Any]  # column -> value
 
 LIBRARIES: Final = {"sandbox": "pymunk-sandbox", "pymunk": "pymunk", "numpy": "numpy", "numba": "numba"}
 MAX_ROWS: Final = 1_000_000  # in memory
-MAX_REFERENCE_BYTES: Final = 256_000_000  # of positions: a longer run is not shared, but run again for each row
 OF_CONTACTS: Final = {"elasticity": 1.0, "friction": math.inf}  # keys of every contact -> the largest value
 OF_PYMUNK: Final = tuple(PymunkSettings.model_fields)
-UNTUNED: Final = (REFERENCE, *TEXTBOOK_ENGINES)  # engines that do not read Pymunk's settings
-SPEED_CLASSES: Final = 20  # equally likely under the law of speeds, for counting final speeds
 
 
 class Job(NamedTuple):
-    """One run of one engine. settings: of Pymunk and keys of the scene, as in "iterations=10, substeps=4"."""
+    """One run of one engine. settings: of Pymunk and of every contact, as in "elasticity=0.5, substeps=4"."""
 
     seed: int
     rate: int
@@ -50,11 +42,22 @@ class Job(NamedTuple):
         """Describe the job in a message."""
         return f"seed {self.seed}, rate {self.rate}, {self.engine} {self.settings}".rstrip()
 
+    def values(self, keys: Iterable[str]) -> dict[str, Any]:
+        """Return those of its settings that have some keys."""
+        values = parse_settings(self.settings, self.settings) if self.settings else {}
+        return {key: value for key, value in values.items() if key in keys}
+
+    @property
+    def spec(self) -> str:
+        """The engine with the settings of Pymunk."""
+        name, values = settings_in(self.engine)
+        return with_settings(name, values | self.values(OF_PYMUNK))
+
 
 COLUMNS: Final = (
     *("scene", *Job._fields, "seconds", "against", "horizon", "undecided", "unresolved", "reference_until"),
     *figure_columns(),
-    *(*LIBRARIES, "python", "pow", "wall_s"),
+    *(*LIBRARIES, "python", "pow"),
 )
 
 
@@ -65,6 +68,20 @@ class Sweep:
     scene: Scene
     against: str
     jobs: tuple[Job, ...]
+
+
+@dataclass(frozen=True)
+class RowResult:
+    """The row of a job, or why the job failed.
+
+    time: s, when an engine that is not built in failed, None otherwise; details: its own traceback.
+    """
+
+    job: Job
+    row: Row | None = None
+    failure: str = ""
+    time: float | None = None
+    details: str = ""
 
 
 def plan(
@@ -78,8 +95,8 @@ def plan(
 ) -> Sweep:
     """Plan a job for each seed, rate, engine, and combination of the settings that the engine has.
 
-    settings: of Pymunk, or keys of the scene, which are those of every engine. Raises SandboxError for an invalid
-    setting, rate or seed, and if an engine cannot run the scene.
+    settings: of Pymunk, and the elasticity and friction of every contact, which are those of every engine. Raises
+    SandboxError for an invalid setting, rate or seed, and if an engine cannot run the scene.
     """
     settings = settings or {}
     _check_keys(engines, settings)
@@ -87,11 +104,11 @@ def plan(
     count = len(seeds) * len(rates) * sum(map(len, tunings_of.values()))
     if count > MAX_ROWS:
         raise SandboxError(f"a sweep of {count:,} rows is larger than the limit of {MAX_ROWS:,}")
-    first = scene.changed(seed=seeds[0])
-    against = against or REFERENCE
     for engine, tunings in tunings_of.items():
         for rate, tuning in product(rates, tunings):
-            scene_of_job(first, Job(seeds[0], rate, engine, tuning))
+            job = Job(seeds[0], rate, engine, tuning)
+            scene_of_job(scene, job).changed(pymunk=scene.pymunk.model_dump(exclude_unset=True) | job.values(OF_PYMUNK))
+    first, against = scene.changed(seed=seeds[0]), against or REFERENCE
     for engine in dict.fromkeys([*engines, against]):
         with suppress(EngineError):  # which costs its rows only
             create(engine, first, spawn(first))
@@ -116,116 +133,63 @@ def _check_keys(engines: Sequence[str], settings: Mapping[str, object]) -> None:
                 )
             if fixed := [engine for engine in tuned if key in settings_in(engine)[1]]:
                 raise SandboxError(f"--set {key}: {fixed[0]} has a value of its own; name it without")
-        elif key.partition(".")[0] not in (*Scene.model_fields, *OF_CONTACTS):
-            hint = suggestion(key, [*OF_PYMUNK, *Scene.model_fields, *OF_CONTACTS])
-            raise SandboxError(f"--set {key}: is neither a setting of {TUNED} nor a key of the scene; {hint}")
+        elif key not in OF_CONTACTS:
+            hint = suggestion(key, [*OF_PYMUNK, *OF_CONTACTS])
+            raise SandboxError(f"--set {key}: is neither a setting of {TUNED} nor of every contact; {hint}")
 
 
 def _tunings(engine: str, settings: Mapping[str, Sequence[Value]]) -> list[str]:
-    """List all combinations of the settings that an engine has: keys of the scene, and for Pymunk its own."""
+    """List all combinations of the settings that an engine has: those of contacts, and for Pymunk its own."""
     is_tuned = settings_in(engine)[0] == TUNED
     keys = [key for key in sorted(settings) if is_tuned or key not in OF_PYMUNK]
     choices = product(*(settings[key] for key in keys))
     return [format_settings(dict(zip(keys, choice, strict=True))) for choice in choices]
 
 
-def settings_of(job: Job) -> dict[str, Value]:
-    """Return the settings of a job: of Pymunk and keys of the scene."""
-    return parse_settings(job.settings, job.settings) if job.settings else {}
-
-
 def scene_of_job(scene: Scene, job: Job) -> Scene:
     """Return the scene that a job runs. Raises SandboxError for an invalid setting, rate or seed."""
-    tuning: dict[str, Value] = {}
-    for key, value in settings_of(job).items():
-        if key in OF_PYMUNK:
-            tuning[key] = value
-        else:
-            scene = with_value(scene, key, value)
-    pymunk = scene.pymunk.model_dump(exclude_unset=True) | tuning
-    return scene.changed(seed=job.seed, rate=job.rate, pymunk=pymunk)
-
-
-def with_value(scene: Scene, key: str, value: object) -> Scene:
-    """Return a scene with another value, and without its expectations.
-
-    key: with dots between its parts, and numbers from 0 in lists, such as balls.0.radius or gravity.1; or elasticity or
-    friction, for that of every contact. Raises SandboxError if there is no such key, or the value is not valid.
-    """
-    if key in OF_CONTACTS:
+    for key, value in job.values(OF_CONTACTS).items():
         if not isinstance(value, int | float) or not 0 <= value <= OF_CONTACTS[key] or math.isinf(value):
             most = "a number from 0 to 1" if OF_CONTACTS[key] == 1 else "a number of at least 0"
             raise SandboxError(f"{key} must be {most}, got {value}")
-        return with_every_contact(scene, key, value)
-    table, *path = key.split(".")
-    if table not in (known := type(scene).model_fields):
-        raise SandboxError(f"{key}: is not a key of the scene; {suggestion(table, [*known, *OF_CONTACTS])}")
-    if path:
-        document = scene.model_dump(
-            mode="json", by_alias=True, include={table}, exclude_unset=table in scene.model_fields_set
-        )
-        value = _replaced(document[table], path, value, key)
-    return scene.changed(**{"expect": (), table: value})
+        scene = with_every_contact(scene, key, value)
+    return scene.changed(seed=job.seed, rate=job.rate)
 
 
-def _replaced(document: Any, path: list[str], value: object, key: str) -> Any:
-    """Return a part of a document with another value at a path in it."""
-    if not path:
-        return value
-    part, *rest = path
-    if isinstance(document, list):
-        if not part.isdecimal() or int(part) >= len(document):
-            most = f"must be a number from 0 to {len(document) - 1}" if document else "is in an empty list"
-            raise SandboxError(f"{key}: {part} {most}")
-        index = int(part)
-        return [*document[:index], _replaced(document[index], rest, value, key), *document[index + 1 :]]
-    if not isinstance(document, dict):
-        raise SandboxError(f"{key}: has no key {part}; it is a single value")
-    return document | {part: _replaced(document.get(part, {}), rest, value, key)}
+def groups(jobs: Iterable[Job], most: int) -> Iterator[tuple[Job, ...]]:
+    """Yield jobs that run together, at most so many: of one seed and rate, with the same contacts."""
+    together = defaultdict[tuple[int, int, str], list[Job]](list)
+    for job in jobs:
+        together[job.seed, job.rate, format_settings(job.values(OF_CONTACTS))].append(job)
+    for group in together.values():
+        yield from (tuple(group[k : k + most]) for k in range(0, len(group), most))
 
 
-def reference_job(against: str, job: Job) -> Job:
-    """Return the job of the reference that a job is measured against; jobs for which it is the same can share it."""
-    settings = {key: value for key, value in settings_of(job).items() if key not in OF_PYMUNK}
-    return job._replace(engine=against, settings=format_settings(settings) if against in UNTUNED else job.settings)
+def run_jobs(scene: Scene, against: str, jobs: Sequence[Job]) -> list[RowResult]:
+    """Run jobs that differ in the engine and its settings only, and return the result of each.
 
-
-class Shared(NamedTuple):
-    """A reference that jobs share. pow: the variant where it ran."""
-
-    reference: Reference
-    pow: str
-
-
-def run_shared(scene: Scene, job: Job) -> Shared | None:
-    """Run the job of a reference. Return None if it is too large to keep, or fails; it then runs with each job."""
-    try:
-        scene = scene_of_job(scene, job)
-        is_small = (scene.steps + 1) * len(scene.bodies) * 2 * 8 <= MAX_REFERENCE_BYTES
-        return Shared(run_reference(scene, job.engine), pow_variant()) if is_small else None
-    except Exception:  # which the job itself will report
-        return None
-
-
-def run_job(scene: Scene, against: str, job: Job, shared: Shared | None = None) -> Row:
-    """Run a job and return its row, without empty values. Its `speeds` are for the report only.
-
-    shared: what `run_shared` returns for the job's reference. Without it, or if it ran with another variant of pow, the
-    reference runs along.
+    If one ends before the others, or raises an exception, each runs alone, so that no row depends on the others.
     """
-    start = time.perf_counter()
-    scene = scene_of_job(scene, job)
-    if shared is None or shared.pow != pow_variant():
-        comparison = compare(scene, list(dict.fromkeys([job.engine, against])), against=against)
-        if job.engine in comparison.failed:
-            raise comparison.failed[job.engine]
-    else:
-        comparison = compare_with(shared.reference, scene, job.engine)
-    wall = time.perf_counter() - start
-    [figures] = (row for row in comparison.rows() if row["engine"] == job.engine)
-    speeds = count_speeds(comparison, comparison.runs[job.engine])
-    row = figures | job._asdict() | versions() | {"wall_s": round(wall, 6), "speeds": speeds}
-    return {name: row[name] for name in (*COLUMNS, "speeds") if row[name] is not None}
+    try:
+        engines = dict.fromkeys([*(job.spec for job in jobs), against])
+        comparison = compare(scene_of_job(scene, jobs[0]), list(engines), against=against)
+        if len(jobs) == 1 or not comparison.ended or comparison.ended.engine == against:
+            rows = {row["engine"]: row for row in comparison.rows()}
+            return [_result(job, rows.get(job.spec), comparison.failed.get(job.spec)) for job in jobs]
+    except Exception as error:  # whatever an engine raises costs its row, not the sweep
+        if len(jobs) == 1:
+            is_ours = isinstance(error, SandboxError)
+            return [_result(jobs[0], None, error if is_ours else SandboxError(f"{type(error).__name__}: {error}"))]
+    return [result for job in jobs for result in run_jobs(scene, against, [job])]
+
+
+def _result(job: Job, figures: Row | None, error: Exception | None) -> RowResult:
+    """Return the result of a job: its row, without empty values, or its error."""
+    if figures is None:
+        time, details = (error.time, error.details) if isinstance(error, EngineError) else (None, "")
+        return RowResult(job, failure=str(error), time=time, details=details)
+    row = figures | job._asdict() | versions()
+    return RowResult(job, {name: row[name] for name in COLUMNS if row[name] is not None})
 
 
 @cache
@@ -235,34 +199,7 @@ def versions() -> dict[str, str]:
     return libraries | {"python": platform.python_version(), "pow": pow_variant()}
 
 
-def count_speeds(comparison: Comparison, run: Run) -> list[int]:
-    """Count final speeds in classes that are equally likely under the law of speeds for the same number and energy.
-
-    If the law holds, the counts are alike. Empty where no law applies: balls of several masses, a single ball, or rest.
-    """
-    mass, speed = comparison.scene.bodies.mass, length(run.final.velocity)
-    whole = float(np.sqrt(np.sum(speed**2)))
-    if np.ptp(mass) > 0 or len(mass) < 2 or not whole > 0:
-        return []
-    shares = speed_law(speed, whole, len(mass))
-    counts, _ = np.histogram(shares, SPEED_CLASSES, (0, 1))
-    return [int(count) for count in counts]
-
-
 def in_order(sweep: Sweep, rows: Iterable[Row]) -> list[Row]:
-    """Sort rows by the order of a sweep's jobs, without rows of other jobs."""
-    by_job = {job_of(row): row for row in rows}
+    """Sort rows by the order of a sweep's jobs."""
+    by_job = {Job(*(row[field] for field in Job._fields)): row for row in rows}
     return [by_job[job] for job in sweep.jobs if job in by_job]
-
-
-def job_of(row: Row) -> Job:
-    """Return the job that yielded a row."""
-    return Job(*(row[field] for field in Job._fields))
-
-
-def is_row(value: object) -> bool:
-    """Return whether a value read from a file is a row as `run_job` makes them."""
-    if not isinstance(value, dict):
-        return False
-    kinds = Job.__annotations__ | {"pow": str, "wall_s": float | int}
-    return all(isinstance(value.get(name), kind) for name, kind in kinds.items())

@@ -1,153 +1,66 @@
-"""The workers that run the jobs: local processes, or a Dask cluster. Each yields outcomes as they finish, in any order.
+"""The workers that run the jobs: local processes, or a Dask cluster. Each yields results as they finish, in any order.
 
-Both are written without `concurrent.futures`. A ProcessPoolExecutor breaks as a whole when a worker dies, and waits for
-ever if one dies while it sends a result; so does a future of Dask's Executor if the connection breaks while it is sent.
+The processes are not those of `concurrent.futures`: a ProcessPoolExecutor breaks as a whole when a worker dies.
 """
 
 import socket
 import sys
-from collections import Counter, deque
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import redirect_stdout, suppress
-from dataclasses import dataclass
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import redirect_stdout
 from functools import partial
-from itertools import groupby
 from multiprocessing.connection import Connection, wait
 from threading import Thread
 from typing import Any, Final, cast
 from urllib.parse import urlsplit
 
-from sandbox.errors import EngineError, MissingLibrary, SandboxError
+from sandbox.errors import MissingLibrary, SandboxError
 from sandbox.processes import ChildProcess, serve
 from sandbox.scene.model import Scene
-from sandbox.sweeps.jobs import Job, Row, Shared, Sweep, reference_job, run_job, run_shared
+from sandbox.sweeps.jobs import Job, RowResult, Sweep, groups, run_jobs
 
-MAX_WORKER_DEATHS: Final = 3  # at one job
+MAX_GROUP: Final = 16  # jobs that share a reference in one process
 CONNECT_TIMEOUT: Final = 3.0  # s, for a Dask scheduler to answer
-
-
-@dataclass(frozen=True)
-class RowResult:
-    """The row of a job, or why the job failed.
-
-    time: s, when an engine that is not built in failed, None otherwise; details: its own traceback.
-    """
-
-    job: Job
-    row: Row | None = None
-    failure: str = ""
-    time: float | None = None
-    details: str = ""
-
-
-def attempt(scene: Scene, against: str, job: Job, shared: Shared | None = None) -> RowResult:
-    """Run a job as `run_job` does. An exception costs its row, not the sweep."""
-    try:
-        return RowResult(job, run_job(scene, against, job, shared))
-    except EngineError as error:
-        return RowResult(job, failure=str(error), time=error.time, details=error.details)
-    except SandboxError as error:
-        return RowResult(job, failure=str(error))
-    except Exception as error:
-        return RowResult(job, failure=f"{type(error).__name__}: {error}")
-
-
-def groups(sweep: Sweep, jobs: Iterable[Job]) -> Iterator[list[Job]]:
-    """Yield the jobs that follow one another and share their reference."""
-    for _, group in groupby(jobs, partial(reference_job, sweep.against)):
-        yield list(group)
 
 
 def run_here(sweep: Sweep, jobs: Sequence[Job]) -> Iterator[RowResult]:
     """Run jobs one after another in this process."""
-    runner = _JobRunner(sweep.scene, sweep.against)
-    for job in jobs:
-        yield runner.run(job)
-
-
-class _JobRunner:
-    """Runs jobs one after another, and keeps the last reference for jobs that share it."""
-
-    def __init__(self, scene: Scene, against: str) -> None:
-        self._scene, self._against = scene, against
-        self._last: Job | None = None
-        self._shared: Shared | None = None
-
-    def run(self, job: Job) -> RowResult:
-        """Run a job as `attempt` does."""
-        reference = reference_job(self._against, job)
-        if reference != self._last:
-            self._last, self._shared = reference, None  # one reference at a time in memory
-            self._shared = run_shared(self._scene, reference)
-        return attempt(self._scene, self._against, job, self._shared)
+    for group in groups(jobs, MAX_GROUP):
+        yield from run_jobs(sweep.scene, sweep.against, group)
 
 
 def run_locally(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[RowResult]:
-    """Run jobs in `count` processes. A process that dies is replaced, and its job is run again."""
-    todo, deaths = deque(map(deque, groups(sweep, jobs))), Counter[Job]()
-    workers: list[Worker] = []
+    """Run jobs in `count` processes. One that dies is replaced, and the jobs that it was at run again, each alone."""
+    todo = deque(groups(jobs, min(MAX_GROUP, -(-len(jobs) // count))))
+    idle = [ChildProcess(_serve, sweep.scene, sweep.against) for _ in range(min(count, len(todo)))]
+    busy = dict[Connection, tuple[ChildProcess, tuple[Job, ...]]]()
     try:
-        while len(workers) < min(count, len(jobs)):
-            workers.append(Worker(sweep, deque()))
-        while True:
-            for worker in workers:
-                if worker.job is None and (job := _next_job(worker, workers, todo)):
-                    worker.start(job)
-            busy = {worker.connection: (worker, worker.job) for worker in workers if worker.job}
-            if not busy:
-                break
+        while todo or busy:
+            while todo and idle:
+                worker, group = idle.pop(), todo.popleft()
+                worker.send(group)
+                busy[worker.connection] = worker, group
             for ready in wait(list(busy)):
-                worker, job = busy[cast("Connection", ready)]
-                outcome = worker.outcome()
-                if outcome is None:
-                    workers[workers.index(worker)] = Worker(sweep, worker.group)
-                    deaths[job] += 1
-                    if deaths[job] < MAX_WORKER_DEATHS:
-                        worker.group.appendleft(job)
-                        continue
-                    outcome = RowResult(job, failure=f"its worker process died {MAX_WORKER_DEATHS} times")
-                yield outcome
+                worker, group = busy.pop(cast("Connection", ready))
+                try:
+                    results = worker.receive()
+                except EOFError:
+                    worker, results = ChildProcess(_serve, sweep.scene, sweep.against), []
+                    if len(group) == 1:
+                        results = [RowResult(group[0], failure="its worker process died")]
+                    else:
+                        todo.extendleft((job,) for job in reversed(group))
+                idle.append(worker)
+                yield from results
     finally:
-        for worker in workers:
+        for worker in (*idle, *(worker for worker, _ in busy.values())):
             worker.stop()
 
 
-def _next_job(worker: "Worker", workers: "list[Worker]", todo: deque[deque[Job]]) -> Job | None:
-    """Return the next job of a worker's group; else of a group to do, else of the largest that others work on."""
-    if not worker.group:
-        worker.group = todo.popleft() if todo else max((busy.group for busy in workers), key=len)
-    return worker.group.popleft() if worker.group else None
-
-
-class Worker(ChildProcess):
-    """A process that runs one job after another.
-
-    group: the jobs to run next, which share a reference. Several workers may have the same group.
-    """
-
-    def __init__(self, sweep: Sweep, group: deque[Job]) -> None:
-        super().__init__(_serve, sweep.scene, sweep.against)
-        self.group = group
-        self.job: Job | None = None
-
-    def start(self, job: Job) -> None:
-        """Start a job. If the process has died, `outcome` notices."""
-        self.job = job
-        self.send(job)
-
-    def outcome(self) -> RowResult | None:
-        """Receive the outcome of the job; None if the process has died."""
-        self.job = None
-        try:
-            return cast("RowResult", self.receive())
-        except EOFError:
-            return None
-
-
 def _serve(connection: "Connection[Any, Any]", scene: Scene, against: str) -> None:
-    """Run jobs. What engines print goes to standard error."""
+    """Run groups of jobs. What engines print goes to standard error."""
     with redirect_stdout(sys.stderr):
-        serve(connection, _JobRunner(scene, against).run)
+        serve(connection, partial(run_jobs, scene, against))
 
 
 def check_scheduler(address: str) -> None:
@@ -195,29 +108,21 @@ def run_on_dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Row
         raise SandboxError(f"--scheduler {address}: no scheduler answers: {error}") from None
     except MemoryError:  # the client took the first bytes for the length of a message
         raise SandboxError(f"--scheduler {address}: what answers is not a Dask scheduler") from None
+    gone = SandboxError(f"--scheduler {address}: is gone; the same command runs the sweep again")
     with client:
-        submit = partial(client.submit, pure=False)  # else a cluster that has run a job before would return its row
-        futures: dict[Any, Job] = {}
-        for group in groups(sweep, jobs):
-            reference = reference_job(sweep.against, group[0])
-            shared = submit(run_shared, sweep.scene, reference) if len(group) > 1 else None
-            futures |= {submit(attempt, sweep.scene, sweep.against, job, shared): job for job in group}
+        submit = partial(client.submit, run_jobs, sweep.scene, sweep.against, pure=False)  # run, though it ran before
+        futures: dict[Any, tuple[Job, ...]] = {submit(group): group for group in groups(jobs, MAX_GROUP)}
         completed = as_completed(futures, loop=client.loop)  # type: ignore[no-untyped-call]
         for future in completed:
-            if future.status in ("lost", "pending"):  # its worker died with the row, which another worker runs again
+            if future.status in ("lost", "pending"):  # its worker died with the rows, which another one runs again
                 completed.add(future)  # type: ignore[no-untyped-call]
                 continue
-            outcome = None
-            with suppress(OSError):  # the connection broke while a row was sent
-                outcome = _outcome(future, futures[future])
-            if outcome is None:
-                raise SandboxError(f"--scheduler {address}: is gone; the same command runs the rows that are missing")
-            yield outcome
+            try:
+                results = future.result() if future.status == "finished" else None
+                failure = str(future.exception()) if future.status == "error" else ""
+            except OSError:  # the connection broke while rows were sent
+                raise gone from None
+            if results is None and not failure:
+                raise gone
+            yield from results or (RowResult(job, failure=failure) for job in futures[future])
             future.release()
-
-
-def _outcome(future: Any, job: Job) -> RowResult | None:
-    """Return the outcome of a job on a cluster; None if the cluster is gone."""
-    if future.status == "finished":
-        return cast("RowResult", future.result())
-    return RowResult(job, failure=str(future.exception())) if future.status == "error" else None

@@ -7,11 +7,10 @@ import pytest
 from conftest import scene_of
 from hypothesis import given
 from hypothesis import strategies as st
-from virial import VIRIAL_COEFFICIENTS, virial_series
+from virial import VIRIAL_COEFFICIENTS
 
 from sandbox.analysis.gas import (
     compressibility,
-    contact_value,
     enskog_rate,
     expected_counts,
     measure_gas,
@@ -23,7 +22,6 @@ from sandbox.analysis.gas import (
     wall_impulse,
     why_no_gas,
 )
-from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Contacts, Floats, no_contacts
 
 lengths = st.floats(0.1, 1e3)
@@ -52,47 +50,10 @@ def test_the_squared_speeds_of_two_discs_are_uniform() -> None:
     assert speed_law(speed, 3.0, 2) == pytest.approx(speed**2 / 9)
 
 
-def test_no_disc_is_faster_than_all_of_the_energy() -> None:
-    assert speed_law(np.array([0.0, 2.0, 5.0]), 2.0, 4).tolist() == [0, 1, 1]
-
-
-@given(st.integers(2, 40), lengths)
-def test_the_law_s_mean_square_speed_is_an_nth_of_the_whole(n: int, whole: float) -> None:
-    """E[v²] is the integral of 1 - F over v², from 0 to R²: by Gauss, exact for polynomials of degree up to 39."""
-    node, weight = np.polynomial.legendre.leggauss(20)
-    slower = speed_law(whole * np.sqrt((node + 1) / 2), whole, n)
-    assert np.all(np.diff(slower) >= 0)
-    assert weight / 2 @ (1 - slower) == pytest.approx(1 / n)
-
-
-def test_for_many_discs_the_law_is_maxwell_s() -> None:
-    speed = np.linspace(0, 5, 50)
-    away = [np.abs(speed_law(speed, math.sqrt(n), n) - (1 - np.exp(-(speed**2)))).max() for n in (10, 100, 1000, 10**6)]
-    assert away == sorted(away, reverse=True)
-    assert away[-1] < 1e-6
-
-
 @pytest.mark.parametrize("n", [2, 4, 50])
 def test_speeds_drawn_from_the_sphere_keep_the_law(n: int) -> None:
     """40,000 speeds: 0.87/√N is 0.0043, and one sample in 10,000 is beyond 2.23/√N."""
     assert speed_distance(on_the_sphere(40_000 // n, n)) < 0.0112
-
-
-def test_energy_lost_between_states_does_not_matter_and_another_n_does() -> None:
-    velocity = on_the_sphere(5000, 4)
-    cooling = np.geomspace(1, 1e-3, 5000)[:, None, None]
-    assert speed_distance(cooling * velocity) == pytest.approx(speed_distance(velocity), abs=1e-12)
-    maxwell = np.random.default_rng(5).normal(size=(1, 20_000, 2)).reshape(5000, 4, 2)
-    whole = math.sqrt(8)
-    away = np.sort(speed_law(np.linalg.norm(maxwell, axis=2), whole, 4), axis=None) - np.arange(20_000) / 20_000
-    assert np.abs(away).max() > 0.05  # Maxwell's speeds are not those of four discs
-
-
-def test_equal_speeds_have_the_distance_that_the_law_gives() -> None:
-    """All n speeds are R/√n, where the law's share is 1 - (1 - 1/n)^(n - 1)."""
-    n = 10
-    velocity = np.tile([3.0, 4.0], (1, n, 1))
-    assert speed_distance(velocity) == pytest.approx(1 - (1 - 1 / n) ** (n - 1))
 
 
 # Pressure
@@ -113,28 +74,9 @@ def test_a_disc_between_two_walls_presses_as_the_virial_theorem_says(
     assert virial_pressure(contacts, np.array([radius]), kinetic, (width, height), to_and_fro) == pytest.approx(wall)
 
 
-@given(st.floats(0.1, 10), st.floats(0.1, 10), lengths, st.floats(0.1, 100))
-def test_two_unequal_discs_on_a_line_press_as_the_virial_theorem_says(
-    first: float, second: float, free: float, speed: float
-) -> None:
-    """Of one mass and speed, they turn back at walls and where they meet, each with half of the free length to fly."""
-    width, height = 2 * (first + second) + free, 100.0
-    contacts = contacts_of((0, LEFT, 2 * speed), (0, 1, 2 * speed), (1, RIGHT, 2 * speed))
-    seconds = free / speed
-    wall = wall_impulse(contacts, (width, height)) / seconds
-    radius = np.array([first, second])
-    assert virial_pressure(contacts, radius, speed**2, (width, height), seconds) == pytest.approx(wall)
-
-
 def test_each_wall_s_force_is_over_its_own_length() -> None:
     contacts = contacts_of((0, LEFT, 6.0), (0, TOP, 8.0), (0, RIGHT, 6.0), (0, BOTTOM, 8.0), (0, ~4, 99.0))
     assert wall_impulse(contacts, (4, 3)) / 2.0 == pytest.approx(1)
-
-
-def test_without_contacts_walls_feel_nothing_and_the_gas_is_ideal() -> None:
-    assert wall_impulse(no_contacts(), (4, 3)) / 1.0 == 0
-    assert virial_pressure(no_contacts(), np.ones(2), 6.0, (4, 3), 1.0) == 0.5
-    assert pair_compressibility(no_contacts(), np.ones(2), 6.0, 1.0) == 1
 
 
 def test_pairs_count_by_the_distance_there_was_and_walls_do_not() -> None:
@@ -151,25 +93,6 @@ def test_virial_coefficients_are_those_known_in_closed_form() -> None:
     fourth = 2 - 9 * math.sqrt(3) / (2 * math.pi) + 10 / math.pi**2
     assert VIRIAL_COEFFICIENTS[2:4] == pytest.approx((third, fourth), abs=1e-8)
     assert len(VIRIAL_COEFFICIENTS) == 10
-
-
-def test_compressibility_at_a_fifth() -> None:
-    assert virial_series(0.2) == pytest.approx(1.57036, abs=5e-6)
-    assert compressibility(0.2) == pytest.approx((1 + 0.2**2 / 8) / 0.8**2)  # Henderson's own form
-    assert compressibility(0.2) == pytest.approx(1.57031, abs=5e-6)
-
-
-@given(st.floats(0, 0.4))
-def test_henderson_and_the_series_agree_where_the_gas_is_thin(eta: float) -> None:
-    assert compressibility(eta) == pytest.approx(virial_series(eta), rel=0.0025)
-
-
-@given(st.floats(0, 0.69), st.floats(1e-6, 0.3))
-def test_denser_discs_press_more_and_stand_closer(eta: float, more: float) -> None:
-    denser = min(eta + more, 0.7)
-    assert contact_value(denser) > contact_value(eta) >= 1
-    assert compressibility(denser) > compressibility(eta) >= 1
-    assert virial_series(denser) > virial_series(eta) >= 1
 
 
 @given(st.integers(2, 1000), st.floats(0.01, 0.69), lengths, lengths)
@@ -252,17 +175,3 @@ def test_the_law_s_bins_are_maxwell_s_and_count_every_disc(n: int) -> None:
         maxwell = np.exp(-((edges / 100) ** 2))
         assert counts[:-1] == pytest.approx(n * (maxwell[:-2] - maxwell[1:-1]), rel=1e-3)
         assert counts[-1] == pytest.approx(n * maxwell[-2], rel=1e-2)
-
-
-@pytest.mark.parametrize(
-    ("scene", "why"),
-    [
-        (scene_of("radius = 5\nposition = [20, 20]"), "a single ball"),
-        (scene_of(GAS, more="gravity = [0, 9]"), "gravity pulls the balls"),
-        (scene_of(GAS, "radius = 7\nposition = [20, 20]"), "the balls are not alike"),
-        (scene_of(GAS.replace("120", "60").replace("10]", "5]")), "fewer than 100 balls"),
-        (scene_of(GAS), ""),
-    ],
-)
-def test_what_a_gas_lacks_is_said_in_words(scene: Scene, why: str) -> None:
-    assert why_no_gas(scene) == why

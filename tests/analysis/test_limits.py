@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 from conftest import Command, scene_of
 
-from sandbox.analysis.advice import try_settings
-from sandbox.analysis.comparison import compare, compare_with, run_reference
+from sandbox.analysis.comparison import compare
 from sandbox.analysis.verdict import verdict
 from sandbox.errors import LimitReached
-from sandbox.report.comparison_page import page
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.model import Scene
 from sandbox.scores.verify import Outcome, all_passed, verify
@@ -53,19 +51,9 @@ def _until(seconds: float) -> Scene:
     return to_and_fro().changed(seconds=seconds)
 
 
-@pytest.mark.parametrize("engine", ["pymunk", "exact"])
-def test_a_reference_that_is_shared_ends_there_too(engine: str) -> None:
-    scene = to_and_fro()
-    along = compare(scene, ["pymunk", "exact"])
-    before = compare_with(run_reference(scene, "exact"), scene, engine)
-    assert before.reference_until == END
-    assert before.as_json()["engines"][engine] == along.as_json()["engines"][engine]
-
-
 def test_an_engine_that_is_not_the_reference_ends_a_comparison_likewise() -> None:
     scene = to_and_fro()
     assert compare(scene, ["exact", "pymunk"], against="pymunk").reference_until == END
-    assert compare_with(run_reference(scene, "pymunk"), scene, "exact").reference_until == END
 
 
 def test_time_counts_from_the_last_edit() -> None:
@@ -98,11 +86,6 @@ def test_expectations_after_the_end_are_skipped_with_the_reason() -> None:
     assert all_passed(board, None)
 
 
-def test_trials_of_settings_are_all_of_that_time() -> None:
-    whole, cut = try_settings(to_and_fro(), "exact"), try_settings(_until(END), "exact")
-    assert [(trial.changes, trial.gap_rms) for trial in whole] == [(trial.changes, trial.gap_rms) for trial in cut]
-
-
 @pytest.mark.usefixtures("working_folder")
 def test_commands_end_early_with_exit_code_0(command: Command) -> None:
     Path("fast.toml").write_text(f"seconds = 1\n[arena]\nsize = [800, 600]\n[[balls]]\n{TO_AND_FRO}\n")
@@ -121,9 +104,3 @@ def test_rows_of_a_sweep_end_there() -> None:
         ("pymunk", END, END),
         ("exact", END, END),
     ]
-
-
-def test_the_page_shows_the_states_that_there_are() -> None:
-    text = page(compare(to_and_fro(), ["pymunk", "exact"]))
-    assert "27 of 27 states" in text
-    assert "1 ball, 0.4333333333 s at 60 steps a second" in text

@@ -6,27 +6,23 @@ one with friction by an engine without.
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from fractions import Fraction
 from importlib.metadata import EntryPoint
 
 import numpy as np
 import pytest
 from conftest import sample
-from recorded import recorded
 
-from sandbox.analysis.expectations import steps_around
 from sandbox.engines import _BUILT_IN, ENTRY_POINTS
 from sandbox.engines.exact import ExactEngine
 from sandbox.quantity import angular_momentum, energy, momentum
-from sandbox.scene.balls import BallGroup
 from sandbox.scene.fields import Vector
 from sandbox.scene.files import TRUTHS, bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn, warnings
 from sandbox.scene.walls import segment_distance
 from sandbox.scores.verify import Outcome, verify
-from sandbox.state import Contacts, Floats, State, States, no_contacts
+from sandbox.state import Contacts, Floats, State, no_contacts
 
 NAMES = list(bundled(TRUTHS))
 LEANING = "truths/discs-that-lean"  # a lasting contact, which solvers follow in steps or hops
@@ -370,67 +366,6 @@ class Through:
         raise NotImplementedError
 
 
-class WallsOnly(Through):
-    """Balls fly through each other: each is alone in its arena."""
-
-    def __init__(self, scene: Scene, initial: State) -> None:
-        super().__init__(scene, initial)
-        self._alone = []
-        for ball in range(len(scene.bodies)):
-            radius, mass, elasticity, friction = (
-                float(getattr(scene.bodies, key)[ball]) for key in ("radius", "mass", "elasticity", "friction")
-            )
-            group = BallGroup(
-                radius=radius, mass=mass, elasticity=elasticity, friction=friction, position=initial.position[ball]
-            )
-            state = State(0.0, *(each[0, [ball]] for each in States.of(initial)))
-            self._alone.append(ExactEngine(scene.changed(balls=[group], expect=()), state))
-
-    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        own = States.empty(steps, 1)
-        for ball, engine in enumerate(self._alone):
-            engine.advance(steps, *own)
-            for ours, alone in zip((position, velocity, angle, spin), own, strict=True):
-                ours[:, [ball]] = alone
-
-    def state(self) -> State:
-        states = [engine.state() for engine in self._alone]
-        return State(
-            states[0].time, *(np.concatenate(each)[:, 0] for each in zip(*map(States.of, states), strict=True))
-        )
-
-
-class PairsOnly(Through):
-    """Balls fly through walls: these are far away."""
-
-    FAR = 2.0**14  # px, a power of two so that moving by it hardly rounds
-
-    def __init__(self, scene: Scene, initial: State) -> None:
-        super().__init__(scene, initial)
-        width, height = scene.arena.size
-        arena = scene.arena.model_copy(update={"size": (width + 2 * self.FAR, height + 2 * self.FAR)})
-        moved = replace(initial, position=initial.position + self.FAR)
-        self._engine = ExactEngine(scene.changed(arena=arena, walls=(), expect=()), moved)
-
-    def step(self) -> None:
-        self._engine.step()
-
-    def state(self) -> State:
-        state = self._engine.state()
-        return replace(state, position=state.position - self.FAR)
-
-
-class Smooth(ExactEngine):
-    """Nothing has friction."""
-
-    def __init__(self, scene: Scene, initial: State) -> None:
-        arena = scene.arena.model_copy(update={"friction": 0.0})
-        walls, balls = (
-            [one.model_copy(update={"friction": 0.0}) for one in each] for each in (scene.walls, scene.balls)
-        )
-        super().__init__(scene.changed(arena=arena, walls=walls, balls=balls), initial)
-
-
 SCORED = sample((name for name in (*NAMES, *bundled()) if load(name).expect), 4)
 
 
@@ -441,29 +376,6 @@ def fails(engine: type, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> bool:
     return row["faulty"].outcome is Outcome.MISSED
 
 
-def touched(scene: Scene) -> tuple[bool, bool]:
-    """Return whether two balls touch, and whether a ball and a wall do, before the last expectation."""
-    steps = max(steps_around(one.at, scene.rate)[1] for one in scene.expect)
-    second = recorded("exact", scene, steps)[1]["second"]
-    return bool((second >= 0).any()), bool((second < 0).any())
-
-
 @pytest.mark.parametrize("name", SCORED)
 def test_every_scored_scene_is_failed_by_an_engine_without_contacts(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert fails(Through, load(name), monkeypatch)
-
-
-@pytest.mark.parametrize("name", SCORED)
-def test_an_engine_of_walls_or_of_pairs_alone_fails_where_it_lacks_a_contact(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    scene = load(name)
-    balls_meet, walls_are_met = touched(scene)
-    assert fails(WallsOnly, scene, monkeypatch) == balls_meet
-    assert fails(PairsOnly, scene, monkeypatch) == walls_are_met
-
-
-@pytest.mark.parametrize("name", SCORED)
-def test_a_scene_with_friction_is_failed_by_an_engine_without(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = load(name)
-    assert fails(Smooth, scene, monkeypatch) == is_rough(scene)

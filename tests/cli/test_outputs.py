@@ -1,6 +1,5 @@
 """Outputs are written whole or not at all, whatever ends the program, and checked before anything runs."""
 
-import json
 import os
 import random
 import resource
@@ -21,7 +20,6 @@ from forked import exit_code_of, forked, outcome_of, write_text
 from pygame import Surface, surfarray
 
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.series import write_series
 from sandbox.errors import SandboxError
 from sandbox.files import check_outputs, is_replaceable, whole_file
 from sandbox.report.comparison_page import page
@@ -30,9 +28,8 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.files import write as write_scene
 from sandbox.scene.spawn import spawn
-from sandbox.sweeps import in_order, open_journal, plan, write
-from sandbox.sweeps.jobs import run_job
-from sandbox.sweeps.journal import journal_path
+from sandbox.sweeps import as_csv, plan
+from sandbox.sweeps.workers import run_here
 from sandbox.view.offscreen import save_picture
 from sandbox.view.video import VIDEO_FORMATS, Video
 
@@ -62,7 +59,7 @@ def writers() -> Mapping[str, Write]:
     run = simulate(scene, "article", steps=20)
     surface = Surface((64, 64))
     sweep = plan(scene, [0, 1], [60], ["article"])
-    rows = [run_job(sweep.scene, sweep.against, job) for job in sweep.jobs]
+    rows = [result.row for result in run_here(sweep, sweep.jobs) if result.row]
     comparison = compare(scene, ["article"])
     videos = [ending for ending in VIDEO_FORMATS if ending != ".mp4" or find_spec("av")]
     return (
@@ -71,11 +68,10 @@ def writers() -> Mapping[str, Write]:
         | {
             "end.png": partial(save_picture, surface, "end.png"),
             "page.html": partial(write_text, page(comparison), "page.html"),
-            "series.csv": partial(write_series, comparison, "series.csv"),
             "figures.csv": partial(write_text, comparison.as_csv(), "figures.csv"),
             "scene.toml": partial(write_scene, scene, "scene.toml", spawn(scene)),
             "mouse.jsonl": partial(write_inputs, [Grab(step=1, ball=0, at=(1, 1)), Release(step=9)], "mouse.jsonl"),
-            "table.csv": partial(write, sweep, in_order(sweep, rows), "table.csv"),
+            "table.csv": partial(write_text, as_csv(rows), "table.csv"),
         }
     )
 
@@ -141,32 +137,6 @@ def test_a_kill_during_a_write_leaves_the_old_file_or_the_new_one(made: dict[str
     assert left > len(made)  # or no process was killed during its write
 
 
-@pytest.mark.parametrize("kills", KILLS_PER_WRITER)
-def test_a_kill_while_a_row_is_saved_keeps_the_rows_before(kills: int) -> None:
-    sweep = plan(load("article").changed(seconds=0.1), range(6), [60], ["article"])
-    rows = [json.loads(json.dumps(run_job(sweep.scene, sweep.against, job))) for job in sweep.jobs]
-
-    def keep() -> None:
-        with open_journal(sweep, "f.csv") as kept:
-            for row in rows:
-                kept.add(row)
-
-    calls = BuiltInCalls()
-    calls.of(keep)
-    found = set()
-    for call in random.Random(0).choices(range(1, calls.count), k=kills):
-        journal_path("f.csv").unlink(missing_ok=True)
-        assert exit_code_of(forked(partial(BuiltInCalls(call).of, keep))) == -signal.SIGKILL
-        with open_journal(sweep, "f.csv") as kept:
-            assert kept.rows == rows[: len(kept.rows)]
-            found.add(len(kept.rows))
-            for row in rows[len(kept.rows) :]:
-                kept.add(row)
-        with open_journal(sweep, "f.csv") as kept:
-            assert kept.rows == rows
-    assert len(found) > 2
-
-
 def test_a_file_is_synced_before_it_is_renamed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Otherwise a power failure could leave an empty file under the old one's name."""
     done = []
@@ -211,7 +181,6 @@ OPTIONS = (
     ("compare", "article", "--json"),
     ("compare", "article", "--csv"),
     ("compare", "article", "--report"),
-    ("compare", "article", "--series"),
     ("trace", "article", "--engine", "article", "--out"),
     ("record", "article", "--out"),
     ("sweep", "article", "--out"),
@@ -396,15 +365,6 @@ def test_dev_stdout_is_standard_output_even_if_that_is_a_file() -> None:
         assert outcome_of(*trace, out=out.fileno()) == (0, "")
     assert Path("out").read_text().startswith("time,ball,x,y,vx,vy,radius,mass,angle,spin,energy\n0.0,0,")
     assert Path("/dev/stdout").is_symlink()
-
-
-def test_a_sweep_into_a_pipe_or_a_device_has_no_journal() -> None:
-    os.mkfifo("pipe")
-    Path("null").symlink_to("/dev/null")
-    sweep = plan(load("article"), [0], [60], ["article"])
-    with open_journal(sweep, "pipe"), open_journal(sweep, "null"):
-        assert sorted(entry.name for entry in Path().iterdir()) == ["null", "pipe"]
-    assert not is_replaceable("/dev/stdout")
 
 
 @pytest.mark.parametrize("name", ["x" * 255, "\N{SNOWMAN}" * 85, "\N{BEACH WITH UMBRELLA}" * 63])

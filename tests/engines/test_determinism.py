@@ -16,6 +16,7 @@ from numba import njit
 
 from sandbox.engines import advance, can_run, create, registry
 from sandbox.engines.article import POW_PROBES, SQUARE, pow_variant
+from sandbox.engines.machine_code import compile_engines
 from sandbox.errors import Refused
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load
@@ -109,6 +110,7 @@ def test_the_results_of_our_own_engines_have_not_changed(name: str) -> None:
 
     The article's hashes are those of glibc's pow on processors with FMA.
     """
+    compile_engines(OWN)
     scene = load(name)
     own = [engine for engine in OWN if engine != "article" or pow_variant() == "fma"]
     assert start_and_ends(scene, own, scene.steps) == {

@@ -3,25 +3,69 @@
 import math
 from dataclasses import replace
 from decimal import Decimal
-from itertools import accumulate
 
 import numpy as np
 import pytest
 from conftest import sample
-from discs_at_random import draw_rattling
-from discs_in_decimal import run
 from impacts_in_decimal import Ending, Outcome, Touch, continued, speeds
 from recorded import recorded
-from scene_in_decimal import Numbers
-from table_in_decimal import Disc
+from scene_in_decimal import Disc, Numbers
 
 from sandbox.engines.exact import ExactEngine
+from sandbox.engines.machine_code import compile_engines
 from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import Contacts, State
 
 CLOSE = 1e-9  # of the first approach: how exact a limit is
+
+
+def numbers_of(factors: tuple[float, float], gravity: tuple[float, float], balls: str, walls: str) -> Numbers:
+    """Return a scene. factors: elasticity, friction of the arena; balls, walls: rows of `Numbers` in one text."""
+    rows = [np.array(text.split(), float).reshape(-1, columns).tolist() for text, columns in ((balls, 9), (walls, 7))]
+    return Numbers((800.0, 600.0), *factors, gravity, 60, *(tuple(map(tuple, each)) for each in rows))
+
+
+INTO_AN_EDGE = numbers_of(  # a heavy disc drives a light one between two walls
+    (1.0, 0.0),
+    (0.0, 0.0),
+    """
+    400.6334911614038 274.58513881521594 1.700979851030615 167.08843077996687 9.238553584535552 0.08893584341771264
+    0.9187186714076987 0.0 0.0 408.55582327511337 250.63909916641137 -160.57780703155237 321.6096613412195
+    8.05125157126015 88855.69596830348 1.0 0.0 0.0
+    """,
+    """
+    400.0 300.0 229.99766702931933 116.69913588712734 6.0 0.4475937226804527 0.0 400.0 300.0 621.7755734561568
+    184.6067808829618 6.0 0.6301416053908512 0.0
+    """,
+)
+BETWEEN_TWO_WALLS = numbers_of(  # a disc a hundred thousandth of the other
+    (0.9507718831955101, 1.0),
+    (-86.29568993011407, 852.1326622751883),
+    """
+    382.1628249591288 325.7177793654876 113.51745392914499 -281.2156917763774 9.61840422768127 0.003147156772101831
+    1.0 0.0 -18.488614127777442 367.60160282240196 346.64112852391895 61.730889541602274 -181.9034183473347
+    10.145556572911573 830.2901044480155 0.2410515398802102 1.0 1.3285147406914675
+    """,
+    """
+    400.0 300.0 421.6776896810591 549.0583822522175 6.0 0.4177942047261937 1.0 400.0 300.0 159.13590185287993
+    366.9663066308313 0.0 0.6257253316320613 0.0
+    """,
+)
+SQUEEZED_OUT = numbers_of(  # a light disc leaves an edge along a face
+    (0.7407649063973388, 0.0),
+    (0.0, 0.0),
+    """
+    396.0131190275047 279.0087722016777 140.0118368519391 310.6326835008253 8.224015568245033 0.16202779085870775
+    0.4583241076536169 0.0 0.0 400.5326981386905 254.54785240875728 5.140114294665236 314.75790493053086
+    11.61847344505281 256.7912169038791 1.0 0.0 0.0
+    """,
+    """
+    400.0 300.0 162.14313682747405 223.03174263551062 0.0 0.4570626372618981 0.0 400.0 300.0 639.5954138061459
+    228.6274724907285 6.0 0.2877322797373405 0.0
+    """,
+)
 
 
 def column_in_decimal(masses: list[float], e: float, friction: float = 0, vx: float = 0) -> Outcome:
@@ -136,37 +180,6 @@ def test_impacts_at_one_time_are_single_impacts_in_some_order(masses: tuple[floa
     assert (np.diff([*speed, 0]) > -CLOSE).all()
 
 
-def falling_column(masses: tuple[float, ...], e: float, gaps: tuple[float, ...]) -> Numbers:
-    """Return discs above each other and the floor, of which the highest moves down. gaps: px, below each."""
-    above = accumulate((-20 - gap for gap in reversed(gaps)), initial=610.0)
-    heights = [*above][:0:-1]
-    balls = tuple(
-        (400.0, y, 0.0, 100.0 if k == 0 else 0.0, 10.0, mass, e, 0.0, 0.0)
-        for k, (y, mass) in enumerate(zip(heights, masses, strict=True))
-    )
-    return Numbers((800.0, 600.0), e, 0.0, (0.0, 0.0), 60, balls, ())
-
-
-def test_the_smallest_gaps_decide_how_a_column_ends() -> None:
-    """Without gravity only their ratios matter, however small they are: a column without gaps has no single answer."""
-    ends = []
-    for gaps in [(0.24, 0.1, 0.4), (0.92, 0.8, 0.77)]:
-        for scale in (1e-3, 1e-6):
-            numbers = falling_column((26.3, 2.75, 3.96), 0.875, tuple(scale * gap for gap in gaps))
-            expected = [float(disc.vy) for disc in run(numbers.table(), [Decimal(1) / 60], 1000).snapshots[0].discs]
-            assert after_steps(numbers, 1)[0].velocity[:, 1] == pytest.approx(expected, abs=100 * CLOSE)
-            ends.append(expected)
-    assert ends[0] == pytest.approx(ends[1], abs=1e-6)
-    assert ends[2] == pytest.approx(ends[3], abs=1e-6)
-    assert abs(np.subtract(ends[0], ends[2])).max() > 5
-
-
-def two_discs_at_an_edge(seed: int) -> Numbers:
-    """Return a heavy disc that drives a light one between two walls, without gravity."""
-    numbers = draw_rattling(seed)
-    return replace(numbers, gravity=(0.0, 0.0), balls=numbers.balls[:2])
-
-
 def after_steps(numbers: Numbers, steps: int) -> tuple[State, Contacts]:
     engine, contacts = recorded("exact", parse(numbers.toml(), "rattling"), steps)
     return engine.state(), contacts
@@ -174,21 +187,21 @@ def after_steps(numbers: Numbers, steps: int) -> tuple[State, Contacts]:
 
 def test_a_light_disc_that_is_driven_into_an_edge_stops_the_heavy_one_there() -> None:
     """The discs collapse as they meet both walls, and not before. The velocity is that of 60 decimal digits."""
-    state, contacts = after_steps(two_discs_at_an_edge(113), 4)
+    state, contacts = after_steps(INTO_AN_EDGE, 4)
     assert state.velocity == pytest.approx(np.array([(0, 0), (-204.964111416, 31.342205345)]), abs=1e-8)
     assert len(contacts) < 300
 
 
 def test_a_disc_a_hundred_thousandth_of_the_other_stops_between_it_and_two_walls() -> None:
     """From the end of the sequence on it falls. Solved with springs, it would move by their rounding."""
-    numbers = replace(draw_rattling(6187), rate=25_000)
+    numbers = replace(BETWEEN_TWO_WALLS, rate=25_000)
     state, _ = after_steps(numbers, 3894)  # to 155.76 ms; the sequence ends after 155.740559051 ms
     assert state.velocity[0] == pytest.approx(np.array(numbers.gravity) * (0.15576 - 0.155740559051), abs=1e-7)
 
 
 def test_a_disc_that_is_squeezed_out_along_a_face_passes_its_end_freely() -> None:
     """What rounding leaves of its approach to the face would be 1e-12 px of overlap at the end, and 5e-4 px/s there."""
-    numbers = two_discs_at_an_edge(313)
+    numbers = SQUEEZED_OUT
     x0, y0, x1, y1, *_ = numbers.walls[1]
     state, _ = after_steps(replace(numbers, rate=500), 24)  # to 48 ms; it passes the end after 47.4 ms
     vx, vy = state.velocity[0]
@@ -220,6 +233,7 @@ def test_the_walls_of_a_full_row_carry_its_weight(wider: float, elasticity: floa
         f"[[balls]]\n{factors}radius = 10\ncount = 13\ninside = [[0, 0], [{100 + wider!r}, 200]]\nspeed = 100\n",
         "test",
     )
+    compile_engines(["exact"])
     engine = ExactEngine(scene, spawn(scene))
     for _ in range(240):
         engine.step()

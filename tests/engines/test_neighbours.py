@@ -113,6 +113,8 @@ def impulse_equals_brute_force(
     wall["across"] = w, h, w, h, np.inf
     wall[4]["x"], wall[4]["y"], wall[4]["end_x"], wall[4]["end_y"] = 0.1 * w, 0.4 * h, 0.7 * w, 0.6 * h
     wall[4]["half_thickness"] = 2
+    wall["left"] = wall["top"] = -np.inf
+    wall["right"] = wall["bottom"] = np.inf
     gravity, friction = rng.normal(0, 900, 2).tolist(), rng.uniform(0, 1, n)
     filters = np.tile(np.array(MEETS_ALL), (n, 1))
     filters[:, 0] = rng.integers(0, 4, n)
@@ -120,7 +122,7 @@ def impulse_equals_brute_force(
     state = [position, rng.normal(0, 60 * min(pace, far), (n, 2))]
 
     def world_on(grid: NeighbourGrid | None, ball: Any) -> Any:
-        return impulse.World(ball, wall, filters, (gravity[0], gravity[1]), 1 / 60, grid)
+        return impulse.World(ball, wall, filters, True, (gravity[0], gravity[1]), 1 / 60, grid)
 
     grid = new_grid(n, 2 * float(radius.max()), size.tolist())
     assert_equal_to_the_bit(stepping(impulse.step, world_on, ball), state, frames, grid)

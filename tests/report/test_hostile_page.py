@@ -17,7 +17,7 @@ from sandbox.report.comparison_page import page
 from sandbox.report.sweep import page as sweep_page
 from sandbox.scene.files import parse
 from sandbox.sweeps import plan
-from sandbox.sweeps.jobs import run_job
+from sandbox.sweeps.workers import run_here
 
 pytestmark = pytest.mark.usefixtures("working_folder")
 
@@ -44,7 +44,7 @@ def test_the_page_of_a_hostile_scene_has_the_usual_elements_and_runs_nothing(bro
             text = page(compare(scene, ["exact"]))
         else:
             sweep = plan(scene, [0], [60], ["article"])
-            text = sweep_page(sweep, [run_job(sweep.scene, sweep.against, job) for job in sweep.jobs])
+            text = sweep_page(sweep, [result.row for result in run_here(sweep, sweep.jobs) if result.row])
         file = Path("page.html").resolve()
         file.write_text(text)
         browser.visit(file)

@@ -49,13 +49,6 @@ def test_no_number_on_a_page_has_an_exponent_of_python() -> None:
     assert not re.findall(r"\de[+-]\d+", shown)
 
 
-def test_the_glossary_of_the_documents_is_that_of_reports() -> None:
-    written = (DOCUMENTS / "docs" / "comparing.md").read_text().partition("\n## Glossary\n")[2]
-    entries = dict(re.findall(r"^\*\*(.+?)\.\*\* (.+?)$(?:\n\n|\Z)", written, re.MULTILINE | re.DOTALL))
-    assert len(entries) > 5
-    assert {word: " ".join(entry.split()) for word, entry in entries.items()} == words_in(PIXELS, " ".join(entries))
-
-
 def test_a_page_explains_the_words_that_it_uses() -> None:
     assert list(words_in(PIXELS, "The normal is turned; the gap is small.")) == ["Gap", "Normal"]
     assert list(words_in(PIXELS, "abnormal, stopgap")) == []

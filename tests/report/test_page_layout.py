@@ -14,7 +14,7 @@ from sandbox.report.comparison_page import page
 from sandbox.report.sweep import page as sweep_page
 from sandbox.scene.files import load
 from sandbox.sweeps import plan
-from sandbox.sweeps.jobs import run_job
+from sandbox.sweeps.workers import run_here
 
 TELEPHONE = 390  # px
 PAPER = 718  # px, of A4 between margins of 1 cm
@@ -69,7 +69,7 @@ def file(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
         sweep = plan(
             load("article").changed(seconds=1.0), range(2), [60, 240], ["pymunk", "article"], {"substeps": [1, 4]}
         )
-        text = sweep_page(sweep, [run_job(sweep.scene, sweep.against, job) for job in sweep.jobs])
+        text = sweep_page(sweep, [result.row for result in run_here(sweep, sweep.jobs) if result.row])
     file: Path = tmp_path_factory.mktemp("pages") / f"{request.param}.html"
     file.write_text(text, encoding="utf-8")
     return file

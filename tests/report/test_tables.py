@@ -6,12 +6,12 @@ from conftest import scene_of
 from rich.console import Console
 
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.difference import Difference, Kind
+from sandbox.analysis.difference import Difference
 from sandbox.judge.causes import Cause
 from sandbox.report.tables import comparison_rows, print_comparison, velocities_and_spins
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
-from sandbox.text import text_of
+from sandbox.text import counted, text_of
 
 
 def test_spins_that_are_rounding_are_not_printed_nor_what_is_not_known() -> None:
@@ -24,7 +24,7 @@ def test_spins_that_are_rounding_are_not_printed_nor_what_is_not_known() -> None
         (-0.5, (), f"{line}."),
     ):
         first = Difference(
-            *(Kind.OUTCOME, 0.5, 0, 1, Cause.LATE, "", False),
+            *(0.5, 0, 1, Cause.LATE, ""),
             before=moving,
             after=still,
             should_after=moving if should else (),
@@ -46,7 +46,7 @@ def test_ten_rows_are_printed_and_all_if_asked_for() -> None:
     shown = {text: [label in text for label, *_ in rows] for text in (default, whole)}
     assert sum(shown[default]) == 10
     assert all(shown[whole])
-    assert f"{len(rows) - 10} more rows with --all." in default
+    assert f"{counted(len(rows) - 10, 'more row')} with --all." in default
     assert "--all" not in whole
 
 

@@ -43,13 +43,6 @@ def test_a_ball_of_another_mass_and_elasticity_collides_as_the_formula_says(engi
     assert run.velocity[-1, :, 0] == pytest.approx([together - e * 120 / (m + 1), together + e * m * 120 / (m + 1)])
 
 
-@pytest.mark.parametrize("engine", EVERY)
-def test_a_larger_ball_collides_earlier(engine: str) -> None:
-    before = simulate(head_on(), engine, steps=60).contacts["time"][0]
-    after = simulate(head_on(), engine, steps=60, inputs=[ChangeBall(step=5, ball=1, radius=44)]).contacts["time"][0]
-    assert before - after == pytest.approx(24 / 120, abs=1 / 60)
-
-
 def test_only_what_is_given_changes_in_every_engine() -> None:
     scene = head_on("gravity = [0, 90]")
     lockstep = Lockstep(scene, ENGINES)
@@ -188,20 +181,6 @@ def test_a_ball_may_touch_and_stay_as_deep_as_it_was() -> None:
     assert lockstep.states()["exact"].position.tolist() == [[300.3, 580], [780, 100]]
 
 
-def test_without_walls_of_the_arena_a_ball_may_be_put_outside() -> None:
-    scene = scene_of("radius = 20\nposition = [200, 300]", size="[800, 600]\nwalls = false")
-    lockstep = Lockstep(scene, ENGINES)
-    lockstep.apply(ChangeBall(step=0, ball=0, x=-500))
-    lockstep.apply(AddWall(step=0, start=(-600, 0), to=(-600, 600), thickness=20))
-    lockstep.apply(ChangeBall(step=0, ball=0, vx=-600))
-    with pytest.raises(SandboxError, match="pymunk: ball 0 would overlap wall 0 by 5 px"):
-        lockstep.apply(ChangeBall(step=0, ball=0, x=-575))
-    for _ in range(20):
-        lockstep.step()
-    for runner in lockstep.engines.values():
-        assert runner.state().velocity[0, 0] == pytest.approx(600)
-
-
 # Energy and judgement
 
 
@@ -246,8 +225,6 @@ def test_a_comparison_after_changes_finds_what_it_finds_in_the_scene_saved_there
     for name, run in edited.runs.items():
         assert repr(run.figures) == repr(fresh.runs[name].figures)
         assert run.final.position.tobytes() == fresh.runs[name].final.position.tobytes()
-    one = edited.runs["pymunk"].figures.first_difference
-    assert one is None or one.kind != "start"
     assert edited.runs["exact"].differences == ()
 
 

@@ -11,7 +11,7 @@ import pytest
 from conftest import Command, scene_of
 
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.expectations import ExpectedQuantity, Score, score
+from sandbox.analysis.expectations import ExpectedQuantity, Score
 from sandbox.analysis.verdict import key_figures
 from sandbox.engines import _BUILT_IN, ENTRY_POINTS
 from sandbox.engines.exact import ExactEngine
@@ -50,7 +50,96 @@ def test_pymunk_s_score_is_its_error() -> None:
     """In `oblique` it leaves at 105.88, -99.83 px/s where 100, -100 is true."""
     result = result_of(load("oblique"), "pymunk")
     assert result.worst.error == pytest.approx(((105.882353 - 100) ** 2 + (99.826840 - 100) ** 2) ** 0.5, abs=1e-5)
-    assert result.outcome is Outcome.MISSED
+    assert result.outcome is Outcome.CLOSE
+
+
+class Textbook:
+    """An engine of one's own: balls that meet each other and the arena, with no friction, in steps."""
+
+    gravity_factor = impulse_factor = 1.0
+    ignores_mass = ignores_elasticity = False
+
+    def __init__(self, scene: Scene, initial: State) -> None:
+        self.scene, self.steps = scene, 0
+        self.position, self.velocity = initial.position.copy(), initial.velocity.copy()
+
+    def step(self) -> None:
+        dt, gravity = 1 / self.scene.rate, self.gravity_factor * np.array(self.scene.gravity)
+        self.position += self.velocity * dt + gravity * dt**2 / 2
+        self.velocity += gravity * dt
+        for i in range(len(self.position)):
+            self._bounce(i)
+            for j in range(i):
+                self._collide(j, i)
+        self.steps += 1
+
+    def _bounce(self, i: int) -> None:
+        bodies, arena = self.scene.bodies, self.scene.arena
+        for axis, sign in ((0, -1), (0, 1), (1, -1), (1, 1)):
+            face = arena.size[axis] - bodies.radius[i] if sign > 0 else bodies.radius[i]
+            depth, closing = sign * (self.position[i, axis] - face), sign * self.velocity[i, axis]
+            if depth > 0 and closing > 0:
+                change = 1 + (1 if self.ignores_elasticity else bodies.elasticity[i] * arena.elasticity)
+                self.velocity[i, axis] -= sign * change * closing
+                self.position[i, axis] -= sign * change * depth
+
+    def _collide(self, i: int, j: int) -> None:
+        bodies, apart = self.scene.bodies, self.position[j] - self.position[i]
+        distance, reach = np.hypot(*apart), bodies.radius[i] + bodies.radius[j]
+        normal = apart / distance
+        closing = (self.velocity[i] - self.velocity[j]) @ normal
+        if distance < reach and closing > 0:
+            per = [1 if self.ignores_mass else 1 / bodies.mass[k] for k in (i, j)]
+            e = 1 if self.ignores_elasticity else bodies.elasticity[i] * bodies.elasticity[j]
+            impulse = self.impulse_factor * (1 + e) * closing / sum(per) * normal
+            push = (reach - distance) / sum(per) * normal
+            for k, sign, per_mass in ((i, -1, per[0]), (j, 1, per[1])):
+                self.velocity[k] += sign * per_mass * impulse
+                self.position[k] += sign * per_mass * push
+
+    def state(self) -> State:
+        return State(self.steps / self.scene.rate, self.position.copy(), self.velocity.copy())
+
+
+class NoLoss(Textbook):
+    ignores_elasticity = True
+
+
+class EqualMasses(Textbook):
+    ignores_mass = True
+
+
+class WeakImpulse(Textbook):
+    impulse_factor = 0.9
+
+
+class WeakGravity(Textbook):
+    gravity_factor = 0.9
+
+
+def test_a_good_engine_of_steps_and_each_with_one_bug_score_differently() -> None:
+    names = [
+        *("chain-of-five", "chains-touching-soft", "cradle-gapped", "free-fall-collision", "head-on-elasticities"),
+        *("head-on-mass-ratios", "light-on-heavy", "heavy-on-light", "soft-rows-in-flight", "cluster"),
+    ]
+    engines = {each.__name__: each for each in (Textbook, NoLoss, EqualMasses, WeakImpulse, WeakGravity)}
+    board = dict(verify([load(f"truths/{name}") for name in names], engines))
+    passed = {
+        name: sum(row[name].outcome in (Outcome.MET, Outcome.CLOSE) for row in board.values()) for name in engines
+    }
+    assert passed == {"Textbook": 10, "NoLoss": 8, "EqualMasses": 5, "WeakImpulse": 2, "WeakGravity": 8}
+    assert {scene for scene, row in board.items() if row["WeakGravity"].outcome is Outcome.MISSED} == {
+        "free-fall-collision",
+        "soft-rows-in-flight",
+    }
+
+
+def test_an_engine_too_slow_for_a_scene_skips_it_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sandbox.scores.verify.FIRST_SECONDS", 0.0)
+    board = dict(verify([load("oblique")], {"mine": Textbook, "impulse": "impulse"}, patience=0.0))
+    assert board["oblique"]["impulse"].outcome is Outcome.CLOSE
+    assert board["oblique"]["mine"].outcome is Outcome.SKIPPED
+    assert "which is scored if it is named" in board["oblique"]["mine"].lines[0]
 
 
 def test_the_json_names_error_tolerance_and_passed_or_why_it_was_refused() -> None:
@@ -104,10 +193,12 @@ def test_the_score_is_that_of_the_expectation_missed_most_and_so_is_the_first_li
 
 
 def test_the_engines_asked_for_must_pass_or_else_the_exact_engine() -> None:
-    board = board_of(load("oblique"), engines=("pymunk", "exact"))
+    board = board_of(load("oblique"), engines=("article", "pymunk", "exact"))
     assert all_passed(board, None)
-    assert all_passed(board, ["exact"])
-    assert not all_passed(board, ["pymunk", "exact"])
+    assert all_passed(board, ["pymunk", "exact"])
+    assert not all_passed(board, ["article", "exact"])
+    strict = dict(verify([load("oblique")], ["pymunk"], tolerance=1e-3))
+    assert strict["oblique"]["pymunk"].outcome is Outcome.MISSED
     refused = board_of(load("bouncing"), engines=("article",))
     assert refused["bouncing"]["article"].outcome is Outcome.REFUSED
     assert all_passed(refused, ["article"])
@@ -177,80 +268,19 @@ FALLING = scene_of(
 )
 
 
-@pytest.mark.parametrize("rate", [60, 61, 7, 100])
-def test_between_two_steps_a_state_is_flown_to_the_time(rate: int) -> None:
-    scene = FALLING.changed(rate=rate)
-    assert score_of(scene).passed
-    figures = compare(scene, ["exact"]).runs["exact"].figures
-    assert (figures.met, figures.expected, figures.skipped) == (1, 1, 0)
-
-
-def test_it_is_the_nearer_step_that_is_flown() -> None:
-    """An engine that loses a little in flight is further off after a longer flight."""
-    scene = FALLING.changed(rate=10, gravity=(0.0, 0.0))  # 0.51 s is near the step at 0.5 s
-    expect = scene.expect[0].model_copy(update={"energy_ratio": None})
-    near, far = (State(time, np.full((1, 2), x), np.zeros((1, 2))) for time, x in ((0.5, 7.0), (0.6, 9.0)))
-    [position, *_] = score(scene, expect, near, near, far, 0.0).deviations
-    assert position.measured == (7.0, 7.0)
-    later = expect.model_copy(update={"at": 0.59})
-    [position, *_] = score(scene, later, near, near, far, 0.0).deviations
-    assert position.measured == (9.0, 9.0)
-
-
-def bouncing_at(at: float, rate: int) -> Scene:
-    """Return a ball that reaches the right wall at 1.01 s, with an expectation near that time."""
-    x = 780 - 120 * abs(at - 1.01)
-    return scene_of(
-        "radius = 20\nposition = [658.8, 100]\nvelocity = [120, 0]",
-        "radius = 20\nposition = [400, 500]",
-        more=f"rate = {rate}\nseconds = 2\n[[expect]]\nat = {at}\nball = 0\nposition = [{x}, 100]\n"
-        "tolerance = 1e-9\nbecause = 'mirrored at the wall'\n"
-        f"[[expect]]\nat = {at}\nball = 1\nposition = [400, 500]\ntolerance = 1e-9\nbecause = 'at rest'",
-    )
-
-
-def test_a_time_between_two_steps_with_a_contact_between_them_is_skipped_and_said_so() -> None:
-    assert result_of(bouncing_at(1.02, 60)).outcome is Outcome.MET
-    result = result_of(bouncing_at(1.02, 7))  # the wall is met between the steps at 1 s and at 8/7 s
-    assert [bool(score.skipped) for score in result.scores] == [True, False]
-    assert result.lines == [
-        "ball 0 at 1.02 s: skipped, since 1.02 s is between two steps, and ball 0 touches something between them"
-    ]
-    assert asdict(result.document())["skipped"] == [{"at": 1.02, "because": result.scores[0].skipped}]
-    comparison = compare(bouncing_at(1.02, 7), ["exact"])
+def test_what_is_expected_between_two_steps_or_after_the_end_is_skipped_and_said_so() -> None:
+    between = result_of(FALLING)  # 0.51 s are 30.6 steps
+    assert between.outcome is Outcome.SKIPPED
+    assert between.lines == ["ball 0 at 0.51 s: skipped, since 0.51 s is between two of 60 steps a second"]
+    assert all_passed({"scene": {"exact": between}}, ["exact"])
+    assert score_of(FALLING.changed(rate=100)).passed
+    comparison = compare(FALLING, ["exact"])
     figures = comparison.runs["exact"].figures
-    assert (figures.met, figures.expected, figures.skipped) == (1, 1, 1)
-    assert ["expectations met", "1 of 1, 1 skipped"] in list(key_figures(comparison))
-
-
-def test_a_contact_in_another_step_than_the_time_does_not_matter() -> None:
-    assert [score.skipped for score in result_of(bouncing_at(1.2, 7)).scores] == ["", ""]
-
-
-def test_an_expectation_of_all_balls_is_skipped_if_any_of_them_touches_something() -> None:
-    [expect, _] = bouncing_at(1.02, 7).expect
-    everywhere = expect.model_copy(update={"ball": None, "position": None, "momentum": (-120.0, 0.0)})
-    result = result_of(bouncing_at(1.02, 7).changed(expect=(everywhere,)))
-    assert result.outcome is Outcome.SKIPPED
-    assert all_passed({"scene": {"exact": result}}, ["exact"])
-
-
-def test_a_ball_at_rest_on_the_floor_is_not_flown_through_it() -> None:
-    scene = scene_of(
-        "radius = 20\nposition = [200, 580]",
-        more="gravity = [0, 900]\nrate = 7\nseconds = 1\n[[expect]]\nat = 0.5\nball = 0\nposition = [200, 580]\n"
-        "tolerance = 1e-9\nbecause = 'it rests'",
-    )
-    assert result_of(scene).outcome is Outcome.SKIPPED
-    assert result_of(scene.changed(rate=8)).outcome is Outcome.MET
-
-
-def test_compare_says_that_it_ends_before_an_expectation() -> None:
-    for rate in (7, 5, 66, 64):  # 3.57, 2.55, 33.66 and 32.64 steps, of which the run rounds up
-        assert compare(FALLING.changed(rate=rate, seconds=0.51), ["exact"]).runs["exact"].figures.met == 1
-    run = compare(FALLING.changed(rate=8, seconds=0.51), ["exact"]).runs["exact"]  # 4.08 steps: the run has 4
-    assert (run.figures.expected, run.figures.skipped) == (0, 1)
-    assert run.scores[0].skipped == "the last step ends before 0.51 s"
+    assert (figures.met, figures.expected, figures.skipped) == (0, 0, 1)
+    assert ["expectations met", "0 of 0, 1 skipped"] in list(key_figures(comparison))
+    figures = compare(FALLING.changed(rate=100), ["exact"]).runs["exact"].figures
+    assert (figures.met, figures.expected, figures.skipped) == (1, 1, 0)
+    assert compare(FALLING.changed(rate=100, seconds=0.5), ["exact"]).runs["exact"].scores == ()
 
 
 @pytest.mark.wide
@@ -260,20 +290,20 @@ def test_compare_and_verify_score_alike(name: str, rate: int) -> None:
     scene = load(name).changed(rate=rate)
     for engine in ("pymunk", "impulse", "exact"):
         scores = compare(scene, [engine]).runs[engine].scores
-        assert scores == [one for one in result_of(scene, engine).scores if one.expect.at <= scene.seconds]
+        assert scores == tuple(one for one in result_of(scene, engine).scores if one.expect.at <= scene.seconds)
 
 
 def test_the_mouse_ends_expectations() -> None:
-    inputs = [Grab(step=3, ball=0, at=(400, 500))]
-    assert compare(FALLING, ["exact"], inputs=inputs).runs["exact"].scores == []
-    later = [Grab(step=40, ball=0, at=(400, 500))]
-    assert compare(FALLING, ["exact"], inputs=later).runs["exact"].figures.met == 1
+    inputs, scene = [Grab(step=3, ball=0, at=(400, 500))], FALLING.changed(rate=100)
+    assert compare(scene, ["exact"], inputs=inputs).runs["exact"].scores == ()
+    later = [Grab(step=60, ball=0, at=(400, 500))]
+    assert compare(scene, ["exact"], inputs=later).runs["exact"].figures.met == 1
 
 
 @pytest.mark.parametrize("step", [0, 3])
 def test_an_edit_ends_expectations_also_before_the_first_step(step: int) -> None:
     inputs = [SetVelocity(step=step, ball=0, velocity=(10.0, 0.0))]
-    assert compare(FALLING, ["exact"], inputs=inputs).runs["exact"].scores == []
+    assert compare(FALLING, ["exact"], inputs=inputs).runs["exact"].scores == ()
 
 
 # Engines that break
@@ -361,23 +391,23 @@ def test_junit_has_a_test_case_for_each_scene_and_engine() -> None:
     cases = {(case.get("classname"), case.get("name")): [kind.tag for kind in case] for case in suite}
     assert cases == {
         ("exact", "oblique"): [],
-        ("pymunk", "oblique"): ["failure"],
+        ("pymunk", "oblique"): [],
         ("article", "oblique"): ["failure"],
         ("exact", "bouncing"): [],
-        ("pymunk", "bouncing"): ["failure"],
+        ("pymunk", "bouncing"): [],
         ("article", "bouncing"): ["skipped"],
     }
-    assert [suite.get(count) for count in ("tests", "failures", "errors", "skipped")] == ["6", "3", "0", "1"]
-    missed = suite.find("testcase[@classname='pymunk']/failure")
+    assert [suite.get(count) for count in ("tests", "failures", "errors", "skipped")] == ["6", "1", "0", "1"]
+    missed = suite.find("testcase[@classname='article']/failure")
     assert missed is not None
-    assert missed.get("message", "").startswith("ball 0 at 1 s: velocity (105.8823529, -99.8268397) instead of")
+    assert missed.get("message", "").startswith("ball 0 at 1 s: velocity (")
     assert len((missed.text or "").splitlines()) == 2
 
 
 WIDE = """\
 scene              exact          pymunk         article
-oblique       2.0e-14 ok  5.9e+00 MISSED  1.2e+02 MISSED
-bouncing      0.0e+00 ok  1.5e+01 MISSED         refused
+oblique       2.0e-14 ok   5.9e+00 close  1.2e+02 MISSED
+bouncing      0.0e+00 ok   1.5e+01 close         refused
 """
 
 
@@ -395,13 +425,13 @@ NARROW = """\
 scene
            exact          pymunk         article
 oblique
-      2.0e-14 ok  5.9e+00 MISSED  1.2e+02 MISSED
+      2.0e-14 ok   5.9e+00 close  1.2e+02 MISSED
 bouncing
 """
 NARROWEST = """\
 oblique
   exact    2.0e-14 ok
-  pymunk   5.9e+00 MISSED
+  pymunk   5.9e+00 close
   article  1.2e+02 MISSED
 bouncing
 """
@@ -413,7 +443,7 @@ def test_rows_fit_the_terminal(command: Command, monkeypatch: pytest.MonkeyPatch
     _, out, _ = command("verify", "oblique", "bouncing", "--engines", "exact,pymunk,article")
     assert out.startswith(rows)
     tally = (
-        "exact: 2 of 2 scenes met pymunk: 0 of 2 scenes met, 2 missed article: 0 of 2 scenes met, 1 missed, 1 refused"
+        "exact: 2 of 2 scenes met pymunk: 0 of 2 scenes met, 2 close article: 0 of 2 scenes met, 1 missed, 1 refused"
     )
     assert out.rpartition("\n\n")[2].split() == tally.split()
 

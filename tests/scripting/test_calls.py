@@ -14,6 +14,7 @@ import pytest
 from conftest import Command, scene_of
 
 import sandbox
+from sandbox.analysis import comparison
 from sandbox.run.inputs import INPUT_KINDS, Grab, Input, Release, Start, write_inputs
 from sandbox.state import CONTACT
 
@@ -216,8 +217,6 @@ def test_rows_of_a_sweep_are_those_of_the_command(working_folder: Path, command:
     table = sandbox.sweep("article", ["pymunk", "exact"], seeds=range(2), settings=settings, seconds=0.5)
     table.save("b.csv")
     written, expected = ([*csv.DictReader(Path(f"{name}.csv").read_text().splitlines())] for name in "ba")
-    for row in (*written, *expected):
-        del row["wall_s"]
     assert written == expected
     assert len(written) == len(table) == 6
     assert table.column("energy_ratio").tolist() == [float(row["energy_ratio"]) for row in written]
@@ -247,14 +246,12 @@ def test_what_is_returned_shows_as_a_few_lines(oblique: sandbox.Comparison) -> N
 
 
 def test_a_run_that_fails_loses_its_row_only(monkeypatch: pytest.MonkeyPatch) -> None:
-    from sandbox.sweeps import workers
-
-    def break_at_seed_1(scene: sandbox.Scene, against: str, job: Any, shared: Any) -> dict[str, Any]:
-        if job.seed == 1:
+    def break_at_seed_1(scene: sandbox.Scene, *arguments: Any, **keywords: Any) -> Any:
+        if scene.seed == 1:
             raise RuntimeError("broken")
-        return {**job._asdict(), "pow": "fma", "wall_s": 0.0}
+        return comparison.compare(scene, *arguments, **keywords)
 
-    monkeypatch.setattr(workers, "run_job", break_at_seed_1)
+    monkeypatch.setattr("sandbox.sweeps.jobs.compare", break_at_seed_1)
     table = sandbox.sweep("article", "exact", seeds=range(3), seconds=0.1)
     assert [row["seed"] for row in table] == [0, 2]
     assert [(failed.job.seed, failed.failure) for failed in table.failures] == [(1, "RuntimeError: broken")]

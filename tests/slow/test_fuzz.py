@@ -364,6 +364,8 @@ TRAPS = {
     "expectations": ARENA + BALL + '[[expect]]\nat = 1\nenergy_ratio = 1\ntolerance = 1\nbecause = "it"\n' * 5_000,
     "crowd-at-random": ARENA + CROWD.format(0.5, "inside = [[0, 0], [800, 600]]\n"),
     "crowd-on-one-spot": ARENA + CROWD.format(5, ANYWHERE.format(400)),
+    "crowd-beside-one": f"{ARENA}[[balls]]\nradius = 200\nposition = [400, 300]\n"
+    + CROWD.format(1e-6, "x = { from = 1, to = 799 }\ny = { from = 1, to = 99 }\n"),
 }
 
 

@@ -23,10 +23,10 @@ class Game(NamedTuple):
 
 
 def findings_of(game: Game) -> dict[str, Finding]:
-    watched = watch(game.space)
-    for number in range(game.steps):
-        game.before(number)
-        watched.step(game.dt(number))
+    with watch(game.space) as watched:
+        for number in range(game.steps):
+            game.before(number)
+            game.space.step(game.dt(number))
     return {finding.rule: finding for finding in watched.findings}
 
 
@@ -87,10 +87,6 @@ def on_a_slope(iterations: int) -> Game:
     return Game(space, 150)
 
 
-def creeps_down_a_slope() -> Game:
-    return on_a_slope(1)
-
-
 def rocket_pushed_at_its_place() -> Game:
     space = world(gravity=0)
     rocket = box(space, 300, 200)
@@ -101,33 +97,6 @@ def rocket_pushed_at_its_place() -> Game:
     return Game(space, before=push)
 
 
-def handled(change: Callable[[pymunk.Arbiter], None], event: str = "pre_solve", **values: Any) -> Game:
-    space = ground(**values)
-    ball(space, 0, 175, velocity=(100, 100), elasticity=0.9)
-
-    def handle(arbiter: pymunk.Arbiter, _: pymunk.Space, __: object) -> None:
-        change(arbiter)
-
-    space.on_collision(0, 0, **{event: handle})
-    return Game(space, 20)
-
-
-def handler_sets(name: str, value: object) -> Callable[[pymunk.Arbiter], None]:
-    return lambda arbiter: setattr(arbiter, name, value)
-
-
-def handler_that_changes_restitution() -> Game:
-    return handled(handler_sets("restitution", 0.9))
-
-
-def handler_that_changes_friction() -> Game:
-    return handled(handler_sets("friction", 3))
-
-
-def handler_that_drives() -> Game:
-    return handled(handler_sets("surface_velocity", (50, 0)))
-
-
 FAULTS: dict[Callable[[], Game], str] = {
     ragdoll_in_itself: "overlap-joined",
     long_steps: "dt-long",
@@ -135,11 +104,7 @@ FAULTS: dict[Callable[[], Game], str] = {
     step_back: "dt-invalid",
     shot_through_a_wall: "passed-through",
     box_through_a_box: "passed-through",
-    creeps_down_a_slope: "creeps",
     rocket_pushed_at_its_place: "wrong-point",
-    handler_that_changes_restitution: "set-by-handler",
-    handler_that_changes_friction: "set-by-handler",
-    handler_that_drives: "set-by-handler",
 }
 
 
@@ -395,10 +360,6 @@ def planet() -> Game:
     return Game(space, 60)
 
 
-def handler_that_ignores() -> Game:
-    return handled(handler_sets("process_collision", False), "begin")
-
-
 def neighbours() -> Game:
     space = world()
     for x in range(-300, 300, 100):
@@ -426,7 +387,6 @@ HEALTHY = (
         walker,
         limited_speed,
         planet,
-        handler_that_ignores,
         neighbours,
         gears_and_ratchets,
         lift,
@@ -450,41 +410,6 @@ def test_a_passage_is_named_with_its_wall_and_what_prevents_it() -> None:
 def test_a_body_that_went_through_a_wall_is_not_said_to_be_able_to_as_well() -> None:
     assert "tunnelling" in {finding.rule for finding in sandbox.lint(shot_through_a_wall().space)}
     assert findings_of(shot_through_a_wall()).keys() & {"tunnelling", "passed-through"} == {"passed-through"}
-
-
-def test_a_wall_that_was_hit_too_fast_is_named_beside_the_one_that_was_passed() -> None:
-    """At 1560 px/s: 26 px a step, from 8.5 on; the ball goes on from the ceiling at 8 times that."""
-    space = world(gravity=0)
-    ceiling = wall(space, (-200, 0), (200, 0), elasticity=1)
-    wall(space, (-500, 200), (500, 200))
-    made = ball(space, 0, 56, 3.5, velocity=(0, -1560), elasticity=1)
-
-    def hasten(_: int) -> None:
-        made.velocity *= 8 if 0 < made.velocity.y < 2000 and made.position.y > 20 else 1
-
-    found = findings_of(Game(space, 7, hasten))
-    assert "through a segment of length 1000" in found["passed-through"].bodies[0].detail
-    [hit] = found["tunnelling"].bodies
-    assert hit.detail == (
-        f"hit a segment of length {2 * ceiling.b.x:g} at 1560 px/s; from 510 px/s on, one step can carry it through"
-    )
-
-
-def hit_and_then_passed(steps: int) -> Game:
-    space = world(gravity=0)
-    wall(space, (-200, 0), (200, 0), elasticity=1)
-    made = ball(space, 0, 56, 3.5, velocity=(0, -1560), elasticity=1)
-
-    def turn_back(number: int) -> None:
-        if number == 5:
-            made.velocity = 0, -100 * made.position.y
-
-    return Game(space, steps, turn_back)
-
-
-@pytest.mark.parametrize(("steps", "rule"), [(5, "tunnelling"), (7, "passed-through")])
-def test_a_wall_that_was_hit_too_fast_and_then_passed_is_one_finding(steps: int, rule: str) -> None:
-    assert findings_of(hit_and_then_passed(steps)).keys() & {"tunnelling", "passed-through"} == {rule}
 
 
 @pytest.mark.parametrize("speed", [500, 2000, 2200, 2800])
@@ -596,7 +521,7 @@ def test_a_wrong_moment_comes_before_what_it_does() -> None:
     space = ground()
     add(space, pymunk.Poly.create_box(made := pymunk.Body(1, 10), (40, 40)))
     made.position = 0, 160
-    assert list(findings_of(Game(space, 180)))[:2] == ["moment", "unsolved"]
+    assert next(iter(findings_of(Game(space, 180)))) == "moment"
 
 
 @pytest.mark.parametrize("make", [ragdoll_in_itself, rocket_pushed_at_its_place], ids=lambda make: make.__name__)

@@ -6,7 +6,7 @@ import pymunk
 import pytest
 from spaces import ball, world
 
-from sandbox.space.causes import Cause
+from sandbox.space.energy import Cause
 from sandbox.space.watch import watch
 
 RATE = 60

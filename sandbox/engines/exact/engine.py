@@ -41,7 +41,7 @@ LOG_ROWS: Final = 64  # of a new engine's log, besides those of what walls carry
 ROUNDING: Final = 1e-9  # of gravity; a weaker pull is rounding
 MAX_EVENTS: Final = (50_000, 300)  # as machine code and Python: about 50 ms, so that Ctrl-C can end an endless step
 FALLING: Final = 4  # events without gravity that take as long as one with it
-CODE: Final = MachineCode("exact", compiling=300_000, loading=100_000, many=400)  # events; discs
+CODE: Final = MachineCode("exact", compiling=120_000, loading=60_000, many=400)  # events; discs
 
 
 class ExactEngine:

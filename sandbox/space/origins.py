@@ -1,0 +1,115 @@
+"""What a program did to a Space before and between its steps, and in which line: added objects, polygons, pushes."""
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from functools import partial
+from pathlib import Path
+from types import FrameType
+from typing import Any, Final, NamedTuple
+from unittest.mock import patch
+from weakref import WeakKeyDictionary
+
+import pymunk
+
+_SANDBOX: Final = str(Path(__file__).parents[1])
+_PYMUNK: Final = str(Path(pymunk.__file__).parent)
+_EXAMPLES: Final = str(Path(_PYMUNK) / "examples")
+_STANDARD: Final = str(Path(os.__file__).parent)  # Python's library, which may hold that of packages
+_PUSHES: Final = [f"apply_{what}_at_{where}_point" for what in ("force", "impulse") for where in ("local", "world")]
+MIN_DENT: Final = 0.1  # of a hull's area, that the polygon leaves out
+
+
+class Push(NamedTuple):
+    """A call that pushed a body: its name, its line, and how far from the centre of gravity its point was, px."""
+
+    call: str
+    line: str
+    lever: float
+
+
+class Origins:
+    """Remembers which line of the program added an object, furthest pushes of bodies, and the dents of polygons."""
+
+    def __init__(self) -> None:
+        self._lines: WeakKeyDictionary[Any, str] = WeakKeyDictionary()
+        self.pushes: WeakKeyDictionary[pymunk.Body, Push] = WeakKeyDictionary()
+        self.dents: WeakKeyDictionary[pymunk.Poly, float] = WeakKeyDictionary()  # as shares of the hulls' areas
+
+    def remember(self, objects: tuple[Any, ...]) -> None:
+        """Remember the line of the program that is being run as that of some objects, unless they have one."""
+        line = ""
+        for each in objects:
+            if each not in self._lines:
+                line = line or program_line()
+                self._lines[each] = line
+
+    def line_of(self, thing: Any) -> str:
+        """Return the line that added an object, as file:line; empty if unknown."""
+        return self._lines.get(thing, "")
+
+    @contextmanager
+    def followed(self) -> Iterator[None]:
+        """Follow, within a `with` block, what the program calls."""
+        with ExitStack() as stack:
+            for name in _PUSHES:
+                push = partial(_push, self, name, getattr(pymunk.Body, name))
+                stack.enter_context(patch.object(pymunk.Body, name, _as_method(push)))
+            polygon = partial(_polygon, self, pymunk.Poly.__init__)
+            stack.enter_context(patch.object(pymunk.Poly, "__init__", _as_method(polygon)))
+            yield
+
+
+def _as_method(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function that is bound to an object where it is looked up, as a partial is not."""
+
+    def method(*arguments: Any, **named: Any) -> Any:
+        return function(*arguments, **named)
+
+    return method
+
+
+def _push(origins: Origins, name: str, push: Callable[..., None], body: pymunk.Body, *where: Any, **named: Any) -> None:
+    push(body, *where, **named)
+    point = where[1] if len(where) > 1 else named.get("point", (0, 0))
+    centre = body.center_of_gravity if "local" in name else body.local_to_world(body.center_of_gravity)
+    lever = (centre - point).length
+    if body not in origins.pushes or lever > origins.pushes[body].lever:
+        origins.pushes[body] = Push(name, program_line(), lever)
+
+
+def _polygon(
+    origins: Origins, make: Callable[..., None], poly: pymunk.Poly, body: Any, vertices: Any, *more: Any, **named: Any
+) -> None:
+    vertices = list(vertices)
+    make(poly, body, vertices, *more, **named)
+    if not more and "transform" not in named and len(vertices) > 3:
+        given, hull = (abs(pymunk.area_for_poly(corners)) for corners in (vertices, poly.get_vertices()))
+        if given < (1 - MIN_DENT) * hull:
+            origins.dents[poly] = 1 - given / hull
+
+
+def program_line() -> str:
+    """Return the innermost line of the program, as file:line, outside Pymunk, the sandbox and Python's library."""
+    return line_of_frame(sys._getframe(1))
+
+
+def line_of_frame(frame: FrameType | None) -> str:
+    """Return the innermost line of the program in a frame or those that called it; empty if there is none."""
+    while frame and not _is_program(frame.f_code.co_filename):
+        frame = frame.f_back
+    return f"{_short(frame.f_code.co_filename)}:{frame.f_lineno}" if frame else ""
+
+
+def _is_program(file: str) -> bool:
+    if file.startswith(_EXAMPLES):
+        return True
+    standard = file.startswith(_STANDARD) and "site-packages" not in file
+    return not standard and not file.startswith((_SANDBOX, _PYMUNK, "<frozen"))
+
+
+def _short(file: str) -> str:
+    """Return the path of a file from the working directory if it is below, otherwise its name."""
+    path, here = Path(file).absolute(), Path.cwd()
+    return str(path.relative_to(here)) if path.is_relative_to(here) else path.name
