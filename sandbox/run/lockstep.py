@@ -105,7 +105,7 @@ class Runner:
         """Return the states after each substep since the last call; the first call starts recording."""
         return cast("SubsteppingEngine", self.engine).substates()
 
-    def resume(self, engine: Engine, steps: int) -> None:
+    def resume(self, engine: RunningEngine, steps: int) -> None:
         """Continue with another engine after some steps in which there was none."""
         self._steps = steps
         self.replace(engine)
@@ -242,9 +242,9 @@ class Lockstep:
             case DeleteWall(wall=wall):
                 del self.walls[len(ARENA_WALLS) + wall]
 
-    def _built(self, edit: Edit, scene: Scene) -> tuple[dict[str, Engine], dict[str, str]]:
+    def _built(self, edit: Edit, scene: Scene) -> tuple[dict[str, RunningEngine], dict[str, str]]:
         """Return the engines that run an edited scene, and why others are suspended. Raises Refused if none may be."""
-        engines, suspended, present = dict[str, Engine](), dict(self.suspended), self._present()
+        engines, suspended, present = dict[str, RunningEngine](), dict(self.suspended), self._present()
         for name, runner in self._runners.items():
             if name in self.suspended and not present:
                 continue
