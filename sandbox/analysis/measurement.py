@@ -13,8 +13,8 @@ from sandbox.analysis.expectations import overlap_in, scores
 from sandbox.analysis.figures import Course, Escape, Run
 from sandbox.analysis.gas import TheoryRow, measure_gas, why_lawless, why_no_gas
 from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, Misreport, impacts_in, misreports
-from sandbox.judge.causes import NEGLIGIBLE
 from sandbox.judge.judge import Steps
+from sandbox.judge.thresholds import NEGLIGIBLE
 from sandbox.quantity import deepest_overlap, energy, length, momentum, outside
 from sandbox.run.lockstep import Runner
 from sandbox.scene.fields import Vector

@@ -46,7 +46,7 @@ class Box2DEngine:
     stops the approach, and applies restitution afterwards: in a bounce that slides, friction is 1/(1 + e) of Coulomb's.
     """
 
-    traits = Traits(together=True, soft=True, reports_contacts=False)
+    traits = Traits(soft=True, reports_contacts=False)
 
     def __init__(self, scene: Scene, initial: State) -> None:
         self.world = pyb2d3.World(

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from sandbox.engines.engine import FullEngine, Traits, traits_of
+from sandbox.engines.engine import RunningEngine, Traits, traits_of
 from sandbox.errors import EngineError, Refused, SandboxError, shown, traceback_beyond
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
@@ -30,7 +30,7 @@ TWO_PARAMETERS: Final = (
 )
 
 
-def build(name: str, factory: Factory, scene: Scene, initial: State) -> FullEngine:
+def build(name: str, factory: Factory, scene: Scene, initial: State) -> RunningEngine:
     """Build an engine that is not built in.
 
     Its scene has arrays that cannot be written to; the initial state is its own, and begins at 0 s. Raises EngineError

@@ -10,7 +10,7 @@ from typing import Final, cast
 
 import numpy as np
 
-from sandbox.engines import Engines, FullEngine, Source, advance, create, named
+from sandbox.engines import Engines, RunningEngine, Source, advance, create, named
 from sandbox.engines.checked import CheckedEngine
 from sandbox.engines.engine import SubsteppingEngine, Traits, traits_of
 from sandbox.engines.stand_ins import StoppingEngine
@@ -28,7 +28,7 @@ FIRST_STEPS: Final = 16  # that engines do in one call while it is not known how
 AVERAGED_STEPS: Final = 30  # over which the time of a step is averaged, about
 MAX_CALL_SECONDS: Final = 0.2  # s, about: between calls, a signal is handled and progress is shown
 
-Build = Callable[[Scene, State], FullEngine]
+Build = Callable[[Scene, State], RunningEngine]
 
 
 class Runner:
@@ -52,7 +52,7 @@ class Runner:
         """How the engine is to be judged, and what it can do."""
         return traits_of(self.engine)
 
-    def replace(self, engine: FullEngine) -> None:
+    def replace(self, engine: RunningEngine) -> None:
         """Continue with another engine."""
         if self._earlier is not None:
             self._earlier.append(self._latest())
@@ -119,7 +119,7 @@ class Runner:
         return contacts
 
 
-def _build(name: str, source: Source, stops: bool, scene: Scene, state: State) -> FullEngine:
+def _build(name: str, source: Source, stops: bool, scene: Scene, state: State) -> RunningEngine:
     engine = create(source, scene, state, name)
     return StoppingEngine(engine, engine.state()) if stops and isinstance(engine, CheckedEngine) else engine
 

@@ -14,7 +14,7 @@ import pygame
 from pygame import Color, Rect, Surface
 
 from sandbox.analysis.difference import Difference, Velocities
-from sandbox.judge.causes import NEGLIGIBLE
+from sandbox.judge.thresholds import NEGLIGIBLE
 from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension

@@ -8,7 +8,7 @@ from typing import Final
 import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.engines import REFERENCE, FullEngine, default_engines
+from sandbox.engines import REFERENCE, RunningEngine, default_engines
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.engines.stand_ins import StoppingEngine
 from sandbox.errors import EngineError
@@ -51,11 +51,11 @@ class Pane:
     is_reference = False
     plain = False  # whether Pymunk draws with ragged edges, as it does by itself
 
-    def __init__(self, moment: Moment, name: str, engine: FullEngine) -> None:
+    def __init__(self, moment: Moment, name: str, engine: RunningEngine) -> None:
         self.name = name
         self.show([moment], engine, live=True)
 
-    def show(self, moments: Sequence[Moment], engine: FullEngine, *, live: bool, afresh: bool = True) -> None:
+    def show(self, moments: Sequence[Moment], engine: RunningEngine, *, live: bool, afresh: bool = True) -> None:
         """Show the last of some moments, with trails and contacts of those before it.
 
         live: the engine is at the last moment. afresh: the moments do not continue what was shown.
@@ -255,7 +255,7 @@ class SessionView:
         """Return a moment, or the one that was completed last in place of one without the reference."""
         return moment if moment.is_complete else self.session.latest
 
-    def _show(self, pane: Pane, moment: Moment, engine: FullEngine, *, live: bool) -> None:
+    def _show(self, pane: Pane, moment: Moment, engine: RunningEngine, *, live: bool) -> None:
         """Show a moment in a pane, with trails and contacts of those since the one that it shows, or before."""
         afresh = not 0 < moment.step - pane.step <= MAX_TRACED_STEPS or live != self._live
         first = max(0, moment.step - MAX_TRACED_STEPS) if afresh else pane.step + 1

@@ -12,6 +12,6 @@ bob.position = 600, 100
 disc = pymunk.Circle(bob, 10)
 disc.mass, disc.elasticity = 1, 1
 space.add(bob, disc, pymunk.PinJoint(space.static_body, bob, (300, 100)))
-for _ in range(1200):
-    for _ in range(20 if MENDED else 1):
-        space.step(1 / 1200 if MENDED else 1 / 60)
+for _ in range(600):
+    for _ in range(10 if MENDED else 1):
+        space.step(1 / 600 if MENDED else 1 / 60)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from conftest import LIBRARIES_REQUIRED, scene_of
 
-from sandbox.engines import FullEngine, create, registry
+from sandbox.engines import RunningEngine, create, registry
 from sandbox.errors import Refused, SandboxError
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
@@ -141,7 +141,7 @@ def test_touching_balls_in_a_chain_do_not_pass_on_all_momentum() -> None:
 def test_more_worlds_than_box2d_has_room_for_are_refused() -> None:
     scene = scene_of("radius = 20\nposition = [200, 300]")
     initial = spawn(scene)
-    taken: list[FullEngine] = []
+    taken: list[RunningEngine] = []
 
     def take_all() -> None:
         while len(taken) < 200:

@@ -11,7 +11,7 @@ import pytest
 from conftest import scene_of
 
 from sandbox.analysis.comparison import compare
-from sandbox.engines import FullEngine, advance, create, default_engines, refusal, registry, settings_in
+from sandbox.engines import RunningEngine, advance, create, default_engines, refusal, registry, settings_in
 from sandbox.engines.article import ArticleEngine
 from sandbox.engines.engine import traits_of
 from sandbox.errors import SandboxError
@@ -32,26 +32,26 @@ def test_every_scene_has_an_engine_and_every_engine_a_scene() -> None:
 
 
 @pytest.fixture(params=list(registry()))
-def engine(request: pytest.FixtureRequest) -> FullEngine:
+def engine(request: pytest.FixtureRequest) -> RunningEngine:
     scene = scene_of("radius = 20\nposition = [200, 300]\nvelocity = [60, -30]", "radius = 20\nposition = [500, 300]")
     return create(request.param, scene, spawn(scene))
 
 
-def test_a_ball_flies_straight_until_it_meets_something(engine: FullEngine) -> None:
+def test_a_ball_flies_straight_until_it_meets_something(engine: RunningEngine) -> None:
     for _ in range(60):
         engine.step()
     assert engine.state().time == 1
     assert engine.state().position[0] == pytest.approx([260, 270], abs=1e-9)
 
 
-def test_a_kick_adds_to_the_velocity_of_one_ball(engine: FullEngine) -> None:
+def test_a_kick_adds_to_the_velocity_of_one_ball(engine: RunningEngine) -> None:
     engine.kick(1, (30.0, 90.0))
     engine.step()
     assert engine.state().velocity == pytest.approx(np.array([[60, -30], [30, 90]]), abs=1e-12)
     assert engine.state().position[1] == pytest.approx([500.5, 301.5], abs=1e-9)
 
 
-def test_later_steps_do_not_change_a_snapshot(engine: FullEngine) -> None:
+def test_later_steps_do_not_change_a_snapshot(engine: RunningEngine) -> None:
     before = engine.state()
     position, velocity = before.position.copy(), before.velocity.copy()
     engine.kick(0, (50.0, 0.0))
@@ -60,7 +60,7 @@ def test_later_steps_do_not_change_a_snapshot(engine: FullEngine) -> None:
     assert np.array_equal(before.velocity, velocity)
 
 
-def test_contacts_are_recorded_when_asked_for_and_returned_once(engine: FullEngine) -> None:
+def test_contacts_are_recorded_when_asked_for_and_returned_once(engine: RunningEngine) -> None:
     if not traits_of(engine).reports_contacts:
         pytest.skip("it reports no contacts")
     engine.kick(1, (-2400.0, 0.0))  # 40 px a step

@@ -544,8 +544,8 @@ def test_traits_must_be_traits() -> None:
 def test_traits_have_types() -> None:
     with pytest.raises(SandboxError, match=r"^Traits: soft must be True or False, got 1$"):
         Traits(soft=1)  # type: ignore[arg-type]
-    with pytest.raises(TypeError, match="togther"):
-        Traits(togther=True)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match="sofft"):
+        Traits(sofft=True)  # type: ignore[call-arg]
 
 
 # Contacts that last several steps
@@ -625,3 +625,7 @@ class Still:
 def test_step_and_state_make_an_engine() -> None:
     kind: type[sandbox.Engine] = Still
     assert len(simulate(load("head-on"), kind, steps=3).time) == 4
+
+
+def test_a_scene_is_shown_in_one_short_line() -> None:
+    assert repr(load("plinko")) == "<Scene plinko: 200 balls, 8 s at 60 steps a second>"
