@@ -28,9 +28,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from sandbox.engines import Engine
-    from sandbox.engines.engine import Traits
-    from sandbox.engines.pymunk import to_space
+    from sandbox.engines.engine import Engine, Traits
     from sandbox.engines.support import engines
     from sandbox.errors import Refused, SandboxError, SpaceWarning
     from sandbox.run.trajectory import Trajectory
@@ -40,7 +38,7 @@ if TYPE_CHECKING:
     from sandbox.scripting.results import Advice, Scores, SweepTable
     from sandbox.scripting.simulation import Simulation
     from sandbox.space.findings import Finding
-    from sandbox.space.from_pymunk import from_space
+    from sandbox.space.from_pymunk import from_space, to_space
     from sandbox.space.lint import lint
     from sandbox.space.watch import watch
     from sandbox.state import Contacts, State
@@ -83,9 +81,7 @@ __all__ = [
 _MODULES: Final = {
     name: module
     for module, names in {
-        "engines": "Engine",
-        "engines.engine": "Traits",
-        "engines.pymunk": "to_space",
+        "engines.engine": "Engine Traits",
         "engines.support": "engines",
         "errors": "Refused SandboxError SpaceWarning",
         "run.trajectory": "Trajectory",
@@ -95,7 +91,7 @@ _MODULES: Final = {
         "scripting.results": "Advice Scores SweepTable",
         "scripting.simulation": "Simulation",
         "space.findings": "Finding",
-        "space.from_pymunk": "from_space",
+        "space.from_pymunk": "from_space to_space",
         "space.lint": "lint",
         "space.watch": "watch",
         "state": "Contacts State",

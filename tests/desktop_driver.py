@@ -1,7 +1,6 @@
 """The real window on an X server, driven by a real mouse and keyboard."""
 
 import subprocess
-import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -13,27 +12,16 @@ import numpy as np
 import pygame
 import pytest
 from pygame import Rect
-from pygame.event import Event
 from window_driver import WorkerHere, drag, hover, pixels, point, press
 
 from sandbox.run.inputs import End, Input, load_inputs
 from sandbox.scene.model import Scene
-from sandbox.view.case import OtherContact
 from sandbox.view.case_so_far import CaseSoFar
-from sandbox.view.controls import CONTROLS, Panel
+from sandbox.view.controls import Panel
 from sandbox.view.layout import WIDE, Layout
-from sandbox.view.widgets.fields import Slider
-from sandbox.view.widgets.group import Placed
 from sandbox.view.window import Window
 
 KEYSYMS: Final = {",": "comma", ".": "period", "<": "less", ">": "greater", "Enter": "Return"}  # by names of keys
-PASTE: Final = """
-import pygame
-pygame.display.init()
-pygame.display.set_mode((1, 1), pygame.HIDDEN)
-pygame.scrap.init()
-print(pygame.scrap.get("text/plain;charset=utf-8").decode())
-"""
 
 
 def steps_of(inputs: list[Input]) -> int:
@@ -68,11 +56,10 @@ class Desktop:
             time.sleep(0.05)
         raise TimeoutError(f"nothing after {seconds} s")
 
-    def find(self, size: tuple[int, int] | None = None) -> bool:
-        """Wait until there is a window, and direct keys to it. Return whether it has a size, or any by default."""
+    def find(self) -> None:
+        """Wait until there is a window, and direct keys to it."""
         self.window = str(self.wait_for(lambda: self.xdo("search", "--onlyvisible", "--class", "^sandbox$")))
         self.xdo("windowfocus", "--sync", self.window)
-        return size is None or size == self.size
 
     def open(self) -> None:
         """Wait until keys reach the window: they are lost before it is ready."""
@@ -99,18 +86,6 @@ class Desktop:
         self.picture()
         [file] = self.folder.glob("*.png")
         return int(file.stem.rpartition("-")[2])
-
-    def clipboard(self) -> str:
-        """Return the text in the clipboard."""
-        command = [sys.executable, "-c", PASTE]
-        pasted = subprocess.run(command, env=self.environment, capture_output=True, text=True, check=True)
-        return pasted.stdout.splitlines()[-1]
-
-    @property
-    def screen(self) -> tuple[int, int]:
-        """The size of the screen."""
-        width, height = self.xdo("getdisplaygeometry").split()
-        return int(width), int(height)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -144,17 +119,6 @@ class Desktop:
     def key(self, *keys: str) -> None:
         self.xdo("key", "--delay", 30, *keys)
 
-    def has_title(self, title: str) -> bool:
-        return self.xdo("getwindowname", self.window) == title
-
-    def save(self) -> Path:
-        """Save the balls as a scene with the sandbox; return its file."""
-        before = set(self.folder.glob("*.toml"))
-        self.key("s")
-        self.wait_for(lambda: set(self.folder.glob("*.toml")) > before)
-        [file] = set(self.folder.glob("*.toml")) - before
-        return file
-
     def click(self, text: str) -> None:
         """Click a button by its text, before anything has changed the window."""
         assert self.layout
@@ -162,20 +126,6 @@ class Desktop:
         self._model.screen = pygame.Surface(self.size)
         place = next(place for widget, place in self._model._placed if getattr(widget, "label", "") == text)
         self.xdo("mousemove", "--window", self.window, *place.center, "click", 1)
-
-    def slide(self, name: str, share: float) -> None:
-        """Drag a slider of the page of the scene, which is open, to a share of its track."""
-        assert self.layout
-        model = self._model
-        assert model
-        model.screen = pygame.Surface(self.size)
-        model.panel.show(Panel.SCENE)
-        widgets = [(widget, place) for widget, place in model._placed if isinstance(widget, Slider)]
-        place = next(place for widget, place in widgets if widget.name == name)
-        pad = place.height // 3
-        x = place.x + pad + round(share * (place.width - 2 * pad))
-        self.xdo("mousemove", "--window", self.window, place.centerx, place.centery, "mousedown", 1)
-        self.xdo("mousemove", "--window", self.window, x, place.centery, "mouseup", 1)
 
     def quit(self) -> list[Input]:
         """Close the window; return the inputs it recorded."""
@@ -200,17 +150,11 @@ class Mirror:
             self.window = Window(desktop.scene, engines, self.inputs)
             self.window.screen = pygame.display.set_mode(desktop.size)
         self.window.panel.open = Panel.SCENE if has_column else None
-        self.window.why.case = CaseSoFar(self.window.notice, WorkerHere())
+        self.window.why.case = CaseSoFar(WorkerHere())
         self.window.playback.paused = True
         for _ in range(steps_of(self.inputs)):
             self.window.playback.step()
         self._desktop = desktop
-
-    def open(self, panel: Panel) -> None:
-        """Open a page of the side panel, in both windows."""
-        self.press(next(control.typed for control in CONTROLS if control.action is panel))
-        for _ in range(3):
-            self.window.frame(1 / 60)
 
     def press(self, *keys: str, shift: bool = False) -> None:
         """Press keys in both windows."""
@@ -224,39 +168,16 @@ class Mirror:
         press(self.window, *text)
         self.press("Enter")
 
-    @property
-    def contacts(self) -> tuple[OtherContact, ...]:
-        """The contacts that the page on why engines differ lists."""
-        why = self.window.why
-        return why.case.case.engines[why.engine].contacts if why.case.case else ()
-
     def place_of(self, text: str) -> Rect:
         """Return the place of the widget that shows a text, or has it as its name."""
-        return self._placed(text)[1]
-
-    def _placed(self, text: str) -> Placed:
         texts = ((getattr(widget, "text", ""), getattr(widget, "name", "")) for widget, _ in self.window._placed)
         number = next(k for k, shown in enumerate(texts) if text in shown)
-        return self.window._placed[number]
+        return self.window._placed[number][1]
 
     def click(self, text: str) -> None:
         """Click a widget in both windows."""
-        place = self.bring_into_sight(text).center
+        place = self.place_of(text).center
         self._drag(place, place)
-
-    def bring_into_sight(self, text: str) -> Rect:
-        """Scroll the column to a widget in both windows, if it is out of sight; return its place."""
-        widget, place = self._placed(text)
-        while widget.seen_in and not widget.seen_in.collidepoint(place.center):
-            self._turn_the_wheel(self.window.layout.panel.center, up=place.y < widget.seen_in.y)
-            widget, place = self._placed(text)
-        return place
-
-    def _turn_the_wheel(self, at: tuple[int, int], *, up: bool) -> None:
-        """Scroll what is at a point by a notch, in both windows."""
-        self._desktop.xdo("mousemove", "--window", self._desktop.window, *at, "click", 4 if up else 5)
-        hover(self.window, at)
-        self.window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=1 if up else -1, flipped=False))
 
     def click_at(self, x: float, y: float) -> None:
         """Click a place of the first pane, in both windows."""
@@ -266,22 +187,11 @@ class Mirror:
         """Drag from a place of the first pane to another, in both windows."""
         self._drag(point(self.window, *start), point(self.window, *end))
 
-    def slide(self, name: str, share: float) -> None:
-        """Drag a slider of the side panel to a share of its width, in both windows."""
-        place = self.place_of(name)
-        self._drag(place.center, (place.x + round(share * place.width), place.centery))
-
     def _drag(self, start: tuple[int, int], end: tuple[int, int]) -> None:
         xdo, window = self._desktop.xdo, self._desktop.window
         xdo("mousemove", "--window", window, *start, "mousedown", 1)
         xdo("mousemove", "--window", window, *end, "mouseup", 1)
         drag(self.window, start, end)
-
-    def save(self, pane: int) -> Path:
-        """Save the balls as they are in a pane of the desktop; return the file."""
-        place = self.window.layout.arenas[pane].center
-        self._desktop.xdo("mousemove", "--window", self._desktop.window, *place)
-        return self._desktop.save()
 
     def has_picture(self) -> bool:
         """Return whether both windows show the same, but for the status line and the toolbar."""

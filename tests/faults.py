@@ -16,7 +16,6 @@ import numpy as np
 from pymunk import Circle
 from verdicts import on_states
 
-from sandbox.engines.engine import Traits
 from sandbox.engines.impulse import ImpulseEngine
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.judge.causes import Cause
@@ -968,7 +967,6 @@ class PymunkWithDrag(_Kicked):
     """Besides what Pymunk does, every step takes 0.2 % of each velocity, without a contact."""
 
     made = PymunkEngine
-    traits = Traits(together=True)
 
 
 @fault(*OF_PYMUNK, Cause.SMALL)

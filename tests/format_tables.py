@@ -9,7 +9,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 import sandbox.state
-from sandbox.analysis import series
 from sandbox.analysis.difference import Difference
 from sandbox.analysis.documents import Conditions
 from sandbox.analysis.figures import Figures
@@ -36,10 +35,9 @@ COMMENTED: Final[dict[str, Any]] = {  # heading -> what has a comment behind eac
     "A `first_difference`": Difference,
     "Scores": Judged,
     "Contacts": sandbox.state,
-    "Time series": series,
 }
 FIELD: Final = r"^    (\w+): [^#\n]*(?:  # (.*))?$"  # of a dataclass
-LINES: Final = {"Contacts": r'^        \("(\w+)", "[if]8".*\),  # (.*)$', "Time series": r'^    "(\w+)": .*,  # (.*)$'}
+ENTRY: Final = r'^        \("(\w+)", "[if]8".*\),  # (.*)$'  # of a dtype
 
 
 def tables() -> dict[str, list[str]]:
@@ -47,7 +45,7 @@ def tables() -> dict[str, list[str]]:
     made = {title: _table(("key", "meaning"), _keys(model)) for title, model in MODELS.items()}
     for title, of in COMMENTED.items():
         source = inspect.getsource(of).partition("\nPUSH")[0]
-        rows = re.findall(LINES.get(title, FIELD), source, re.MULTILINE)
+        rows = re.findall(ENTRY if of is sandbox.state else FIELD, source, re.MULTILINE)
         made[title] = _table(("key", "meaning"), ((f"`{key}`", _of_json(comment)) for key, comment in rows))
     made["Causes"] = _table(("key", "label"), ((f"`{cause.key}`", cause.label) for cause in Cause))
     made["Inputs"] = _table(("`do`", "keys", "meaning"), _inputs())

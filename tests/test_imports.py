@@ -96,6 +96,13 @@ def test_only_the_last_folder_imports_from_the_package_s_surface(module: str) ->
     assert "sandbox" not in imported(MODULES[module])
 
 
+@pytest.mark.parametrize("module", [module for module in MODULES if not is_within(module, "space")])
+def test_the_room_of_spaces_is_imported_by_its_commands_only(module: str) -> None:
+    allowed = {"cli.commands", "cli.diagnoses", "scripting.program", "scripting.tries", "scripting.watchdog"}
+    imports = {other for other in of_the_sandbox(module) if is_within(other, "space")}
+    assert not imports or module in allowed, f"{module} imports {imports}"
+
+
 def test_no_module_imports_itself_through_others() -> None:
     TopologicalSorter({module: of_the_sandbox(module) - {module} for module in MODULES}).prepare()
 

@@ -9,10 +9,9 @@ from pygame.event import Event
 
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import Input
-from sandbox.view import Layer
 from sandbox.view.case import Case
 from sandbox.view.case_so_far import CaseWorker, answer
-from sandbox.view.controls import Action, Panel, tip_of
+from sandbox.view.controls import Action, Panel, Topic, tip_of
 from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.view.widgets.fields import Slider
 from sandbox.view.window import Window
@@ -41,8 +40,8 @@ class WorkerHere(CaseWorker):
         super().__init__()
         self._so_far = ComparisonSoFar()
 
-    def ask(self, run: RunSoFar, page: str | None = None) -> None:
-        self.is_busy, self._answer = True, answer(self._so_far, (run, page))
+    def ask(self, run: RunSoFar) -> None:
+        self.is_busy, self._answer = True, answer(self._so_far, run)
 
     def poll(self) -> Case | SandboxError | None:
         was_busy, self.is_busy = self.is_busy, False
@@ -55,7 +54,7 @@ class WorkerHere(CaseWorker):
 class IdleWorker(CaseWorker):
     """Compares nothing."""
 
-    def ask(self, run: RunSoFar, page: str | None = None) -> None:
+    def ask(self, run: RunSoFar) -> None:
         pass
 
 
@@ -104,11 +103,11 @@ def point(window: Window, x: float, y: float, pane: int = 0) -> tuple[int, int]:
     return round(right), round(down)
 
 
-def button(window: Window, action: Action | Layer | Panel) -> tuple[int, int]:
-    """Return the middle of a control's button; of a layer's after opening its page."""
-    if isinstance(action, Layer):
+def button(window: Window, action: Action) -> tuple[int, int]:
+    """Return the middle of an action's button; of what is shown in the panes after opening its page."""
+    if action.value.topic is Topic.SEE and action not in (Action.ZOOM_IN, Action.ZOOM_OUT, Action.SHOW_ALL):
         window.panel.show(Panel.SHOW)
-    return next(place.center for widget, place in window._placed if widget.tip == tip_of(action))
+    return next(place.center for widget, place in window._placed if widget.does == tip_of(action))
 
 
 def tool(window: Window, name: str) -> tuple[int, int]:
@@ -120,6 +119,11 @@ def slider(window: Window, name: str) -> tuple[Slider, Rect]:
     """Return a slider of the page of the scene, and its place."""
     window.panel.show(Panel.SCENE)
     return next((widget, at) for widget, at in window._placed if isinstance(widget, Slider) and widget.name == name)
+
+
+def use(window: Window, name: str) -> None:
+    """Choose a tool of the mouse."""
+    window.mouse.choose(next(tool for tool in window.mouse.tools if tool.name == name))
 
 
 def run(window: Window, steps: int) -> None:

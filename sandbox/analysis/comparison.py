@@ -194,7 +194,8 @@ def compare(
 class RunningComparison:
     """A comparison that goes on: engines run to any step, and are compared as far as they have come.
 
-    Arguments and errors are those of `compare`; planned: how many steps are expected.
+    Arguments and errors are those of `compare`; planned: how many steps are expected. suspends: whether an engine that
+    cannot run an edited scene has no run until it can, and does not raise Refused.
     """
 
     def __init__(
@@ -204,8 +205,11 @@ class RunningComparison:
         against: str,
         inputs: Sequence[Input],
         planned: int,
+        *,
+        suspends: bool = False,
     ) -> None:
         self._scene, self._engines, self._against, self._planned = scene, dict(engines), against, planned
+        self._suspends = suspends
         self._failed: dict[str, EngineError] = {}
         self._ended: LimitReached | None = None
         self._most: float = math.inf  # steps that no engine reaches a limit in
@@ -253,7 +257,8 @@ class RunningComparison:
         """Begin at the first step, with the engines that can be built."""
         self._segment: _Segment | None = None
         try:
-            self._lockstep = Lockstep(self._scene, self._engines, self.inputs)
+            reference = self._against if self._suspends else None
+            self._lockstep = Lockstep(self._scene, self._engines, self.inputs, reference=reference)
         except EngineError as error:
             self._leave_out(error)
             self._begin()

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from sandbox.engines.exact.contact import HOP_TIME, MAX_LOAD
-from sandbox.judge.causes import NEGLIGIBLE
+from sandbox.judge.thresholds import NEGLIGIBLE
 from sandbox.quantity import dot, kinetic_energy, length, spin_energy
 from sandbox.scene.clock import Clock
 from sandbox.scene.model import Scene

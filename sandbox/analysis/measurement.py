@@ -13,8 +13,8 @@ from sandbox.analysis.expectations import overlap_in, scores
 from sandbox.analysis.figures import Course, Escape, Run
 from sandbox.analysis.gas import TheoryRow, measure_gas, why_lawless, why_no_gas
 from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, Misreport, impacts_in, misreports
-from sandbox.judge.causes import NEGLIGIBLE
 from sandbox.judge.judge import Steps
+from sandbox.judge.thresholds import NEGLIGIBLE
 from sandbox.quantity import deepest_overlap, energy, length, momentum, outside
 from sandbox.run.lockstep import Runner
 from sandbox.scene.fields import Vector
@@ -185,10 +185,11 @@ class Measurement:
         """Return `Run.energy_gap`. reference, scale: kg px²/s²; until: s, when the reference's energy means nothing.
 
         An engine may be a step late, or early, with a loss of energy that the scene asks for: the difference is from
-        the range of the reference's energy, from a step before to a step after.
+        the range of the reference's energy, from a step before to a step after. After an edit, an engine may begin with
+        another energy than the reference, which is no error of what follows.
         """
-        padded = np.pad(reference, 1, mode="edge")
-        around = np.stack([padded[:-2], reference, padded[2:]])
+        padded = np.pad(reference + (course.energy[0] - reference[0]), 1, mode="edge")
+        around = np.stack([padded[:-2], padded[1:-1], padded[2:]])
         off = np.maximum(course.energy - around.max(axis=0), 0.0) + np.minimum(course.energy - around.min(axis=0), 0.0)
         gap: Floats = off / (scale or np.nan)
         unknown = course.touching | (np.arange(len(gap)) >= self._scene.clock.steps(until) * (1 - NEGLIGIBLE))

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.engines import REFERENCE, FullEngine
+from sandbox.engines import REFERENCE, RunningEngine
 from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.engine import ExactEngine
 from sandbox.engines.stand_ins import RenumberedEngine
@@ -85,7 +85,7 @@ class Twins:
         finer = [lockstep.new_runner(engine, state, _finer)] if by_event and any(scene.gravity) else []
         self._shifted, self._finer = shifted, finer
         self._resting = RESTING * math.hypot(*scene.gravity) * (HOP_TIME if by_event else 1 / scene.rate)  # px/s
-        before = np.zeros((2, 1 + len(self._radius)), bool)  # of two rows: whether anything differs, and which balls do
+        before = np.zeros((2, 2 + len(self._radius)), bool)  # of two rows
         self._differs = dict.fromkeys((renumbered, *(shifted if by_event else ())), before)
         self._times = np.zeros(2)  # s, of these rows
         self.runners = [*shifted, renumbered, *finer]  # those that still run
@@ -117,20 +117,22 @@ class Twins:
     def _tie(self, runner: Runner, original: States, twin: States) -> tuple[int, int]:
         """Return the row, of the two before these and these, in which the order of contacts matters, and a ball.
 
-        In one step, the velocity of a ball that did not differ does, and the twin does not agree in the next step, as
-        it would if rounding had put a contact there. The number of rows if there is none.
+        In one step, the velocity of a ball that did not differ does. Where its place does not, as the contact is at the
+        step's end, the twin must differ after the next step too: rounding may put a contact there. The number of rows
+        if there is none.
         """
-        offset = length(twin.position - original.position) / self._radius
+        offset = length(twin.position - original.position) > PARTED * self._radius
         rim = self._radius * np.abs(original.spin)
         speed = (length(original.velocity) + rim).max(axis=1, keepdims=True)
         change = length(twin.velocity - original.velocity) + self._radius * np.abs(twin.spin - original.spin)
-        parted = ((offset > PARTED) | (change > PARTED * speed)).any(axis=1, keepdims=True)
         hit = change > ORDER_MATTERS * speed + self._resting
-        differs = np.concatenate([self._differs[runner], np.hstack([parted, hit])])
+        rows = [(offset | (change > PARTED * speed)).any(axis=1), (hit & offset).any(axis=1)]
+        differs = np.concatenate([self._differs[runner], np.column_stack([*rows, hit])])
         self._differs[runner] = differs[-2:]
-        parted, hit = differs[:, 0], differs[:, 1:]
-        row = _first(~parted[:-2] & parted[1:-1] & hit[1:-1].any(axis=1) & parted[2:]) + 1
-        return (row, int(hit[row].argmax())) if row < len(parted) - 1 else (len(parted), 0)
+        parted, is_sure, hit = differs[:, 0], differs[:, 1].copy(), differs[:, 2:]
+        is_sure[:-1] |= parted[1:]
+        row = _first(~parted[:-1] & hit[1:].any(axis=1) & is_sure[1:]) + 1
+        return row, int(hit[row].argmax()) if row < len(differs) else 0
 
 
 def _first(holds: Bools) -> int:
@@ -145,6 +147,6 @@ def _shifted(state: State, number: int) -> State:
     return replace(state, position=position + sign * units * np.spacing(position))
 
 
-def _finer(scene: Scene, initial: State) -> FullEngine:
+def _finer(scene: Scene, initial: State) -> RunningEngine:
     """Build `exact` with half the hop of discs that lean on each other."""
     return ExactEngine(scene, initial, hop_time=HOP_TIME / 2)

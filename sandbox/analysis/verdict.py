@@ -11,7 +11,8 @@ from sandbox.analysis.expectations import overlap_in, worst
 from sandbox.analysis.figures import Figures, Run
 from sandbox.analysis.gas import TheoryRow
 from sandbox.engines import REFERENCE, TUNED, settings_in
-from sandbox.judge.causes import NEGLIGIBLE, Cause
+from sandbox.judge.causes import Cause
+from sandbox.judge.thresholds import NEGLIGIBLE
 from sandbox.quantity import length
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension

@@ -8,7 +8,7 @@ import math
 import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext, redirect_stdout
+from contextlib import AbstractContextManager, nullcontext, redirect_stdout, suppress
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -55,7 +55,7 @@ from sandbox.cli.options import (
     warn_of_pygame,
 )
 from sandbox.cli.progress import progress_bar, sweep_with_bar, terminal_bar
-from sandbox.errors import SandboxError, suggestion
+from sandbox.errors import EngineError, SandboxError, suggestion
 from sandbox.files import STANDARD_OUTPUT, check_outputs, write_text
 from sandbox.text import console, counted, json_text, listed, printable
 from sandbox.view import Layer
@@ -185,7 +185,7 @@ def run(
 @app.command()
 def record(
     scene: SceneArgument,
-    out: Annotated[str, file_option("A .gif, .webp or .mp4 file, or .png for the end.")],
+    out: Annotated[str, file_option("A .gif or .mp4 file, or .png for the end.")],
     engines: Engines = None,
     seconds: Seconds = None,
     seed: Seed = None,
@@ -196,7 +196,7 @@ def record(
 ) -> None:
     """Record a scene in real time as a video, or its end as a picture.
 
-    A GIF has 50 frames a second, as its delays are in 1/100 s; WebP and MP4 have 60.
+    A GIF has 50 frames a second, as its delays are in 1/100 s; MP4 has 60.
     """
     warn_of_pygame()
     from sandbox.view.offscreen import check_recording
@@ -622,12 +622,13 @@ def print_schema(
 
 def _compare_and_draw(scene: "Scene", names: Sequence[str] | None, inputs: "Sequence[Input]") -> None:
     from sandbox.report.tables import print_comparison
-    from sandbox.view.offscreen import draw_picture, save_picture
+    from sandbox.view.offscreen import record as record_scene
 
     path = f"{scene.name}-{scene.seed}-{scene.steps:06}.png"
     comparison = _compare(scene, names, None, inputs)
     print_comparison(comparison, console())
     for error in comparison.failed.values():
         print_error(error)
-    save_picture(draw_picture(comparison), path)
+    with suppress(EngineError):  # which the comparison has found too
+        record_scene(scene, names, path, (1280, 720), (Layer.CHARTS,), inputs)
     print(f"Picture of the end: {path}")

@@ -20,7 +20,7 @@ from importlib.util import find_spec
 from types import ModuleType
 from typing import Any, Final, cast
 
-from sandbox.engines.engine import CheckingEngine, Engine, FullEngine, advance
+from sandbox.engines.engine import CheckingEngine, RunningEngine, advance
 from sandbox.engines.specs import TUNED, file_and_name, load_from_file, settings_in, with_settings
 from sandbox.errors import EngineError, MissingLibrary, Refused, SandboxError, shown, suggestion
 from sandbox.scene.model import Scene
@@ -32,9 +32,8 @@ __all__ = [
     "REFERENCE",
     "TEXTBOOK_ENGINES",
     "TUNED",
-    "Engine",
     "Engines",
-    "FullEngine",
+    "RunningEngine",
     "Source",
     "advance",
     "can_run",
@@ -178,7 +177,7 @@ def _load(name: str) -> Callable[..., Any]:
         raise EngineError(name, what, details=traceback.format_exc()) from error
 
 
-def create(source: Source, scene: Scene, initial: State, name: str | None = None) -> FullEngine:
+def create(source: Source, scene: Scene, initial: State, name: str | None = None) -> RunningEngine:
     """Build an engine. name: of one that is not built in, in messages; by default that of the source.
 
     Raises SandboxError if a spec is unknown or invalid, Refused if the engine cannot run the scene. An engine that is
@@ -189,7 +188,7 @@ def create(source: Source, scene: Scene, initial: State, name: str | None = None
         base, scene = resolved(source, scene)
         _check_steps(base, scene)
         if base in _BUILT_IN:
-            return cast("FullEngine", _load(base)(scene, initial))
+            return cast("RunningEngine", _load(base)(scene, initial))
         source = _load(base)
     from sandbox.engines.checked import build  # noqa: PLC0415 (only engines that are not built in need it)
 

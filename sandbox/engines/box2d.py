@@ -16,14 +16,13 @@ from typing import Any, Final
 import numpy as np
 import pyb2d3
 
-from sandbox.engines.contact_log import ContactLog
 from sandbox.engines.engine import Traits
 from sandbox.errors import Refused
-from sandbox.quantity import dot, pass_through, slips, tangent
+from sandbox.quantity import pass_through
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Arena, Scene, Wall
-from sandbox.scene.walls import ARENA_COUNT, OUTWARD, separation, walls_of
-from sandbox.state import CONTACT, Contacts, Floats, Integers, State
+from sandbox.scene.walls import ARENA_COUNT, OUTWARD
+from sandbox.state import State
 
 # px. Box2D is tuned for things of 0.1 to 10 m (its FAQ): here 13 to 1,280 px. It finds contacts up to 0.02 m early:
 # 2.56 px. A power of two, so that scaling rounds nothing.
@@ -36,11 +35,6 @@ FILTER_BITS: Final = 64  # of a shape; they select the shapes that it collides w
 # px, of an arena wall. The wall stands outside; a ball beyond its middle would be pushed out on the far side.
 WALL_THICKNESS: Final = 40_000.0
 
-MAX_ITERATIONS: Final = 200  # of conjugate gradients; gases and piles take tens
-RESIDUAL_TOLERANCE: Final = 1e-7  # relative to the residual at the start: the precision of float32
-DISC_TURNS: Final = 2  # m r²/I of a disc: an impulse at the rim turns it by this times as much as it moves it
-VELOCITY_ROUNDING: Final = 16 * float(np.finfo(np.float32).eps)  # relative: the rounding of four substeps
-
 
 Kind = tuple[float, tuple[int, ...]]  # elasticity, and filter; a wall's is empty
 
@@ -48,12 +42,11 @@ Kind = tuple[float, tuple[int, ...]]  # elasticity, and filter; a wall's is empt
 class Box2DEngine:
     """A scene in a `pyb2d3.World`, which is public as `world`: body k is ball k.
 
-    pyb2d3 reports which shapes touch, but not the impulses: these are computed from the changes of momentum, see
-    `impulses`. Box2D limits friction while it stops the approach, and applies restitution afterwards: in a bounce that
-    slides, friction is 1/(1 + e) of Coulomb's.
+    It reports no contacts: pyb2d3 knows which shapes touch, but not with which impulses. Box2D limits friction while it
+    stops the approach, and applies restitution afterwards: in a bounce that slides, friction is 1/(1 + e) of Coulomb's.
     """
 
-    traits = Traits(together=True, soft=True)
+    traits = Traits(soft=True, reports_contacts=False)
 
     def __init__(self, scene: Scene, initial: State) -> None:
         self.world = pyb2d3.World(
@@ -64,30 +57,20 @@ class Box2DEngine:
         if not self.world.is_valid():
             raise Refused("box2d: it has room for 128 worlds at a time in a process, and all are in use")
         self._rate = scene.rate
-        self._gravity = np.array(scene.gravity, float)
         self._steps = 0
-        self._balls = scene.bodies
         materials = _Materials(scene)
         self._bodies = _add_balls(self.world, materials, scene, initial)
         self._batch = pyb2d3.Bodies()
         for body in self._bodies:
             self._batch.append(body)
         _add_walls(self.world, materials, scene)
-        self._walls = walls_of(scene, WALL_THICKNESS / 2)
-        self._friction = np.append(scene.bodies.friction, self._walls.friction[::-1])  # so that ~wall is its index
         self._start_angle, self._angle = initial.angle, initial.angle.copy()
-        self._touching: set[tuple[int, int]] = set()
-        self._contacts = ContactLog()
 
     def step(self) -> None:
         """Call `World.step`."""
-        before = self.state() if self._contacts.recording else None
         self.world.step(1 / self._rate, SUBSTEPS)
         self._steps += 1
         self._turn()
-        self._update_touching()
-        if before is not None and self._touching:
-            self._collect(before)
 
     def state(self) -> State:
         """Return a snapshot: float32 numbers."""
@@ -95,16 +78,6 @@ class Box2DEngine:
         spin = self._batch.get_angular_velocities().astype(np.float64)
         x, v = position * np.float64(METRE), velocity * np.float64(METRE)
         return State(self._steps / self._rate, x, v, self._angle.copy(), spin)
-
-    def record_contacts(self) -> None:
-        self._contacts.recording = True
-
-    def contacts(self) -> Contacts:
-        """Return the contacts since the last call.
-
-        Box2D solves a contact that will touch within the step before it does: its depth is then negative.
-        """
-        return self._contacts.take()
 
     def kick(self, ball: int, dv: Vector) -> None:
         x, y = _metres(dv)
@@ -117,105 +90,6 @@ class Box2DEngine:
         expected = self._angle + self._batch.get_angular_velocities() / self._rate
         more = self._start_angle + np.arctan2(sine, cosine) - expected
         self._angle = expected + more - 2 * np.pi * np.rint(more / (2 * np.pi))
-
-    def _update_touching(self) -> None:
-        """Update which pairs touch, from the events of the last step."""
-        events = self.world.get_contact_events()
-        for event in events.begin_events():
-            self._touching.add(self._pair(event))
-        for event in events.end_events():
-            self._touching.discard(self._pair(event))
-
-    def _pair(self, event: Any) -> tuple[int, int]:
-        n = len(self._balls)
-        first, second = sorted((event.shape_a.user_data, event.shape_b.user_data))
-        return first, second if second < n else ~(second - n)
-
-    def _collect(self, before: State) -> None:
-        """Log the contacts of the last step. Box2D finds them, and their normals, on the positions before the step."""
-        after = self.state()
-        first, second = np.array(sorted(self._touching)).T
-        contacts = np.empty(len(first), CONTACT)
-        contacts["time"] = after.time
-        contacts["first"], contacts["second"] = first, second
-        contacts["normal"], contacts["depth"] = self._geometry(before.position, first, second)
-        change = after.velocity - before.velocity - self._gravity / self._rate
-        turned = self._balls.radius * (after.spin - before.spin)
-        rough = self._friction[first] * self._friction[second] > 0
-        # The point of contact is in the middle of the overlap, or of the gap that will close within the step.
-        reach = self._balls.radius[np.column_stack([first, np.maximum(second, 0)])]
-        lever = np.where(rough[:, None], 1 - contacts["depth"][:, None] / (2 * reach), np.nan)
-        changes = np.column_stack([change, turned])
-        fastest = np.abs([before.velocity, after.velocity]).max()
-        least = VELOCITY_ROUNDING * fastest * self._balls.mass[first]
-        impulse = impulses(first, second, contacts["normal"], changes, self._balls.mass, lever)
-        solved = impulse[:, 0] > least
-        if rough.any() and not solved.all():  # none pulls, and without those that would, the others are others
-            pressing = first[solved], second[solved], contacts["normal"][solved]
-            impulse[solved] = impulses(*pressing, changes, self._balls.mass, lever[solved])
-            solved &= impulse[:, 0] > least
-        contacts["impulse"], contacts["tangential"] = impulse.T
-        falling, row = before.velocity + self._gravity / self._rate, np.zeros(len(first), np.int64)
-        contacts["slip"] = slips(contacts, row, falling[None], before.spin[None], self._balls.radius)
-        self._contacts.add(contacts[solved])
-
-    def _geometry(self, position: Floats, first: Integers, second: Integers) -> tuple[Floats, Floats]:
-        """Return the unit vectors from first to second, and the depth of their overlap (px)."""
-        away, reach = separation(position, self._balls.radius, self._walls, first, second)
-        distance = np.hypot(*away.T)
-        normal = away / np.where(distance > 0, distance, 1.0)[:, None]  # 0 if centres coincide: Box2D ignores them
-        return normal, reach - distance
-
-
-def impulses(first: Integers, second: Integers, normal: Floats, change: Floats, mass: Floats, lever: Floats) -> Floats:
-    """Return the impulse of each contact along normal and tangent (kg px/s), from the changes of velocity they caused.
-
-    first, second: (k,) as in CONTACT; normal: (k, 2); change: (n, 3) px/s, of both components of the velocity, and of
-    radius times spin; mass: (n,) kg; lever: (k, 2), the distance of the point of contact from each centre as a share of
-    the radius, NaN where the two have no friction. Returns (k, 2).
-
-    For a ball's only contact, it is the change of the ball's momentum. For several, it is a least-squares solution, by
-    conjugate gradients; which solution Box2D found is unknown if there are several.
-    """
-    between = second >= 0
-    partner = second[between]
-    along = tangent(normal)
-    inertia = 1 / mass[first]
-    inertia[between] += 1 / mass[partner]
-    inertia = inertia[:, None] * (1, 1 + DISC_TURNS)
-    rough = ~np.isnan(lever[:, 0])
-    lever = np.nan_to_num(lever)
-
-    def parting_speed(velocity: Floats) -> Floats:
-        """Return how fast the bodies part, and the first's rim slips past the second's backwards: (k, 2) px/s."""
-        apart = -velocity[first, :2]
-        apart[between] += velocity[partner, :2]
-        slip = dot(along, apart) - lever[:, 0] * velocity[first, 2]
-        slip[between] -= lever[between, 1] * velocity[partner, 2]
-        return np.column_stack([dot(normal, apart), np.where(rough, slip, 0.0)])
-
-    def velocity_change(impulse: Floats) -> Floats:
-        push = impulse[:, :1] * normal + impulse[:, 1:] * along
-        turn = DISC_TURNS * impulse[:, 1:] * lever
-        momentum = np.zeros_like(change)
-        np.subtract.at(momentum, first, np.hstack([push, turn[:, :1]]))
-        np.add.at(momentum, partner, np.hstack([push, -turn[:, 1:]])[between])
-        return momentum / mass[:, None]
-
-    impulse = np.zeros((len(first), 2))
-    residual = parting_speed(change)
-    direction = residual / inertia
-    norm = start = float(np.vdot(residual, direction))
-    for _ in range(min(impulse.size, MAX_ITERATIONS)):
-        if norm <= RESIDUAL_TOLERANCE**2 * start:
-            break
-        response = parting_speed(velocity_change(direction))
-        step = norm / float(np.vdot(direction, response))
-        impulse += step * direction
-        residual -= step * response
-        before, norm = norm, float(np.vdot(residual, residual / inertia))
-        direction = residual / inertia + norm / before * direction
-    return impulse
 
 
 def _metres(vector: Vector) -> Vector:
@@ -257,7 +131,6 @@ class _Materials:
     def _shape(self, number: int, friction: float, restitution: float, kind: Kind, partners: Sequence[Kind]) -> Any:
         return pyb2d3.shape_def(
             user_data=number,
-            enable_contact_events=True,
             material=pyb2d3.surface_material(friction=friction**2, restitution=restitution),
             filter=pyb2d3.make_filter(
                 category_bits=sum(self._bits[kind, partner] for partner in partners),

@@ -4,14 +4,13 @@
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import fields, replace
-from difflib import get_close_matches
 from inspect import Signature, signature
 from numbers import Real
-from typing import Any, Final, cast
+from typing import Any, Final
 
 import numpy as np
 
-from sandbox.engines.engine import BlockEngine, FullEngine, Traits, traits_of
+from sandbox.engines.engine import RunningEngine, Traits, traits_of
 from sandbox.errors import EngineError, Refused, SandboxError, shown, traceback_beyond
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
@@ -24,7 +23,6 @@ StepFunction = Callable[[Floats, Floats, float, Scene], object]
 ROUNDING: Final = 1e-3  # of a step, a radius, a speed or a unit vector: more than an engine in float32 is off
 MAX_CLOCK_ERROR: Final = 0.5  # of a step, of an engine's own clock
 REQUIRED: Final = ("step", "state")  # methods; contacts and kick are optional
-BOOLEAN_TRAITS: Final = [each.name for each in fields(Traits) if each.type is bool]
 STEP: Final = "step(position, velocity, dt, scene)"
 TWO_PARAMETERS: Final = (
     "; a function of two parameters is called with (scene, initial) and must return an engine; "
@@ -32,7 +30,7 @@ TWO_PARAMETERS: Final = (
 )
 
 
-def build(name: str, factory: Factory, scene: Scene, initial: State) -> FullEngine:
+def build(name: str, factory: Factory, scene: Scene, initial: State) -> RunningEngine:
     """Build an engine that is not built in.
 
     Its scene has arrays that cannot be written to; the initial state is its own, and begins at 0 s. Raises EngineError
@@ -46,21 +44,9 @@ def build(name: str, factory: Factory, scene: Scene, initial: State) -> FullEngi
     for method in REQUIRED:
         if not callable(getattr(engine, method, None)):
             raise EngineError(name, f"has no method {method}; an engine has {' and '.join(REQUIRED)}{hint}")
-    _check_traits(name, engine)
-    checked = _CheckedBlockEngine if _has_own_advance(type(engine)) else CheckedEngine
-    return checked(name, engine, scene, initial)
-
-
-def _check_traits(name: str, engine: Any) -> None:
-    """Raise EngineError if an engine declares its traits in a way that would have no effect."""
     if not isinstance(traits := getattr(engine, "traits", Traits()), Traits):
         raise EngineError(name, f"its traits must be sandbox.Traits(...), got {_short(traits)}")
-    declared = {key: value for each in type(engine).__mro__ for key, value in vars(each).items()}
-    for key, value in (declared | getattr(engine, "__dict__", {})).items():
-        if isinstance(value, Traits) and key != "traits":
-            raise EngineError(name, f"its traits must be in the attribute traits, got them in {key}")
-        if isinstance(value, bool) and (trait := next(iter(get_close_matches(key, BOOLEAN_TRAITS, cutoff=0.8)), None)):
-            raise EngineError(name, f"{key} = {value} has no effect; write traits = sandbox.Traits({trait}={value})")
+    return CheckedEngine(name, engine, scene, initial)
 
 
 def _is_step(name: str, factory: Factory) -> bool:
@@ -268,7 +254,10 @@ class CheckedEngine:
             raise self._error(f"its {what} must be an array of shape {shape}, got {_short(numbers)}") from None
         if copy.shape != shape:
             raise self._error(f"its {what} must be of shape {shape}, got {copy.shape}")
-        self._check_finite(what, copy[None])
+        finite = np.isfinite(copy.reshape(self._balls, -1)).all(axis=1)
+        if not finite.all():
+            ball = int(finite.argmin())
+            raise self._error(f"the {what} of ball {ball} must be finite, got {copy[ball].tolist()}")
         return copy
 
     def _check_bodies(self, contacts: Contacts) -> None:
@@ -300,29 +289,6 @@ class CheckedEngine:
                 f"since the engine was built, got {time[wrong][0]:g} s"
             )
 
-    def _check_finite(self, what: str, numbers: Floats) -> None:
-        """Raise EngineError for the first ball that has a number which is not finite. numbers: (steps, n, ...)."""
-        finite = np.isfinite(numbers).reshape(*numbers.shape[:2], -1).all(axis=2)
-        if not finite.all():
-            step, ball = np.argwhere(~finite)[0].tolist()
-            values = numbers[step, ball].tolist()
-            raise self._error(f"the {what} of ball {ball} must be finite, got {values}")
-
-
-class _CheckedBlockEngine(CheckedEngine):
-    """A checked engine that can do many steps in one call."""
-
-    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        written = States.empty(steps, self._balls)
-        written.position[:] = written.velocity[:] = np.nan  # so that a state left out is not finite
-        engine = cast("BlockEngine", self._engine)
-        self._steps += steps
-        with self._errors():  # angle and spin are optional
-            engine.advance(steps, *written[: len(signature(engine.advance).parameters) - 1])
-        for what, ours, numbers in zip(States._fields, (position, velocity, angle, spin), written, strict=True):
-            ours[:] = numbers
-            self._check_finite(what, numbers)
-
 
 def _short(value: object) -> str:
     return " ".join(f"{value!r:.40}".split())
@@ -340,15 +306,3 @@ def _in_order(contacts: Contacts, ends: Mapping[float, float]) -> Contacts:
     contacts["first"][turned], contacts["second"][turned] = contacts["second"][turned], contacts["first"][turned]
     contacts["normal"][turned] *= -1
     return contacts
-
-
-def _has_own_advance(engine: type) -> bool:
-    """Return whether an engine has `advance`, and does not replace `step` or `state` of the class that it is from."""
-    return hasattr(engine, "advance") and all(
-        issubclass(_owner(engine, "advance"), _owner(engine, method)) for method in ("step", "state")
-    )
-
-
-def _owner(engine: type, method: str) -> type:
-    """Return the class that an engine has a method from; `object` if only its instances have it."""
-    return next((ancestor for ancestor in engine.__mro__ if method in vars(ancestor)), object)

@@ -13,15 +13,12 @@ from sandbox.state import NO_DAMPING, Contacts, Damping, Floats, State, States
 class Traits:
     """How an engine is to be judged, and what it can do. Raises SandboxError for a value of another type.
 
-    together: whether it resolves all contacts of one time together, not one after another: each then acts on the
-    velocities before all of them.
     damping: how it damps velocities and spins in flight, as Pymunk does if a scene asks for it.
     soft: whether its contacts last several steps, as springs do: they are not judged one by one.
     reports_contacts: whether it reports contacts, and not states only; False without a method `contacts`.
     can_be_dragged: whether the mouse can drag its balls; False without a method `kick`.
     """
 
-    together: bool = False
     damping: Damping = NO_DAMPING
     soft: bool = False
     reports_contacts: bool = True
@@ -36,10 +33,10 @@ class Traits:
 
 
 class Engine(Protocol):
-    """One solver running one scene. The same scene and kicks give the same bytes, in any process on one machine.
+    """One solver running one scene: all that an engine of your own must have.
 
-    An engine may declare `traits`, such as `traits = Traits(together=True)` on its class, and have the methods of
-    FullEngine.
+    The same scene and kicks give the same bytes, in any process on one machine. An engine may declare `traits`, such as
+    `traits = Traits(soft=True)` on its class, and have methods of `RunningEngine`.
     """
 
     def step(self) -> None:
@@ -49,8 +46,8 @@ class Engine(Protocol):
         """Return a snapshot, which later steps do not change."""
 
 
-class FullEngine(Engine, Protocol):
-    """An engine that reports contacts and can be dragged: in a run, every engine is one or pretends to be."""
+class RunningEngine(Engine, Protocol):
+    """An engine as the sandbox runs it, which also reports its contacts and takes kicks."""
 
     def contacts(self) -> Contacts:
         """Return the contacts resolved since the last call, by time; at equal times, in the order they were resolved.
@@ -65,7 +62,7 @@ class FullEngine(Engine, Protocol):
         """Add dv (px/s) to a ball's velocity."""
 
 
-class CheckingEngine(Engine, Protocol):
+class CheckingEngine(RunningEngine, Protocol):
     """An engine that refuses some scenes, and says so without being built, which takes a second for many balls."""
 
     @staticmethod
@@ -73,7 +70,7 @@ class CheckingEngine(Engine, Protocol):
         """Raise Refused if the engine cannot run a scene."""
 
 
-class BlockEngine(FullEngine, Protocol):
+class BlockEngine(RunningEngine, Protocol):
     """An engine that can also do many steps in one call, which saves the time to return each state."""
 
     def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
@@ -84,14 +81,14 @@ class BlockEngine(FullEngine, Protocol):
         """
 
 
-class SubsteppingEngine(Engine, Protocol):
+class SubsteppingEngine(RunningEngine, Protocol):
     """An engine whose steps have substeps, each of which is judged as a step of its own: its damping says how many."""
 
     def substates(self) -> States:
         """Return the states after each substep since the last call, oldest first; the first call starts recording."""
 
 
-def traits_of(engine: Engine) -> Traits:
+def traits_of(engine: RunningEngine) -> Traits:
     """Return the traits of an engine: what it declares, without what it has no method for."""
     traits = getattr(engine, "traits", Traits())
     return replace(
@@ -101,7 +98,7 @@ def traits_of(engine: Engine) -> Traits:
     )
 
 
-def advance(engine: Engine, states: States) -> None:
+def advance(engine: RunningEngine, states: States) -> None:
     """Do as many steps as there are rows, and write the state after each into them, in any engine."""
     steps = len(states.position)
     if hasattr(engine, "advance"):

@@ -1,7 +1,6 @@
 """Pymunk: a `pymunk.Space` of circle bodies, static segments and static circles. It finds and solves the contacts."""
 # ruff: noqa: D102 (the interface of an engine documents the methods)
 
-import os
 from collections.abc import Iterator, Sequence
 from typing import Final
 
@@ -12,9 +11,7 @@ from pymunk.batch import Buffer, set_space_bodies
 from sandbox.engines.engine import Traits
 from sandbox.engines.space_reader import STATE_BYTES, STATE_FIELDS, SpaceReader
 from sandbox.scene.fields import Vector
-from sandbox.scene.files import load
 from sandbox.scene.model import SPACE_SETTINGS, Scene, Wall
-from sandbox.scene.spawn import spawn
 from sandbox.scene.walls import ARENA_COUNT, walls_of
 from sandbox.state import Contacts, Floats, State, States
 
@@ -55,7 +52,7 @@ class PymunkEngine:
             scene.rate,
             self._substeps,
         )
-        self.traits = Traits(together=True, damping=self._reader.damping)
+        self.traits = Traits(damping=self._reader.damping)
         self._substates: list[States] | None = None  # since the last call, if they are asked for
         self._steps_per_read = max(1, STATES_BYTES // (STATE_BYTES * self._reader.bodies * self._substeps))
 
@@ -104,23 +101,6 @@ class PymunkEngine:
         self._reader.end()
         if self._substates is not None:
             self._substates.append(States(*(part[1:].copy() for part in self._reader.states())))
-
-
-def to_space(scene: Scene | str | os.PathLike[str]) -> pymunk.Space:
-    """Return the Space of a scene as the engine `pymunk` builds it: body k is ball k. The rest is your own loop's.
-
-    scene: a Scene, the name of a bundled scene, or a file. A step of the engine is `pymunk.substeps` of the scene calls
-    of `space.step(1 / rate / substeps)`.
-    Raises SandboxError as `load` does.
-
-    >>> space = to_space("oblique")
-    >>> for _ in range(60):
-    ...     space.step(1 / 60)
-    >>> [round(body.position.x, 1) for body in space.bodies if body.body_type == pymunk.Body.DYNAMIC]
-    [287.4, 312.6]
-    """
-    chosen = scene if isinstance(scene, Scene) else load(scene)
-    return PymunkEngine(chosen, spawn(chosen)).space
 
 
 def settings_of(scene: Scene) -> dict[str, float]:

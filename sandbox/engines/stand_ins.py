@@ -6,7 +6,7 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 
-from sandbox.engines.engine import FullEngine, Traits, advance, traits_of
+from sandbox.engines.engine import RunningEngine, Traits, advance, traits_of
 from sandbox.errors import EngineError, LimitReached
 from sandbox.scene.clock import Clock
 from sandbox.scene.fields import Vector
@@ -24,7 +24,7 @@ class RenumberedEngine:
     same to the bit.
     """
 
-    def __init__(self, build: Callable[[Scene, State], FullEngine], scene: Scene, initial: State) -> None:
+    def __init__(self, build: Callable[[Scene, State], RunningEngine], scene: Scene, initial: State) -> None:
         # A group's balls are all of one kind, so that groups in reverse order are balls in reverse order.
         reverse = scene.changed(balls=scene.balls[::-1], expect=())
         self._engine = build(reverse, _reversed(initial))
@@ -68,7 +68,7 @@ class RecordedEngine:
 
     def __init__(self, states: States, contacts: Contacts, clock: Clock, damping: Damping) -> None:
         self._states, self._contacts, self._clock = states, contacts, clock
-        self.traits = Traits(together=True, damping=damping)
+        self.traits = Traits(damping=damping)
         ends = clock.times(np.arange(len(states.position)))
         self._until = np.searchsorted(contacts["time"], ends, side="right")  # contacts, after each step
         self._steps = 0
@@ -104,7 +104,7 @@ class StoppingEngine:
     state: of the engine; error: why it stands still, None before, or a limit that it has reached.
     """
 
-    def __init__(self, engine: FullEngine, state: State, error: EngineError | LimitReached | None = None) -> None:
+    def __init__(self, engine: RunningEngine, state: State, error: EngineError | LimitReached | None = None) -> None:
         self.traits = traits_of(engine)
         self.error = error
         self._engine = engine

@@ -38,7 +38,6 @@ class Support:
 
 
 _TRAITS: Final = {  # in the table
-    "together": "simultaneous contacts together",
     "soft": "soft contacts",
     "reports_contacts": "reports its contacts",
     "can_be_dragged": "can be dragged",
@@ -68,8 +67,6 @@ def engines() -> dict[str, Support]:
     >>> support = engines()
     >>> "gravity" in support["article"].accepts, "gravity" in support["impulse"].accepts
     (False, True)
-    >>> support["pymunk"].traits.together, support["exact"].traits.together
-    (True, False)
     """
     scenes = {feature: _PLAIN.changed(**changes) for feature, changes in _CHANGES.items()}
     return {

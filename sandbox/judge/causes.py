@@ -6,11 +6,9 @@ under its cause. So the lines add up to the whole change.
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Final, Self
+from typing import Self
 
 from sandbox.state import Floats
-
-NEGLIGIBLE: Final = 1e-6  # fraction of an impulse, a speed or a radius; smaller errors count as rounding
 
 
 class Cause(IntEnum):
@@ -68,7 +66,7 @@ class Entry:
 
     cause: Cause  # its key
     contacts: int  # or steps of a ball, for a cause that is not a contact's
-    energy: float  # kg px²/s²; the lines add up to the whole change, without that of SPIN
+    energy: float  # kg px²/s²; the lines add up to the whole change, without that of `spin`
     momentum: float  # kg px/s transferred wrongly, the sum of the lengths
     displacement: float  # px by which balls were displaced wrongly, the sum of the lengths
 

@@ -15,7 +15,7 @@ from sandbox.judge.causes import Cause
 from sandbox.judge.laws import BOUNCES, BY_NAME, LAWS, Law, Place, places, six_of
 from sandbox.judge.observe import FITTED, Met, Singles, When
 from sandbox.judge.run import NEVER, dot
-from sandbox.judge.thresholds import DOUBTED, REFUTED
+from sandbox.judge.thresholds import DOUBTED, FEW, REFUTED
 from sandbox.state import Bools, Floats, Integers
 
 CHOICE: Final = np.dtype(
@@ -27,7 +27,6 @@ CHOICE: Final = np.dtype(
         ("depth", "f8"),  # px
     ]
 )
-FEW: Final = 3  # contacts that fit a law of one value, of which they should show one
 NOTHING: Final = -1  # the cause of what nothing explains
 RIGHT: Final = -2  # the cause of what is as it should be
 ANYWHERE: Final = "?"  # the place of balls that a law leaves elsewhere than any rule puts them

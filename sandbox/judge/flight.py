@@ -1,7 +1,7 @@
 """How an engine flies: one law of velocities and one of places, fitted to all flights of a run that touch nothing."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
@@ -9,45 +9,27 @@ import numpy as np
 
 from sandbox.judge.causes import Cause
 from sandbox.judge.run import Flights, Run, Vectors, dot
-from sandbox.judge.thresholds import ALIKE, DOUBLE
+from sandbox.judge.thresholds import ALIKE, DOUBLE, FEW
 from sandbox.state import Bools, Floats, Integers
 
-FEW: Final = 3  # flights, of which no law is read
 MOST: Final = 20_000  # flights that a law is read from
 SCHEMES: Final = (0.0, 0.5, 1.0, *(0.5 + s * 0.5 / k for k in range(2, 65) for s in (1, -1)))  # of gravity, in k parts
-BY_BALL: Final[tuple[tuple[str, Callable[[Flights], Floats]], ...]] = (
-    ("", lambda f: np.ones(len(f.r))),
-    (" r", lambda f: f.r),
-    (" / m", lambda f: 1 / f.m),
-    (" r / m", lambda f: f.r / f.m),
-    (" r² / m", lambda f: f.r**2 / f.m),
-)
-BY_SPEED: Final = ((" v²", 1), ("", -1), (" v", 0))  # the power of v in the share of the speed that a drag takes
+BY_SPEED: Final = ((" v²", 1), ("", -1))  # the power of v in the share of the speed that a drag takes
 
 
 @dataclass(frozen=True)
-class SpeedLaw:
-    """How velocities change in a flight: velocity(f), (k,) px/s.
+class FlightLaw:
+    """How velocities change in flights, of(f), px/s, or where these end, of(f, w), px, if w are their velocities then.
 
     cause: None if that is right; name, values: of the sentence in `words`; factor: what velocities are multiplied by,
-    if that is all.
+    if that is all; clock: the share of a step that flights take.
     """
 
-    velocity: Callable[[Flights], Vectors]
+    of: Callable[..., Vectors]
     cause: Cause | None = None
     name: str = ""
     values: tuple[float, ...] = ()
     factor: complex = 1.0
-
-
-@dataclass(frozen=True)
-class PlaceLaw:
-    """Where flights end: place(f, w), (k,) px, w their velocities then. clock: the share of a step that they take."""
-
-    place: Callable[[Flights, Vectors], Vectors]
-    cause: Cause | None = None
-    name: str = ""
-    values: tuple[float, ...] = ()
     clock: float = 1.0
 
 
@@ -55,14 +37,14 @@ class PlaceLaw:
 class Habit:
     """How an engine flies. kept: the share of its spin that a ball keeps in a step."""
 
-    speed: SpeedLaw
-    place: PlaceLaw
+    speed: FlightLaw
+    place: FlightLaw
     kept: float = 1.0
 
     def end(self, flights: Flights) -> tuple[Vectors, Vectors]:
         """Return where flights end, px, and with which velocities, px/s."""
-        w = self.speed.velocity(flights)
-        return self.place.place(flights, w), w
+        w = self.speed.of(flights)
+        return self.place.of(flights, w), w
 
 
 def by_gravity(f: Flights) -> Vectors:
@@ -75,7 +57,7 @@ def on_parabola(f: Flights, w: Vectors) -> Vectors:
     return f.x + f.v * f.dt + f.g * f.dt**2 / 2
 
 
-RIGHT: Final = SpeedLaw(by_gravity), PlaceLaw(on_parabola)
+RIGHT: Final = FlightLaw(by_gravity), FlightLaw(on_parabola)
 
 
 def habit_of(run: Run, free: Bools, damping: float) -> Habit:
@@ -87,25 +69,29 @@ def habit_of(run: Run, free: Bools, damping: float) -> Habit:
     k, i = step[moves], ball[moves]
     if len(k) < FEW:
         return Habit(*RIGHT)
-    f, y, w = run.flights(k, i), run.x[k + 1, i], run.v[k + 1, i]
-    speed, most = RIGHT[0], 0.5
-    for law in _speeds(f, w, run.floor, damping):
-        fits = np.mean(np.abs(law.velocity(f) - w) * f.dt <= 1.5 * run.floor)
-        if fits > most:
-            speed, most = law, (1 + fits) / 2  # a later law must explain most of what this one does not
-        if fits == 1:
-            break
-    place, most = RIGHT[1], 0.5
-    for way in _places(f, w, y, run.floor):
-        fits = np.mean(np.abs(way.place(f, w) - y) <= 1.5 * run.floor)
-        if fits > most and not (place.cause is Cause.GRAVITY and way.cause is Cause.TELEPORTED):
-            place, most = way, (1 + fits) / 2
-        if fits == 1:
-            break
+    f, y, w, floor = run.flights(k, i), run.x[k + 1, i], run.v[k + 1, i], 1.5 * run.floor
+    speed = _best(_speeds(f, w, run.floor, damping), lambda law: np.abs(law.of(f) - w) * f.dt <= floor)
+    place = _best(_places(f, w, y, run.floor), lambda law: np.abs(law.of(f, w) - y) <= floor)
     if place.clock != 1:
-        clock = place.clock
-        speed = SpeedLaw(lambda f: f.v + f.g * clock * f.dt)
-    return replace(Habit(speed, place), kept=_kept(run, step, ball))
+        speed = FlightLaw(lambda f: f.v + f.g * place.clock * f.dt)
+    return Habit(speed, place, _kept(run, step, ball))
+
+
+def _best(laws: Iterator[FlightLaw], fits: Callable[[FlightLaw], Bools]) -> FlightLaw:
+    """Return the law that explains most flights, the first, which is right, if none explains half of them.
+
+    A later law must explain most of what an earlier one does not. That gravity is off wins against shifted places.
+    """
+    best, most = None, 0.5
+    for law in laws:
+        best = best or law
+        share = float(np.mean(fits(law)))
+        if share > most and not (best.cause is Cause.GRAVITY and law.cause is Cause.TELEPORTED):
+            best, most = law, (1 + share) / 2
+        if share == 1:
+            break
+    assert best
+    return best
 
 
 def _kept(run: Run, step: Integers, ball: Integers) -> float:
@@ -131,75 +117,57 @@ def _centre(z: Vectors, least: float = 0.0) -> complex:
     return complex(x if abs(x) > least else 0.0, y if abs(y) > least else 0.0)
 
 
-def _speeds(f: Flights, w: Vectors, floor: float, damping: float) -> Iterator[SpeedLaw]:
+def _speeds(f: Flights, w: Vectors, floor: float, damping: float) -> Iterator[FlightLaw]:
     """Yield laws of velocities that flights show, the likelier first. w: px/s, after them."""
     yield RIGHT[0]
-    dt = float(np.median(f.dt))
+    dt, base = float(np.median(f.dt)), by_gravity(f)
     if damping != 1:
-        yield SpeedLaw(
-            lambda f: f.v * damping**f.dt + f.g * f.dt, Cause.DAMPING, "damping", (100 * damping,), damping**dt
-        )
+        values, factor = (100 * damping,), damping**dt
+        yield FlightLaw(lambda f: f.v * damping**f.dt + f.g * f.dt, Cause.DAMPING, "damping", values, factor)
     pull = _centre((w - f.v) / f.dt, floor / dt**2)
     if abs(pull - f.g) * dt**2 > floor:
         ratio = pull / f.g if f.g else 0j
         name = "no gravity" if not pull else "share of gravity" if ratio.real and abs(ratio.imag) < ALIKE else "pull"
-        yield SpeedLaw(lambda f: f.v + pull * f.dt, Cause.GRAVITY, name, (pull.real, pull.imag, ratio.real))
-    for first in (True, False) if f.g else (True,):  # gravity before or after what slows balls down
-        yield from _factors(f, w, floor, first=first)
-    base = by_gravity(f)
+        yield FlightLaw(lambda f: f.v + pull * f.dt, Cause.GRAVITY, name, (pull.real, pull.imag, ratio.real))
+    for first in (1, 0) if f.g else (1,):  # gravity before or after what slows balls down
+        yield from _factors(f, w, floor, first)
     with np.errstate(all="ignore"):
         lost = np.where(np.abs(base) * f.dt > 10 * floor, 1 - np.abs(w) / np.abs(base), np.nan) / f.dt
-        for by_ball, size in BY_BALL:
-            for by_speed, power in BY_SPEED:
-                k = _agreed(lost / (np.abs(base) ** power * size(f)))
-                if k is not None and abs(k) > DOUBLE and (power or by_ball):
-                    law = partial(_drag, k=k, power=power, size=size)
-                    yield SpeedLaw(law, Cause.UNREPORTED, f"drag by{by_speed}{by_ball}", (k,))
+        for by_speed, power in BY_SPEED:
+            k = _agreed(lost / np.abs(base) ** power)
+            if k is not None and abs(k) > DOUBLE:
+                yield FlightLaw(partial(_drag, k=k, power=power), Cause.UNREPORTED, f"drag by{by_speed}", (k,))
 
 
-def _factors(f: Flights, w: Vectors, floor: float, *, first: bool) -> Iterator[SpeedLaw]:
-    """Yield laws that multiply velocities, or one component of them."""
-    base, seen = (by_gravity(f), w) if first else (f.v, w - f.g * f.dt)
-    dt = float(np.median(f.dt))
+def _factors(f: Flights, w: Vectors, floor: float, first: int) -> Iterator[FlightLaw]:
+    """Yield the law that multiplies velocities. first: 1 if gravity is multiplied as well, 0 if not."""
+    base, seen = f.v + first * f.g * f.dt, w - (1 - first) * f.g * f.dt
     with np.errstate(all="ignore"):
         ratio = np.where(np.abs(base) * f.dt > 10 * floor, seen / base, np.nan)
-        x, y = (
-            _agreed(np.where(np.abs(part) * f.dt > 10 * floor, of / part, np.nan))
-            for part, of in ((base.real, seen.real), (base.imag, seen.imag))
-        )
-    size, turn = _agreed(np.abs(ratio)), _agreed(np.angle(ratio))
-    if size is not None and abs(size * np.exp(1j * (turn or 0)) - 1) > DOUBLE:
-        factor = complex(size * np.exp(1j * (turn or 0)))
+    size, turn = _agreed(np.abs(ratio)), _agreed(np.angle(ratio)) or 0.0
+    factor = complex((size or 1) * np.exp(1j * turn))
+    if size is not None and abs(factor - 1) > DOUBLE:
+        values = size, size ** (1 / float(np.median(f.dt))), float(np.degrees(turn))
 
         def multiplied(f: Flights) -> Vectors:
-            return factor * by_gravity(f) if first else factor * f.v + f.g * f.dt
+            return factor * (f.v + first * f.g * f.dt) + (1 - first) * f.g * f.dt
 
-        values = size, size ** (1 / dt), float(np.degrees(turn or 0))
-        yield SpeedLaw(multiplied, Cause.UNREPORTED, "turned" if turn else "multiplied", values, factor)
-    for name, k in (("multiplied x", x), ("multiplied y", y)):
-        if k is not None and abs(k - 1) > DOUBLE:
-            kx, ky = (k, 1.0) if name[-1] == "x" else (1.0, k)
-
-            def scaled(f: Flights, kx: float = kx, ky: float = ky) -> Vectors:
-                u = by_gravity(f) if first else f.v
-                return kx * u.real + 1j * ky * u.imag + (0 if first else f.g * f.dt)
-
-            yield SpeedLaw(scaled, Cause.UNREPORTED, name, (k,))
+        yield FlightLaw(multiplied, Cause.UNREPORTED, "turned" if turn else "multiplied", values, factor)
 
 
-def _drag(f: Flights, k: float, power: int, size: Callable[[Flights], Floats]) -> Vectors:
-    """Return velocities after each speed has lost k v^(power + 1) size a second."""
+def _drag(f: Flights, k: float, power: int) -> Vectors:
+    """Return velocities after each speed has lost k v^(power + 1) a second."""
     u = by_gravity(f)
     with np.errstate(all="ignore"):
-        share = np.where(u != 0, k * np.abs(u) ** power * size(f) * f.dt, 0.0)
+        share = np.where(u != 0, k * np.abs(u) ** power * f.dt, 0.0)
     slower: Vectors = u * np.maximum(1 - share, 0)
     return slower
 
 
-def _places(f: Flights, w: Vectors, y: Vectors, floor: float) -> Iterator[PlaceLaw]:
+def _places(f: Flights, w: Vectors, y: Vectors, floor: float) -> Iterator[FlightLaw]:
     """Yield laws of places that flights show, the likelier first. w: px/s, y: px, after them."""
     yield RIGHT[1]
-    yield PlaceLaw(lambda f, w: f.x + f.dt * (f.v + w) / 2)
+    yield FlightLaw(lambda f, w: f.x + f.dt * (f.v + w) / 2)
     for slowed in (True, False) if np.abs(w - by_gravity(f)).max() * float(f.dt.max()) > floor else (True,):
         yield from _schemes(f, w, y, floor, slowed=slowed)
     with np.errstate(all="ignore"):
@@ -210,15 +178,13 @@ def _places(f: Flights, w: Vectors, y: Vectors, floor: float) -> Iterator[PlaceL
         )
     clock = _agreed(fall)
     if clock is not None and abs(clock - 1) > DOUBLE and clock > 0:
-        yield PlaceLaw(
-            lambda f, w: f.x + f.v * clock * f.dt + f.g * (clock * f.dt) ** 2 / 2,
-            *(Cause.TELEPORTED, "clock", (clock,), clock),
-        )
+        end = lambda f, w: f.x + f.v * clock * f.dt + f.g * (clock * f.dt) ** 2 / 2  # noqa: E731
+        yield FlightLaw(end, Cause.TELEPORTED, "clock", (clock,), clock=clock)
     for scheme in (0.5, 1.0, 0.0) if f.g else (0.5,):
         yield from _odd_places(f, y, floor, scheme)
 
 
-def _schemes(f: Flights, w: Vectors, y: Vectors, floor: float, *, slowed: bool) -> Iterator[PlaceLaw]:
+def _schemes(f: Flights, w: Vectors, y: Vectors, floor: float, *, slowed: bool) -> Iterator[FlightLaw]:
     """Yield laws of places at some velocity between those before and after a flight, or before what slows it down."""
 
     def after(f: Flights, w: Vectors) -> Vectors:
@@ -234,21 +200,19 @@ def _schemes(f: Flights, w: Vectors, y: Vectors, floor: float, *, slowed: bool) 
         off = abs(near - 0.5) * abs(f.g) * float(np.median(f.dt)) ** 2
         cause = Cause.GRAVITY if f.g and near != 0.5 else None
         name = "gravity after" if near > 0.5 else "gravity before"
-        yield PlaceLaw(lambda f, w: f.x + f.dt * (f.v + near * (after(f, w) - f.v)), cause, name, (off,))
+        yield FlightLaw(lambda f, w: f.x + f.dt * (f.v + near * (after(f, w) - f.v)), cause, name, (off,))
 
 
-def _odd_places(f: Flights, y: Vectors, floor: float, scheme: float) -> Iterator[PlaceLaw]:
+def _odd_places(f: Flights, y: Vectors, floor: float, scheme: float) -> Iterator[FlightLaw]:
     """Yield laws that change where flights end, which are integrated by a scheme."""
 
     def ends(f: Flights) -> Vectors:
         return f.x + f.dt * (f.v + f.dt * f.g * scheme)
 
-    for name, cut in (("cut", np.trunc), ("rounded", np.rint)):
+    def cut(f: Flights, w: Vectors) -> Vectors:
+        z = ends(f)
+        return np.trunc(z.real) + 1j * np.trunc(z.imag)
 
-        def whole(f: Flights, w: Vectors, cut: Callable[[Floats], Floats] = cut) -> Vectors:
-            z = ends(f)
-            return cut(z.real) + 1j * cut(z.imag)
-
-        yield PlaceLaw(whole, Cause.TELEPORTED, name)
+    yield FlightLaw(cut, Cause.TELEPORTED, "cut")
     shift = _centre(y - ends(f), floor)
-    yield PlaceLaw(lambda f, w: ends(f) + shift, Cause.TELEPORTED, "shifted", (shift.real, shift.imag))
+    yield FlightLaw(lambda f, w: ends(f) + shift, Cause.TELEPORTED, "shifted", (shift.real, shift.imag))

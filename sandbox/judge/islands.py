@@ -21,6 +21,7 @@ from sandbox.judge.thresholds import DOUBTED
 from sandbox.state import Bools, Floats, Integers
 
 MOST_EVENTS: Final = 40  # contacts in a step of an island, after which it is a heap
+MAX_ISLANDS: Final = 1_500  # of a block, the first ones: each takes up to 0.5 ms, all less than a second
 COMMON: Final = 3  # laws, and 2 places, that single contacts show most, and that are tried on islands
 MAX_LEFT_OUT: Final = 6  # contacts of an island of which each is left out in turn
 BY_SOLVER: Final = {Cause.WARM_START: "pulls", Cause.UNCONVERGED: "approach", Cause.LATE: "together"}

@@ -13,12 +13,12 @@ from sandbox.judge.causes import Cause
 from sandbox.judge.choose import ANYWHERE, NOTHING, RIGHT, Chosen, choose, doubt_faults, explain
 from sandbox.judge.contacts import components, due, keys_of, near_pairs, near_pairs_of, near_walls, way_of
 from sandbox.judge.flight import Habit, by_gravity, habit_of
-from sandbox.judge.islands import SAID, Islands, Shown, explain_islands
+from sandbox.judge.islands import MAX_ISLANDS, SAID, Islands, Shown, explain_islands
 from sandbox.judge.ledger import NO_BODY, Errors, Ledger, pairs
 from sandbox.judge.observe import SIGN, Singles, When
-from sandbox.judge.run import NEVER, Contacts, Run, Vectors, dot
+from sandbox.judge.run import NEVER, Contacts, Run, Vectors, cross, dot
 from sandbox.judge.summary import Judged, Verdict, summary
-from sandbox.judge.thresholds import MAX_ISLANDS, MAX_TOGETHER, REST, TINY
+from sandbox.judge.thresholds import MAX_TOGETHER, NEGLIGIBLE, REST
 from sandbox.judge.words import of_flight
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT
@@ -122,9 +122,7 @@ class _Block:
         acts = (self.is_due & some_act) | ((self.deepest > 0) & all_act)
         waits = self.is_due & ~some_act
         keys = keys_of(c, run)
-        ignored = (
-            self.is_due & (self.before > run.tiny) & np.isin(keys - 1, keys[waits])
-        )  # it did not happen before, too
+        ignored = self.is_due & (self.before > run.tiny) & np.isin(keys - 1, keys[waits])  # as before
         dropped = acts & ignored & self._has_more(c, c.part(acts), 1)
         acts &= ~dropped
         some = c.part(acts)
@@ -255,10 +253,8 @@ class _Block:
         kicked[nodes // run.n, nodes % run.n] = False
         k, i = np.nonzero(kicked)
         margin = float(run.r.max())
-        c = Contacts.joined(
-            near_pairs_of(run, k, i, self.way[k, i], margin),
-            near_walls(run, k, i, self.way[k, i], margin / 2),
-        )
+        way = self.way[k, i]
+        c = Contacts.joined(near_pairs_of(run, k, i, way, margin), near_walls(run, k, i, way, margin / 2))
         for each, may in ((c, ~c.pair), (self.c, self.deepest > -run.tiny)):
             self.near[each.part(may | each.all_in(self.active)).ends] = True
         if not len(c.k):
@@ -370,8 +366,8 @@ class _Block:
         off_x, off_v = np.abs(run.x[k + 1, i] - run.hx[at]), np.abs(run.v[k + 1, i] - run.hv[at])
         gain = run.gain(k, i)
         spun = np.abs(run.w[k + 1, i] - run.w[k, i] * run.kept) * run.r[i]
-        least = TINY * (1 + np.abs(run.v0[at]))
-        small = (off_x < TINY * run.r[i]) & (off_v < least) & (spun < least)
+        least = NEGLIGIBLE * (1 + np.abs(run.v0[at]))
+        small = (off_x < NEGLIGIBLE * run.r[i]) & (off_v < least) & (spun < least)
         self.ledger.rightful(Cause.ROUNDING, gain[small])
         may, kicked, speed = self.near[at], self.kicked[at], np.abs(run.v[k + 1, i])
         cause = np.where(may, Cause.UNKNOWN, np.where(kicked, Cause.UNREPORTED, Cause.TELEPORTED))
@@ -391,37 +387,34 @@ class _Block:
     def _missed(self, c: Contacts, t: Floats, resolved: Integers) -> None:
         """Name contacts that were due at times t, s, and did not happen before the two were apart again.
 
-        Of a wall, a ball must end on its other side: what it flies back from by itself is no passage.
+        Of a wall, a ball must end on its other side: what it flies back from by itself is no passage. Nor is a graze of
+        two balls that is less deep than the parabola is off the way of an engine that integrates gravity otherwise.
         """
-        run = self.run
-        xi, xj = (run.x[c.k, b] + t * (run.u[c.k, b] + t * run.pull / 2) for b in (c.i, c.other))
-        vi, vj = run.v0[c.k, c.i] + t * run.pull, np.where(c.pair, run.v0[c.k, c.other] + t * run.pull, 0.0)
-        n, _ = run.geometry(c.i, c.j, xi, xj)
-        closing = dot(vi - vj, n)
+        run, s = self.run, Singles(self.run, self.habit, c, t)
+        met, unsure = s.met(When.TOUCH), abs(run.pull) * s.dt**2 / 2 * (self.habit.place.cause is not None)
+        across = np.abs(cross(met.n, met.v[0] - met.v[1])) / np.abs(met.v[0] - met.v[1])
+        deep = ~c.pair | (s.r.sum(axis=0) * (1 - across) > unsure)
         order = np.argsort(keys_of(c, run))
-        order = order[(closing * run.dt[c.k] > 4 * run.floor)[order]]
-        c, n, closing, keys = c.part(order), n[order], closing[order], keys_of(c, run)[order]
+        order = order[((met.u * run.dt[c.k] > 4 * run.floor) & deep)[order]]
+        c, keys = c.part(order), keys_of(c, run)[order]
         begins = np.diff(keys, prepend=-9) != 1  # of the steps in a row in which it is due
         ends = c.part(np.append(begins[1:], True)[: len(begins)])
-        first, n, closing = c.part(begins), n[begins], closing[begins]
         after, wall = np.minimum(ends.k + 1, run.steps), np.where(ends.pair, 0, ~ends.j)
         x, to = run.x[after, ends.i], run.x[after, ends.other]
         _, depth = run.geometry(ends.i, ends.j, x, to)
         is_arena = ~ends.pair & (wall < ARENA_COUNT)
-        beyond = np.where(is_arena, depth > run.r[ends.i], dot((run.start + run.end)[wall] / 2 - x, n) <= 0)
+        side = dot((run.start + run.end)[wall] / 2 - x, met.n[order[begins]])
+        beyond = np.where(is_arena, depth > run.r[ends.i], side <= 0)
         passed = np.where(ends.pair, (depth <= 0) | (ends.k + 1 < run.steps), beyond)
         passed &= ~np.isin(keys_of(ends, run) + 1, resolved)
-        first, n, closing = first.part(passed), n[passed], closing[passed]
-        e = run.e[first.i] * np.where(first.pair, run.e[first.other], run.wall_e[np.where(first.pair, 0, ~first.j)])
-        reduced = 1 / (1 / run.m[first.i] + np.where(first.pair, 1 / run.m[first.other], 0))
-        impulse, balls = (1 + e) * reduced * closing, (first.i, first.other)
-        given = SIGN * impulse * n / run.m[np.stack(balls)]
-        flown = [run.x[first.k + 1, b] - run.x[first.k, b] for b in balls]
+        rows = order[begins][passed]
+        first, n, impulse, red = s.at.part(rows), met.n[rows], met.due[rows], s.red[rows]
+        balls = np.stack([first.i, first.other])
+        flown = np.abs(run.x[first.k + 1, balls] - run.x[first.k, balls]).max(axis=0)
         self.ledger.enter(
-            first, cause=Cause.MISSED, law=np.where(first.pair, "passed", "through"), value=np.abs(flown).max(axis=0),
-            speed=impulse / reduced, momentum=impulse,
-            should=self._exact_ends(first, given), should_normal=pairs(n),
-            spin_should=np.stack([run.w[first.k, b] for b in balls], axis=1),
+            first, cause=Cause.MISSED, law=np.where(first.pair, "passed", "through"), value=flown,
+            speed=impulse / red, momentum=impulse, should_normal=pairs(n), spin_should=run.w[first.k, balls].T,
+            should=self._exact_ends(first, SIGN * s.inverse[:, rows] * impulse * n),
         )  # fmt: skip
 
     def judge_flights(self, *, is_soft: bool) -> None:

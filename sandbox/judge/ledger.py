@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sandbox.judge.causes import Cause
 from sandbox.judge.run import Contacts, Run, Vectors, cross
-from sandbox.judge.thresholds import SPRING_STEPS
+from sandbox.judge.thresholds import FEW
 from sandbox.state import Floats, Integers
 
 NO_BODY: Final = np.iinfo(np.int64).max  # the second of a ball in flight
@@ -104,7 +104,7 @@ def soften(errors: Errors) -> None:
     of = errors[pushes]
     follows = (np.diff(of["first"]) == 0) & (np.diff(of["second"]) == 0) & (np.diff(of["step"]) == 1)
     group = np.cumsum(np.append(True, ~follows))[: len(of)]
-    long = np.bincount(group) >= SPRING_STEPS
+    long = np.bincount(group) >= FEW
     soft = (long & (np.bincount(group, of["law"] == "push") > 0))[group]
     if 2 * np.count_nonzero(soft) > len(soft):
         soft[:] = True

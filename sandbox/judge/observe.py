@@ -67,7 +67,7 @@ class Met:
     """Contacts where they are resolved, and what is due then: (k,) each, of both bodies (2, k).
 
     t: s from the step's start; n: normals; depth: px; v, w: px/s and rad/s, just before; started: px/s, how fast they
-    approached along the normal when the step began; slack: px/s, by which a fitted time leaves velocities unsure,
+    approached along the normal when the step began; slack: px/s, the error of velocities that a fitted time causes,
     negative if there is no such time; six: what the states show; u: px/s, how fast the two approach; due, rub: kg px/s,
     the right impulse, (1 + e) m u with the reduced mass m, and friction; pull: px/s², how balls fall.
     """
@@ -123,7 +123,7 @@ class Singles(Bodies):
         self.x, self.v, self.h, self.hv, after = f.x, f.v, run.hx[k, ball], run.hv[k, ball], run.v[k + 1, ball]
         if undo != 1:
             after, self.hv = after / undo, by_gravity(f)
-            self.h = habit.place.place(f, self.hv)
+            self.h = habit.place.of(f, self.hv)
         self.dx, self.dv = run.x[k + 1, ball] - self.h, after - self.hv
         kept, later = (run.kept, 1.0) if undo == 1 else (1.0, run.kept)  # when spins are slowed down, if they are
         self.w = run.w[k, ball] * kept

@@ -11,7 +11,7 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.judge.thresholds import DOUBLE, SINGLE, TINY
+from sandbox.judge.thresholds import DOUBLE, NEGLIGIBLE, SINGLE
 from sandbox.quantity import passing
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT, arena_faces, walls_of
@@ -41,13 +41,11 @@ def vectors(pairs: Floats) -> Vectors:
 
 
 class Flights(NamedTuple):
-    """Balls at the start of steps: x px, v px/s, dt s, radius r px, mass m kg, each (k,); g: px/s², of the scene."""
+    """Balls at the start of steps: x px, v px/s and dt s, each (k,); g: px/s², of the scene."""
 
     x: Vectors
     v: Vectors
     dt: Floats
-    r: Floats
-    m: Floats
     g: complex
 
 
@@ -126,7 +124,7 @@ class Run:
         whole = single and np.array_equal(self.x[1:].real, np.rint(self.x[1:].real))  # an engine that cuts places
         reach, fastest = (float(max(np.abs(z.real).max(), np.abs(z.imag).max())) for z in (self.x, self.v))
         self.floor = (SINGLE if single and not whole else DOUBLE) * (reach + fastest * float(clock.max()))
-        self.tiny = 3 * self.floor + TINY * float(self.r.min())
+        self.tiny = 3 * self.floor + NEGLIGIBLE * float(self.r.min())
 
     def fly(self, hx: Vectors, hv: Vectors, pull: complex, kept: float, clock: float) -> None:
         """Set how the engine flies. clock: what share of a step it flies."""
@@ -142,7 +140,7 @@ class Run:
 
     def flights(self, k: Integers, i: Integers) -> Flights:
         """Return balls at the start of steps."""
-        return Flights(self.x[k, i], self.v0[k, i], self.dt[k], self.r[i], self.m[i], self.g)
+        return Flights(self.x[k, i], self.v0[k, i], self.dt[k], self.g)
 
     def geometry(self, i: Integers, j: Integers, xi: Vectors, xj: Vectors) -> tuple[Vectors, Floats]:
         """Return the normals from ball i to the body j, and how deep they are in each other, px: (k,) each.

@@ -61,11 +61,6 @@ class Verdict:
         errors["step"] = -(-errors["step"] // substeps)
         return replace(self, errors=errors, gained=self.gained[substeps - 1 :: substeps])
 
-    @property
-    def unknown(self) -> float:
-        """The share of the run's error that nothing explains."""
-        return sum(each.share for each in self.causes if each.cause == Cause.UNKNOWN)
-
 
 def summary(scene: Scene, blocks: Sequence[Judged]) -> Verdict:
     """Return the verdict on blocks of steps that follow one another."""

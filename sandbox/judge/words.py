@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from sandbox.judge.causes import Cause
-from sandbox.judge.flight import PlaceLaw, SpeedLaw
+from sandbox.judge.flight import FlightLaw
 from sandbox.judge.laws import BY_NAME, PLACES
 from sandbox.judge.ledger import Errors
 from sandbox.judge.thresholds import ALIKE
@@ -34,16 +34,13 @@ FLIGHTS: Final = {
     "no gravity": "Balls in flight fall without gravity.",
     "multiplied": "Every step multiplies velocities by {0:.6g} ({1:.4g} a second), without a contact.",
     "turned": "Every step multiplies velocities by {0:.6g} and turns them by {2:.4g}°, without a contact.",
-    "multiplied x": "Every step multiplies velocities along x by {0:.6g}, without a contact.",
-    "multiplied y": "Every step multiplies velocities along y by {0:.6g}, without a contact.",
     "share of gravity": "Balls in flight fall with {2:.5g} of the scene's gravity.",
     "clock": "Each step flies for {0:.6g} of its length.",
     "cut": "Positions are cut to whole pixels in each step.",
-    "rounded": "Positions are rounded to whole pixels in each step.",
 }
 
 
-def of_flight(units: Units, law: SpeedLaw | PlaceLaw, kept: float) -> str:
+def of_flight(units: Units, law: FlightLaw, kept: float) -> str:
     """Return the sentence of how an engine flies; without a cause, of the share of spin that it keeps."""
     if law.cause is None:
         return f"Every step multiplies spins by {kept:.6g}, without a contact."

@@ -16,7 +16,8 @@ from sandbox.analysis.difference import Difference, pair_name
 from sandbox.analysis.figures import Run
 from sandbox.analysis.verdict import is_heap, key_figures, summaries
 from sandbox.engines import REFERENCE
-from sandbox.judge.causes import NEGLIGIBLE, Cause
+from sandbox.judge.causes import Cause
+from sandbox.judge.thresholds import NEGLIGIBLE
 from sandbox.report.first_contacts import columns, first_contacts
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension, Units

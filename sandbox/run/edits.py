@@ -11,10 +11,10 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, Final, Literal, Self
+from typing import Any, Final, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from sandbox.errors import SandboxError
 from sandbox.scene.balls import PER_BALL, BallGroup
@@ -22,7 +22,6 @@ from sandbox.scene.clock import Clock
 from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, NotTiny, Number, Vector
 from sandbox.scene.model import Scene, Wall
 from sandbox.scene.overlaps import Situation, check_ball_fits, check_wall_fits
-from sandbox.scene.validation import invalid
 from sandbox.state import State, States
 
 CONSTANTS: Final = ("radius", "mass", "elasticity", "friction")  # of a ball
@@ -53,18 +52,6 @@ class Edit(Model):
 
 class _Changes(Edit):
     """An edit that changes some values of a ball or a wall; those left out, or None, stay as they are."""
-
-    @model_validator(mode="after")
-    def _check_something_changes(self) -> Self:
-        if not self.changes:
-            fields = type(self).model_fields.items()
-            keys = [
-                field.serialization_alias or name
-                for name, field in fields
-                if field.default is None and name not in NOT_CHANGED
-            ]
-            raise invalid(((), f"must contain {', '.join(keys[:-1])} or {keys[-1]}"))
-        return self
 
     @property
     def changes(self) -> dict[str, Any]:

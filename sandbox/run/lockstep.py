@@ -10,7 +10,7 @@ from typing import Final, cast
 
 import numpy as np
 
-from sandbox.engines import Engines, FullEngine, Source, advance, create, named
+from sandbox.engines import Engines, RunningEngine, Source, advance, create, named
 from sandbox.engines.checked import CheckedEngine
 from sandbox.engines.engine import SubsteppingEngine, Traits, traits_of
 from sandbox.engines.stand_ins import StoppingEngine
@@ -28,7 +28,7 @@ FIRST_STEPS: Final = 16  # that engines do in one call while it is not known how
 AVERAGED_STEPS: Final = 30  # over which the time of a step is averaged, about
 MAX_CALL_SECONDS: Final = 0.2  # s, about: between calls, a signal is handled and progress is shown
 
-Build = Callable[[Scene, State], FullEngine]
+Build = Callable[[Scene, State], RunningEngine]
 
 
 class Runner:
@@ -52,7 +52,7 @@ class Runner:
         """How the engine is to be judged, and what it can do."""
         return traits_of(self.engine)
 
-    def replace(self, engine: FullEngine) -> None:
+    def replace(self, engine: RunningEngine) -> None:
         """Continue with another engine."""
         if self._earlier is not None:
             self._earlier.append(self._latest())
@@ -105,6 +105,11 @@ class Runner:
         """Return the states after each substep since the last call; the first call starts recording."""
         return cast("SubsteppingEngine", self.engine).substates()
 
+    def resume(self, engine: RunningEngine, steps: int) -> None:
+        """Continue with another engine after some steps in which there was none."""
+        self._steps = steps
+        self.replace(engine)
+
     def push(self, applied: Applied) -> tuple[State, list[Push]]:
         """Push the balls before a step. Return the state before, and the pushes."""
         state = self.state()
@@ -119,7 +124,7 @@ class Runner:
         return contacts
 
 
-def _build(name: str, source: Source, stops: bool, scene: Scene, state: State) -> FullEngine:
+def _build(name: str, source: Source, stops: bool, scene: Scene, state: State) -> RunningEngine:
     engine = create(source, scene, state, name)
     return StoppingEngine(engine, engine.state()) if stops and isinstance(engine, CheckedEngine) else engine
 
@@ -128,7 +133,9 @@ class Lockstep:
     """Engines that run one scene from one state, step by step, with the same mouse and the same edits.
 
     stops: whether an engine that fails or reaches a limit stops there, and does not raise EngineError or LimitReached;
-    expendable: the engine without which the others go on if it raises SandboxError in a step.
+    expendable: the engine without which the others go on if it raises SandboxError in a step. reference: if named, any
+    other engine that refuses an edited scene is suspended; as soon as the scene allows it again, it continues from the
+    reference's state then. Otherwise the edit is refused.
     Raises SandboxError if an engine's name is unknown, Refused if an engine cannot run the scene or be dragged as the
     inputs ask.
     """
@@ -141,6 +148,7 @@ class Lockstep:
         *,
         stops: bool = False,
         expendable: str | None = None,
+        reference: str | None = None,
     ) -> None:
         self.scene = scene  # with the edits so far
         self.initial = spawn(scene)
@@ -156,7 +164,10 @@ class Lockstep:
         self._kicks: list[Push] = []  # before the next step
         self.work = dict.fromkeys(self.engines, 0.0)  # kg px²/s², what mouse, kicks and edits have added to each energy
         self.dropped = ""  # why the expendable engine runs no more
-        self._stops, self._expendable = stops, expendable
+        self._stops, self._expendable, self._reference = stops, expendable, reference
+        self.home = self  # the lockstep in which the reference runs
+        self.suspended: dict[str, str] = {}  # why each of these engines cannot run the scene as it is
+        self._runners = dict(self.engines)  # the suspended ones too
         self._states: dict[str, State] | None = None  # of the engines now, once they are read
         self.given: list[Input] = []  # all inputs applied so far
         self.balls = list(range(len(scene.bodies)))  # the number of each ball among all balls that ever existed
@@ -202,10 +213,17 @@ class Lockstep:
                 edited(self.scene, edit, beside)
             except SandboxError as error:
                 self._drop(str(error))
-        built = [(runner, runner.build(scene, edit.change_state(runner.state()))) for runner in self.engines.values()]
+        engines, suspended, present = *self._built(edit, scene), self._present()
         before = self.energies(self.states())
-        for runner, engine in built:
-            runner.replace(engine)
+        for name, engine in engines.items():
+            if name in self.suspended and present:
+                before |= {name: self.energies({name: present[0]})[name]}
+                self.work[name] = present[1]
+                self._runners[name].resume(engine, self.steps)
+            else:
+                self._runners[name].replace(engine)
+        self.engines = {name: self._runners[name] for name in engines}
+        self.suspended = suspended
         self._states = None
         edit.change_clock(self.clock)
         self.scene = self.mouse.scene = scene
@@ -223,6 +241,31 @@ class Lockstep:
                 self._walls_ever += 1
             case DeleteWall(wall=wall):
                 del self.walls[len(ARENA_WALLS) + wall]
+
+    def _built(self, edit: Edit, scene: Scene) -> tuple[dict[str, RunningEngine], dict[str, str]]:
+        """Return the engines that run an edited scene, and why others are suspended. Raises Refused if none may be."""
+        engines, suspended, present = dict[str, RunningEngine](), dict(self.suspended), self._present()
+        for name, runner in self._runners.items():
+            if name in self.suspended and not present:
+                continue
+            state = present[0] if name in self.suspended and present else runner.state()
+            try:
+                engines[name] = runner.build(scene, edit.change_state(state))
+                suspended.pop(name, None)
+            except Refused as refused:
+                if self._reference in (None, name):
+                    raise
+                suspended[name] = str(refused)
+        return engines, suspended
+
+    def _present(self) -> tuple[State, float] | None:
+        """Return the state from which a suspended engine continues, and what mouse and edits added to its energy.
+
+        It is that of the reference or, if that runs no more, of the first engine.
+        """
+        of_reference = self._reference in self.home.engines
+        home, name = (self.home, self._reference) if of_reference else (self, next(iter(self.engines), None))
+        return (home.engines[name].state(), home.work[name]) if name else None
 
     def _check_drag(self, given: Input) -> None:
         if isinstance(given, Grab | Kick):
@@ -300,13 +343,13 @@ class Lockstep:
     def _drop(self, why: str) -> None:
         """Go on without the expendable engine."""
         self.dropped, self._states = why, None
-        del self.engines[str(self._expendable)]
+        del self.engines[str(self._expendable)], self._runners[str(self._expendable)]
 
-    def limits(self) -> dict[str, LimitReached]:
-        """Return the limits that engines have reached, which stand still since then."""
+    def standing(self) -> dict[str, SandboxError]:
+        """Return why engines stand still: they have failed, or reached a limit."""
         engines = {name: runner.engine for name, runner in self.engines.items()}
         errors = {name: engine.error for name, engine in engines.items() if isinstance(engine, StoppingEngine)}
-        return {name: error for name, error in errors.items() if isinstance(error, LimitReached)}
+        return {name: error for name, error in errors.items() if error}
 
     def states(self) -> dict[str, State]:
         """Return the state of every engine."""

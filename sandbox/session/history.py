@@ -1,7 +1,7 @@
 """The moments of a run, in bounded memory: all recent ones, and one in so many of the older ones."""
 
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, field
+from typing import Final, NamedTuple
 
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
@@ -12,39 +12,55 @@ MAX_BYTES_KEPT: Final = 12_000_000  # of recent moments, and as much again of ol
 MOMENT_BYTES: Final = 1_500  # approximate size of a moment without its arrays, and the same again for each engine
 
 
+class Reading(NamedTuple):
+    """An engine at a step.
+
+    contacts: found in the step that led here; contact_count: so far; work: what mouse and edits have added to its
+    energy; stands: why it stands still, or nothing.
+    """
+
+    state: State
+    contacts: Contacts
+    contact_count: int
+    energy: float  # kg px²/s², as is the work
+    work: float
+    stands: str = ""
+
+
 @dataclass(frozen=True, slots=True)
 class Moment:
     """One step of a run, as it is shown.
 
-    states, contacts (found in the step that led here), counts (of contacts so far), wall_impulse (so far, see
-    `gas.wall_impulse`, kg/s), energy (kg px²/s²), work (what mouse and edits have added to it): for each engine. balls:
-    each ball's number among all that ever were in the run. held: the ball that the mouse holds, pulled to target (px).
-    energy_scale: kg px²/s², what shares of energy are of so far, see `EnergyScale`. standing: the engines that have
-    reached a limit, and stand still. is_complete: whether it has the engine that is computed beside the others.
+    engines: what each is; balls: each ball's number among all that ever were in the run. held: the ball that the mouse
+    holds, pulled to target (px). suspended: why an engine cannot run the scene as it is. is_complete: whether it has
+    the engine that is computed beside the others.
     """
 
     step: int
     time: float  # s
     scene: Scene
-    states: dict[str, State]
-    contacts: dict[str, Contacts]
-    counts: dict[str, int]
-    energy: dict[str, float]
-    work: dict[str, float]
+    engines: dict[str, Reading]
     balls: tuple[int, ...]
     held: int | None
     target: Vector
-    wall_impulse: dict[str, float]
-    energy_scale: float
-    standing: frozenset[str] = frozenset()
+    suspended: dict[str, str] = field(default_factory=dict)
     is_complete: bool = True
+
+    @property
+    def states(self) -> dict[str, State]:
+        """The state of each engine that can run the scene."""
+        return {name: reading.state for name, reading in self.engines.items()}
+
+    @property
+    def running(self) -> dict[str, Reading]:
+        """The engines that have not come to a stand."""
+        return {name: reading for name, reading in self.engines.items() if not reading.stands}
 
     @property
     def size(self) -> int:
         """Its approximate size in bytes."""
-        states = sum(state.nbytes for state in self.states.values())
-        contacts = sum(array.nbytes for array in self.contacts.values())
-        return states + contacts + 8 * len(self.balls) + MOMENT_BYTES * (1 + len(self.states))
+        arrays = sum(reading.state.nbytes + reading.contacts.nbytes for reading in self.engines.values())
+        return arrays + 8 * len(self.balls) + MOMENT_BYTES * (1 + len(self.engines))
 
 
 class History:

@@ -1,72 +1,67 @@
 """Samples of every engine after every step, for the charts: energy, gap to the reference, momentum and more."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
-from enum import Enum
-from typing import Final, TypeVar
+from collections.abc import Collection, Mapping, Sequence
+from enum import IntEnum, auto
+from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.gas import fluid_pressure, why_no_gas
-from sandbox.quantity import angular_momentum, centre_of_mass, height, kinetic_energy, length, momentum
+from sandbox.quantity import kinetic_energy, length, momentum, spin_energy
 from sandbox.scene.model import Scene
-from sandbox.session.history import History, Moment
+from sandbox.session.history import History, Moment, Reading
 from sandbox.state import Floats, State
 
 CAPACITY: Final = 4096  # samples kept of a run, however long; about as many as a screen has columns
-MIN_RATE_SECONDS: Final = 1.0  # over which a rate is measured at least, s
-SAME_TIME: Final = 1e-9  # s, by which two times may differ that are the same
-SCALE: Final = 4  # column with the scale of energy so far
-FIRST: Final = 5  # column with a quantity of an engine
-
+NEGLIGIBLE: Final = 5e-5  # of the scale of energy
 NO_SECONDS: Final[Mapping[str, float | None]] = {}
-T = TypeVar("T", float, Floats)
+TIME, LOW, HIGH, SCALE, FIRST = range(5)  # columns of a sample; the quantities of the engines are the last
 
 
-class Quantity(Enum):
+class Quantity(IntEnum):
     """A quantity that is sampled of every engine. The value is its number among them.
 
-    ENERGY: what the engine lost (negative) or made, minus what the reference did, see `share_of_energy`; GAP: the
-    largest distance of a ball from the reference's, px; MOMENTUM: the length of the total momentum, kg px/s;
-    ANGULAR_MOMENTUM: of flight and spin about the arena's centre, kg px²/s; HEIGHT: of the centre of mass above the
-    arena's lower edge, px; CONTACTS: their number so far; WALL_IMPULSE: the momentum per length that the arena's walls
-    took so far, kg/s; X, Y, VX, VY: position and velocity of the ball that is followed, px and px/s; COST: how
-    long a step took lately, ms.
+    OWN: energy without what mouse and edits added; ENERGY: kinetic and potential, that from the lowest place which a
+    ball can reach; KINETIC: of flight and spin; MOMENTUM: the length of the total momentum, kg px/s; CONTACTS: their
+    number so far; X, Y, VX, VY: of the ball that is followed, px and px/s; GAP: the largest distance of a ball from the
+    reference's, px; COST: how long a step took lately, ms. Energies are in kg px²/s².
     """
 
-    ENERGY = 0
-    GAP = 1
-    MOMENTUM = 2
-    ANGULAR_MOMENTUM = 3
-    HEIGHT = 4
-    CONTACTS = 5
-    WALL_IMPULSE = 6
-    X = 7
-    Y = 8
-    VX = 9
-    VY = 10
-    COST = 11
+    OWN = 0
+    ENERGY = auto()
+    KINETIC = auto()
+    MOMENTUM = auto()
+    CONTACTS = auto()
+    X = auto()
+    Y = auto()
+    VX = auto()
+    VY = auto()
+    GAP = auto()
+    COST = auto()
 
 
-def _angular_momentum(state: State, scene: Scene) -> float:
-    about_centre = replace(state, position=state.position - np.divide(scene.arena.size, 2))
-    return float(angular_momentum(about_centre, scene.bodies))
+OF_BALL: Final = slice(Quantity.X, Quantity.VY + 1)
 
 
-OF_STATES: Final[Mapping[Quantity, Callable[[State, Scene], float]]] = {
-    Quantity.MOMENTUM: lambda state, scene: float(length(momentum(state.velocity, scene.bodies.mass))),
-    Quantity.ANGULAR_MOMENTUM: _angular_momentum,
-    Quantity.HEIGHT: lambda state, scene: float(
-        height(centre_of_mass(state.position, scene.bodies.mass), scene.arena.size)
-    ),
-}
-OF_BALLS: Final[Mapping[Quantity, Callable[[State], Floats]]] = {
-    Quantity.X: lambda state: state.position[:, 0],
-    Quantity.Y: lambda state: state.position[:, 1],
-    Quantity.VX: lambda state: state.velocity[:, 0],
-    Quantity.VY: lambda state: state.velocity[:, 1],
-}
-ON_DEMAND: Final = (*OF_STATES, *OF_BALLS)
+def fall(scene: Scene) -> float:
+    """Return the energy of a fall of all balls through their radius along each axis of gravity, kg px²/s²."""
+    bodies = scene.bodies
+    return float(np.abs(scene.gravity).sum() * (bodies.mass * bodies.radius).sum())
+
+
+def _kinetic(state: State, scene: Scene) -> float:
+    return float(kinetic_energy(state.velocity, scene.bodies.mass) + spin_energy(state.spin, scene.bodies.moment))
+
+
+def _measured(reading: Reading, scene: Scene) -> list[float]:
+    """Return the quantities of an engine before X."""
+    state = reading.state
+    return [
+        reading.energy - reading.work,
+        reading.energy - fall(scene),
+        _kinetic(state, scene),
+        float(length(momentum(state.velocity, scene.bodies.mass))),
+        reading.contact_count,
+    ]
 
 
 class Series:
@@ -77,7 +72,7 @@ class Series:
     """
 
     def __init__(self, columns: int) -> None:
-        self.drops = 0  # how often samples have been dropped
+        self.drops = 0  # how often samples that were final have been dropped
         self._rows = np.empty((CAPACITY, columns))
         self._steps = np.empty(CAPACITY, int)
         self._count = 0
@@ -102,10 +97,11 @@ class Series:
 
     def cut(self, step: int) -> None:
         """Drop the samples after a step."""
-        count = int(np.searchsorted(self._steps[: self._count], step, side="right"))
-        if count < self._count:
-            self._count = count
-            self.drops += 1
+        self._count = int(np.searchsorted(self._steps[: self._count], step, side="right"))
+
+    def at(self, step: int) -> Floats:
+        """Return the sample at a step, if there is one: (0 or 1, columns)."""
+        return self.rows[slice(*(int(np.searchsorted(self.steps, step, side=side)) for side in ("left", "right")))]
 
     @property
     def steps(self) -> np.ndarray[tuple[int], np.dtype[np.int_]]:
@@ -119,178 +115,146 @@ class Series:
 
 
 class Samples:
-    """Each quantity in each engine over time. A quantity is NaN while an engine or the reference does not run.
+    """Each quantity in each engine over time; NaN while the engine, or the reference that it is compared with, stands.
 
-    energy_at_start: kg px²/s², the same in every engine; silent: the engines that report no contacts; history: has the
-    moments of ON_DEMAND before these were asked for, which are not sampled until then. Without it, they always are.
+    What belongs to one engine is there after every step, what needs the reference once that has done the step too.
+    silent: the engines that report no contacts; history: has the moments before another ball is followed.
     """
 
     def __init__(
-        self,
-        engines: Sequence[str],
-        reference: str,
-        energy_at_start: float,
-        silent: Collection[str] = (),
-        history: History | None = None,
+        self, engines: Sequence[str], reference: str, silent: Collection[str] = (), history: History | None = None
     ) -> None:
         self.engines = list(engines)
         self.reference = reference
-        self.energy_at_start = energy_at_start
-        # Time, the lowest and highest change of the reference's energy around it, a gas's pressure in theory, the scale
-        # of energy, and each quantity of each engine, energies in kg px²/s².
+        # Time, the lowest and highest energy of the reference's own around it, the scale of energy, and each
+        # quantity of each engine.
         self.series = Series(FIRST + len(Quantity) * len(self.engines))
         self._silent = silent
         self._history = history
-        self._sampled = list[Quantity]() if history else list(ON_DEMAND)
         self.ball = 0  # that is followed, by its number among all that ever were in the run
-        self._change = np.nan  # of the reference's energy in the step before
-        self._gas: tuple[Scene | None, bool] = None, False  # the scene of the last sample, and whether it is a gas
+        self._reached = self._completed = -1  # steps
+        self._own, self._largest = np.nan, 0.0  # the reference's own energy, and its largest kinetic one so far
 
     def __len__(self) -> int:
         return len(self.series)
 
     def add(self, moment: Moment, seconds: Mapping[str, float | None] = NO_SECONDS) -> None:
-        """Add a step, and a sample if one is due. Called after every step, in order.
+        """Sample the engines that are there after a step, in order. seconds: that a step of each took lately."""
+        if moment.step > self._reached and self.series.wants(moment.step):
+            self.series.add(moment.step, [moment.time, *[np.nan] * (self.series.rows.shape[1] - 1)])
+            self._measure(self.series.rows[-1], moment, seconds)
+        self._reached = max(self._reached, moment.step)
 
-        seconds: that a step of each engine took lately.
-        """
-        change = {
-            name: change_of_energy(energy, self.energy_at_start, moment.work[name])
-            for name, energy in moment.energy.items()
-            if name not in moment.standing
-        }
-        before, self._change = self._change, change.get(self.reference, np.nan)
-        series = self.series
-        if len(series) and series.steps[-1] == moment.step - 1:
-            last = series.rows[-1]
-            last[1:3] = min(last[1], self._change), max(last[2], self._change)
-        if series.wants(moment.step):
-            around = before if len(series) and before == before else self._change  # noqa: PLR0124 (not NaN)
-            ends = min(around, self._change), max(around, self._change)
-            theory = self._pressure_in_theory(moment)
-            values = self._values(moment, change)
-            values[Quantity.COST.value] = [1000 * (seconds.get(name) or np.nan) for name in self.engines]
-            series.add(moment.step, [moment.time, *ends, theory, moment.energy_scale, *values.ravel().tolist()])
+    def complete(self, moment: Moment, seconds: Mapping[str, float | None] = NO_SECONDS) -> None:
+        """Sample the reference, and what is compared with it, after a step that was added, in order."""
+        if moment.step <= self._completed:
+            return
+        self._completed, before, reference = moment.step, self._own, moment.running.get(self.reference)
+        self._own = reference.energy - reference.work if reference else np.nan
+        if reference:
+            kinetic = _kinetic(reference.state, moment.scene)
+            self._largest = max(kinetic, fall(moment.scene), self._largest)
+        for row in self.series.at(moment.step - 1):
+            row[LOW : HIGH + 1] = min(row[LOW], self._own), max(row[HIGH], self._own)
+        for row in self.series.at(moment.step):
+            around = [before, self._own] if before == before else [self._own]  # noqa: PLR0124 (not NaN)
+            row[LOW : HIGH + 1] = min(around), max(around)
+            row[SCALE] = self._largest
+            self._measure(row, moment, seconds)
 
-    def _values(self, moment: Moment, change: dict[str, float]) -> Floats:
-        """Return each quantity of each engine: (quantities, engines)."""
-        values = np.full((len(Quantity), len(self.engines)), np.nan)
-        states = _running(moment)
-        reference = states.get(self.reference)
+    def _measure(self, row: Floats, moment: Moment, seconds: Mapping[str, float | None]) -> None:
+        """Enter into a sample the quantities of the engines that run, as far as they are not there yet."""
+        table, running = self._table(row), moment.running
+        reference = running.get(self.reference)
         for k, name in enumerate(self.engines):
-            if name not in states:
-                continue
-            values[Quantity.ENERGY.value, k] = change[name]
-            if name not in self._silent:
-                values[Quantity.CONTACTS.value, k] = moment.counts[name]
-                values[Quantity.WALL_IMPULSE.value, k] = moment.wall_impulse[name]
-            if name == self.reference:
-                values[Quantity.GAP.value, k] = 0.0
-            elif reference is not None:
-                values[Quantity.GAP.value, k] = length(states[name].position - reference.position).max()
-        for quantity in self._sampled:
-            values[quantity.value] = self._of_states(quantity, moment)
-        return values
+            reading = running.get(name)
+            if reading and np.isnan(table[Quantity.OWN, k]):
+                table[: Quantity.X, k] = _measured(reading, moment.scene)
+                table[Quantity.COST, k] = 1000 * (seconds.get(name) or np.nan)
+                if name in self._silent:
+                    table[Quantity.CONTACTS, k] = np.nan
+            if reading and reference:
+                table[Quantity.GAP, k] = length(reading.state.position - reference.state.position).max()
+        self._measure_ball(table, moment)
 
-    def _of_states(self, quantity: Quantity, moment: Moment) -> list[float]:
-        """Return one of ON_DEMAND of each engine; NaN where the ball that is followed is not there."""
-        states = _running(moment)
-        if quantity in OF_STATES:
-            of_state = OF_STATES[quantity]
-            return [of_state(states[name], moment.scene) if name in states else np.nan for name in self.engines]
-        if self.ball not in moment.balls:
-            return [np.nan] * len(self.engines)
-        ball, of_balls = moment.balls.index(self.ball), OF_BALLS[quantity]
-        return [float(of_balls(states[name])[ball]) if name in states else np.nan for name in self.engines]
+    def _measure_ball(self, table: Floats, moment: Moment) -> None:
+        if self.ball in moment.balls:
+            ball = moment.balls.index(self.ball)
+            for k, name in enumerate(self.engines):
+                if reading := moment.running.get(name):
+                    table[OF_BALL, k] = *reading.state.position[ball], *reading.state.velocity[ball]
+
+    def _table(self, rows: Floats) -> Floats:
+        """Return the quantities of the engines in samples: (..., quantities, engines)."""
+        table: Floats = rows[..., FIRST:].reshape(*rows.shape[:-1], len(Quantity), len(self.engines))
+        return table
+
+    def cut(self, step: int) -> None:
+        """Drop the samples after a step, from which the run takes another course."""
+        if self.final and step < self.series.steps[self.final - 1]:
+            self.series.drops += 1
+        self.series.cut(step)
+        if step < self._completed:
+            rows, reference = self.series.rows, self.engines.index(self.reference)
+            self._own = float(self.of(Quantity.OWN)[-1, reference]) if len(rows) else np.nan
+            self._largest = float(rows[-1, SCALE]) if len(rows) else 0.0
+        self._reached, self._completed = min(self._reached, step), min(self._completed, step)
 
     def follow(self, ball: int) -> bool:
         """Sample a ball instead of the one before, as far back as the history goes. Return whether it is another."""
         if ball == self.ball:
             return False
         self.ball = ball
-        self._sampled = [quantity for quantity in self._sampled if quantity not in OF_BALLS]
-        for quantity in OF_BALLS:
-            first = self._first_column(quantity)
-            self.series.rows[:, first : first + len(self.engines)] = np.nan
+        for row, step in zip(self.series.rows, self.series.steps.tolist(), strict=True):
+            table = self._table(row)
+            table[OF_BALL] = np.nan
+            for moment in self._history.between(step, step) if self._history else ():
+                self._measure_ball(table, moment)
         return True
 
-    def _sample(self, quantity: Quantity) -> None:
-        """Sample a quantity from now on, and as far back as the history goes."""
-        self._sampled.append(quantity)
-        first = self._first_column(quantity)
-        for row, step in zip(self.series.rows, self.series.steps.tolist(), strict=True):
-            for moment in self._history.between(step, step) if self._history else ():
-                row[first : first + len(self.engines)] = self._of_states(quantity, moment)
-
-    def _first_column(self, quantity: Quantity) -> int:
-        return FIRST + quantity.value * len(self.engines)
-
-    def _pressure_in_theory(self, moment: Moment) -> float:
-        """Return the pressure that theory expects of a gas with the reference's energy, kg/s²; NaN if it is no gas."""
-        scene, reference = moment.scene, _running(moment).get(self.reference)
-        if self._gas[0] is not scene:
-            self._gas = scene, not why_no_gas(scene)
-        if not self._gas[1] or reference is None:
-            return np.nan
-        kinetic = float(kinetic_energy(reference.velocity, scene.bodies.mass))
-        return fluid_pressure(scene.bodies.radius, kinetic, scene.arena.size)
+    @property
+    def final(self) -> int:
+        """The number of samples that no later step changes any more."""
+        return int(np.searchsorted(self.series.steps, self._completed))
 
     def of(self, quantity: Quantity, since: int = 0) -> Floats:
-        """Return a quantity in the samples from one on, one column per engine: (samples, engines).
+        """Return a quantity in the samples from one on, one column per engine: (samples, engines)."""
+        values: Floats = self._table(self.series.rows[since:])[:, quantity]
+        return values
 
-        A difference of energy counts only if the reference's energy does not have that value a step earlier or later:
-        where energy is lost in contacts, an engine that is late by a step is not accused of the loss. All samples have
-        the scale of the latest.
+    def errors(self, since: int = 0) -> Floats:
+        """Return by how much energy is off in the samples from one on, %, one column per engine: (samples, engines).
+
+        It is what an engine has by itself less what the reference has then, as a share of the largest kinetic energy
+        that the reference has had until then, or of `fall`, if that is more. It counts only if the reference does not
+        have that energy a step earlier or later: where energy is lost in contacts, an engine that is late by a step is
+        not accused of the loss. So the latest sample keeps the error of the sample before. One engine alone is
+        compared with its start.
         """
-        if quantity in ON_DEMAND and quantity not in self._sampled:
-            self._sample(quantity)
-        rows, first = self.series.rows[since:], self._first_column(quantity)
-        values = rows[:, first : first + len(self.engines)]
-        if quantity is not Quantity.ENERGY:
-            return values
-        if not self.is_alone:
-            low, high = rows[:, 1, None], rows[:, 2, None]
-            values = np.maximum(values - high, 0.0) + np.minimum(values - low, 0.0)
-        return share_of_energy(values, self.energy_scale)
+        first = max(0, min(since, self.final - 1))
+        rows = self.series.rows[first:]
+        own, low, high, scale = self._table(rows)[:, Quantity.OWN], rows[:, LOW], rows[:, HIGH], rows[:, SCALE]
+        if self.is_alone:
+            low = high = np.full(len(rows), self.of(Quantity.OWN)[0, 0])
+        off = np.maximum(own - high[:, None], 0.0) + np.minimum(own - low[:, None], 0.0)
+        with np.errstate(divide="ignore"):
+            errors = np.divide(100 * off, scale[:, None], out=np.zeros_like(off), where=off != 0)
+        latest = self.final - first
+        if 0 < latest < len(errors):
+            errors[latest] = errors[latest - 1]
+        shown: Floats = errors[since - first :]
+        return shown
 
-    def energies(self, since: int = 0) -> Floats:
-        """Return the energy of each engine in the samples from one on, as shares (%) of the scale: 100 at the start.
-
-        What mouse and edits have added is left out; kg px²/s² from the start if nothing has moved.
-        """
-        first = self._first_column(Quantity.ENERGY)
-        change = share_of_energy(self.series.rows[since:, first : first + len(self.engines)], self.energy_scale)
-        return 100 + change if self.energy_scale else change
-
-    def energy_error(self, step: int) -> dict[str, float]:
-        """Return by how much each engine's energy is off at a step, or the nearest sample before it: see `of`.
-
-        At the latest step, it is that of the step before: the next one can change how it compares with the reference.
-        """
-        settled = max(0, len(self) - 2)
-        row = min(max(0, int(np.searchsorted(self.series.steps, step, side="right")) - 1), settled)
-        return dict(zip(self.engines, self.of(Quantity.ENERGY, row)[0].tolist(), strict=True))
-
-    def rate(self, quantity: Quantity, seconds: float, since: int = 0) -> Floats:
-        """Return by how much a quantity grew in a second, averaged over some seconds before each sample from one on.
-
-        NaN in the first MIN_RATE_SECONDS; then averaged over what there is: (samples, engines).
-        """
-        times, values = self.times, self.of(quantity)
-        before = np.searchsorted(times, times[since:] - seconds + SAME_TIME, side="right") - 1
-        before = np.maximum(before, 0)
-        passed = times[since:] - times[before]
-        passed[passed < MIN_RATE_SECONDS - SAME_TIME] = np.nan
-        return (values[since:] - values[before]) / passed[:, None]
-
-    def pressure_in_theory(self, since: int = 0) -> Floats:
-        """Return the pressure that theory expects in the samples from one on, kg/s²: (samples,); NaN for no gas."""
-        return self.series.rows[since:, 3]
+    def error_at(self, step: int) -> dict[str, float]:
+        """Return the error of each engine's energy at a step, or the nearest sample before it, %: see `errors`."""
+        row = max(0, int(np.searchsorted(self.series.steps, step, side="right")) - 1)
+        return dict(zip(self.engines, self.errors(row)[0].tolist(), strict=True))
 
     @property
-    def energy_scale(self) -> float:
-        """The scale of energy so far, kg px²/s²; 0 if nothing has moved."""
-        return float(self.series.rows[-1, SCALE]) if len(self) else 0.0
+    def keeps_energy(self) -> bool:
+        """Whether the reference has had the same energy of its own all the time."""
+        own = self.of(Quantity.OWN)[:, self.engines.index(self.reference)]
+        return not np.nanmax(np.abs(own - own[0])) > NEGLIGIBLE * self._largest
 
     @property
     def is_alone(self) -> bool:
@@ -300,22 +264,4 @@ class Samples:
     @property
     def times(self) -> Floats:
         """The times of the samples, s: (samples,)."""
-        return self.series.rows[:, 0]
-
-
-def _running(moment: Moment) -> dict[str, State]:
-    """Return the states of the engines that have not reached a limit."""
-    return {name: state for name, state in moment.states.items() if name not in moment.standing}
-
-
-def change_of_energy(energy: float, start: float, work: float) -> float:
-    """Return what an engine lost (negative) or made, kg px²/s².
-
-    energy, start: kg px²/s², now and at first; work: what mouse and edits have added to it.
-    """
-    return energy - start - work
-
-
-def share_of_energy(change: T, scale: float) -> T:
-    """Return a change of energy (kg px²/s²) in % of a scale, or as it is if that is 0: nothing has moved."""
-    return 100 * change / scale if scale else change
+        return self.series.rows[:, TIME]

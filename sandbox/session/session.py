@@ -9,9 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice, takewhile
 from time import perf_counter
-from typing import Any, Final, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
-from sandbox.analysis.energy_scale import EnergyScale
 from sandbox.analysis.reference import reference_of
 from sandbox.engines import REFERENCE, Engines, Source, named
 from sandbox.errors import SandboxError
@@ -19,36 +18,46 @@ from sandbox.run.edits import ChangeWall, Edit, edited
 from sandbox.run.inputs import MAX_EDITS, Grab, Input, Move, Release, clock_of
 from sandbox.run.lockstep import Lockstep, Runner
 from sandbox.scene.model import Scene
-from sandbox.session.beside import Beside, MomentReader, PartialMoment
+from sandbox.session.beside import Beside, Reader, Readings
 from sandbox.session.history import MAX_BYTES_KEPT, MAX_RECENT, History, Moment
 from sandbox.session.samples import Samples
-from sandbox.state import States
 
 T = TypeVar("T")
-NOTHING: Final = PartialMoment({}, {}, {}, {}, {}, {}, frozenset())  # is missing
 
 
 class Unfinished(NamedTuple):
-    """A moment without the reference. edited: whether an edit led to it; part: waits some seconds for the rest."""
+    """A moment without the reference. rest: waits some seconds for it, or as long as it takes if None."""
 
     moment: Moment
-    edited: bool
-    part: Callable[[float | None], PartialMoment]
+    rest: Callable[[float | None], Readings]
+
+
+class Change(NamedTuple):
+    """Inputs that replace others from a step on, and the step to which the run then goes.
+
+    back: undoes it, if it is a restart; other changes end with an action, which is undone by what it is.
+    """
+
+    since: int
+    inputs: list[Input]
+    until: int
+    back: "Change | None" = None
 
 
 class Session:
     """Engines in lockstep, at any step that they have reached.
 
     An input given in the past replaces all that came after it. `undo` undoes one *action*: an edit with those that
-    continue it, or a grab with everything up to its release. An engine that is not built in and fails stops there; the
-    others go on.
+    continue it, a grab with everything up to its release, or a restart. An engine that is not built in and fails stops
+    there; the others go on. One that cannot run an edited scene is suspended, and continues from the reference's state
+    as soon as the scene allows it.
 
     reference: the engine that the others are measured against, by default as `reference_of` chooses. If it is not among
     the names, it runs along, hidden, as long as it can.
 
     beside: whether `exact`, if it is the reference, is computed beside the others, which then do not wait for it: a
-    moment is shown without it, and completed and sampled when it arrives. Only an edit waits for it, as that is for the
-    state of every engine, and so do steps if it is as far behind as the history goes back. All moments become the same.
+    moment is shown without it, and completed when it arrives. Only an edit waits for it, as that is for the state of
+    every engine, and so do steps if it is as far behind as the history goes back. All moments become the same.
     """
 
     def __init__(
@@ -69,15 +78,15 @@ class Session:
         self.step = 0  # the present one, which may lie in the past of the engines
         self.end = 0  # the latest reached with these inputs
         self._history = History()
-        self._undone: list[list[Input]] = []
+        self._undone: list[Change] = []
+        self._restarts: list[Change] = []
         self._beside: Beside | None = None
         self._unfinished: deque[Unfinished] = deque()
         self._unfinished_bytes = 0
         self._begin()
-        at_start = self.lockstep.energies({"": self.lockstep.initial})[""]
         silent = [name for name, runner in self.runners.items() if not runner.traits.reports_contacts]
         engines_sampled = list(dict.fromkeys([*self.names, self.reference]))
-        self.samples = Samples(engines_sampled, self.reference, at_start, silent, self._history)
+        self.samples = Samples(engines_sampled, self.reference, silent, self._history)
         self._arrive()
 
     # The present step
@@ -148,7 +157,7 @@ class Session:
         `catch_up` brings the engines there.
         """
         self.step = self.end = earlier.end
-        self._undone = [*earlier._undone]
+        self._undone, self._restarts = [*earlier._undone], [*earlier._restarts]
 
     def step_at(self, time: float) -> int:
         """Return the step nearest to a time (s)."""
@@ -188,14 +197,14 @@ class Session:
         """
         deadline, before = perf_counter() + (seconds or 0.0), len(self._unfinished)
         while self._unfinished:
-            moment, edited, part = self._unfinished[0]
+            moment, rest = self._unfinished[0]
             try:
-                rest = part(None if seconds is None else max(0.0, deadline - perf_counter()))
+                readings = rest(None if seconds is None else max(0.0, deadline - perf_counter()))
             except TimeoutError:
                 break
             self._unfinished.popleft()
             self._unfinished_bytes -= moment.size
-            self._history.complete(moment, self._complete(moment, rest, edited=edited))
+            self._history.complete(moment, self._complete(moment, readings))
         return len(self._unfinished) < before
 
     def stop(self) -> None:
@@ -232,45 +241,71 @@ class Session:
         self._branch()
         self._keep_moment()
 
-    def undo(self) -> bool:
-        """Undo the last action, and go to where it began. Return whether there was one."""
-        here = len(self.given())
-        first = self._start_of_last_action(here)
-        if first is None:
-            return False
-        self._undone.append(self.inputs[first:])
-        self.return_to(self.inputs[first].step, self.inputs[:first])
-        return True
+    def restart(self, *, keep: bool) -> None:
+        """Go to the start. keep: whether the edits up to here stay, all made at the start; throws do not."""
+        edits = [given for given in self.given() if isinstance(given, Edit)] if keep else []
+        inputs: list[Input] = [edit.model_copy(update={"step": 0}) for edit in edits]
+        self._undone.clear()
+        self._change(Change(0, inputs, 0, Change(0, self.inputs, self.step) if inputs != self.inputs else None))
 
     @property
-    def next_redo(self) -> Input | None:
-        """The input with which what `redo` does begins."""
-        return self._undone[-1][0] if self._undone else None
+    def _has_restarted(self) -> bool:
+        return bool(self._restarts) and self.inputs == self._restarts[-1].inputs
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is an action to undo here."""
+        return self._has_restarted or self._start_of_last_action(len(self.given())) is not None
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether there is something to redo."""
+        return bool(self._undone)
+
+    def undo(self) -> bool:
+        """Undo the last action, and go to where it began. Return whether there was one."""
+        if self._has_restarted:
+            self._undone.append(restart := self._restarts.pop())
+            self._change(restart.back or restart)
+            return True
+        first = self._start_of_last_action(len(self.given()))
+        if first is None:
+            return False
+        since = self.inputs[first].step
+        self._undone.append(Change(since, self.inputs, self.inputs[self._end_of_action(first)].step))
+        self._change(Change(since, self.inputs[:first], since))
+        return True
 
     def redo(self) -> bool:
         """Redo the action undone last, and go to where it ended. Return whether there was one."""
         if not self._undone:
             return False
-        again = self._undone.pop()
-        inputs = self.inputs + again
-        last = len(inputs) - len(again)
-        if isinstance(again[0], Grab):
-            last = next((k for k in range(last, len(inputs)) if isinstance(inputs[k], Release)), len(inputs) - 1)
-        while last + 1 < len(inputs) and _continues(inputs[last + 1]):
-            last += 1
-        self.return_to(again[0].step, inputs)
-        self.step = self.end = inputs[last].step
+        self._change(self._undone.pop())
         return True
 
     def return_to(self, step: int, inputs: list[Input]) -> None:
         """Go to a step, and replace the inputs from there on."""
-        self.inputs = inputs
-        self.step = step
+        self._change(Change(step, inputs, step))
+
+    def _change(self, change: Change) -> None:
+        if change.back:
+            self._restarts.append(change)
+        self.step, self.inputs, until = change[:3]
         self._stale = True
         self.stop()
         self._branch()
-        if step == 0:
+        if self.step == 0:
             self.catch_up()
+        self.step = self.end = until
+
+    def _end_of_action(self, first: int) -> int:
+        """Return the last input of the action that begins with one."""
+        inputs, last = self.inputs, first
+        if isinstance(inputs[first], Grab):
+            last = next((k for k in range(first, len(inputs)) if isinstance(inputs[k], Release)), len(inputs) - 1)
+        while last + 1 < len(inputs) and _continues(inputs[last + 1]):
+            last += 1
+        return last
 
     def _start_of_last_action(self, count: int) -> int | None:
         """Return the first input of the last action among the first inputs; edits during a grab belong to the grab."""
@@ -288,7 +323,7 @@ class Session:
     def _branch(self) -> None:
         self.end = self.step
         self._history.drop_from(self.step)
-        self.samples.series.cut(self.step)
+        self.samples.cut(self.step - 1)  # an edit changes the moment here too
 
     def _begin(self) -> None:
         is_hidden = self.reference not in self.names
@@ -298,17 +333,16 @@ class Session:
 
         def lockstep(names: set[str]) -> Lockstep:
             sources = {name: source for name, source in engines.items() if name in names}
-            return Lockstep(self.start, sources, stops=True, expendable=expendable)
+            return Lockstep(self.start, sources, stops=True, expendable=expendable, reference=self.reference)
 
         self.stop()
         self._order = list(engines)
         self.lockstep = lockstep(set(engines) - beside)
-        self._reader = MomentReader(self.lockstep)
+        self._reader = Reader(self.lockstep)
         self._beside = Beside(lockstep(beside)) if beside & set(engines) else None
+        self.lockstep.home = self._beside.lockstep if self._beside else self.lockstep
         self._stale = False
         self.stopped: tuple[float, str] | None = None  # s, when the reference could go on no longer, and its message
-        self._scale = EnergyScale(self.lockstep.scene, self.lockstep.initial)
-        self._before = {name: runner.state() for name, runner in self.runners.items()}  # in the moment completed last
 
     def _arrive(self) -> None:
         """Apply the inputs of the step that the engines have reached, and keep the moment even if edits are refused."""
@@ -363,55 +397,39 @@ class Session:
 
     def _keep_moment(self) -> None:
         lockstep = self.lockstep
-        part = self._reader.read()
         moment = Moment(
             lockstep.steps,
             lockstep.time,
             lockstep.scene,
-            **part._asdict(),
-            balls=tuple(lockstep.balls),
-            held=lockstep.mouse.ball,
-            target=lockstep.mouse.target,
-            energy_scale=self._scale.value,
+            self._reader.read(),
+            tuple(lockstep.balls),
+            lockstep.mouse.ball,
+            lockstep.mouse.target,
+            dict(lockstep.suspended),
             is_complete=self._beside is None,
         )
+        self.samples.add(moment, self._seconds)
         if self._beside:
             self._history.keep(moment)
             self._unfinished_bytes += moment.size
-            self._unfinished.append(Unfinished(moment, lockstep.edited, self._beside.part()))
+            self._unfinished.append(Unfinished(moment, self._beside.read()))
             self.collect(None if lockstep.edited or not lockstep.steps else 0.0)
         else:
-            self._history.keep(self._complete(moment, NOTHING, edited=lockstep.edited))
+            self._history.keep(self._complete(moment, {}))
 
-    def _complete(self, moment: Moment, rest: PartialMoment, *, edited: bool) -> Moment:
-        """Return a moment with the rest of its engines, and sample it. edited: whether an edit led to it."""
-        joined: dict[str, Any] = {"standing": moment.standing | rest.standing}
-        for key, of_engines in rest._asdict().items():
-            if key not in joined:
-                joined[key] = self._in_order(getattr(moment, key), of_engines)
-        moment = replace(moment, **joined, is_complete=True)
-        self._note_end_of_reference(moment)
-        self._follow_energy(moment, edited=edited)
-        self.latest = replace(moment, energy_scale=self._scale.value)
-        self.samples.add(self.latest, {name: runner.step_seconds for name, runner in self.runners.items()})
+    @property
+    def _seconds(self) -> dict[str, float | None]:
+        """How long a step of each engine took lately, s."""
+        return {name: runner.step_seconds for name, runner in self.runners.items()}
+
+    def _complete(self, moment: Moment, rest: Readings) -> Moment:
+        """Return a moment with the rest of its engines, and sample it."""
+        self.latest = replace(moment, engines=self._in_order(moment.engines, rest), is_complete=True)
+        if self.reference not in self.latest.running and not self.stopped:
+            reading = self.latest.engines.get(self.reference)
+            self.stopped = moment.time, reading.stands if reading else self.dropped
+        self.samples.complete(self.latest, self._seconds)
         return self.latest
-
-    def _note_end_of_reference(self, moment: Moment) -> None:
-        is_gone = self.reference in moment.standing or self.reference not in moment.states
-        if is_gone and not self.stopped:
-            lockstep = (self._beside or self).lockstep
-            self.stopped = moment.time, str(lockstep.limits().get(self.reference) or lockstep.dropped)
-
-    def _follow_energy(self, moment: Moment, *, edited: bool) -> None:
-        """Let the scale of energy follow the reference, or the last engine where that does not run."""
-        states, clock = moment.states, self.lockstep.clock
-        name = self.reference if self.reference in states else list(states)[-1]
-        begins = edited or states[name].time == self._before[name].time  # with no step before it
-        reached = [states[name]] if begins else [self._before[name], states[name]]
-        before = moment.step + 1 - len(reached)
-        self._scale.follow(moment.scene, States.stack(reached), moment.contacts[name], before, clock)
-        self._scale.give(moment.work[name])
-        self._before = states
 
 
 def _continues(given: Input) -> bool:

@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 _COLLISION: Final = (
     "`space.on_collision(type_a, type_b, begin=..., pre_solve=..., post_solve=..., separate=...)`; instead of "
-    "returning False, a callback sets `arbiter.process_collision = False`"
+    "returning False, a callback sets `arbiter.process_collision = False`; handler.data is the argument `data=...`"
 )
 _ANY_COLLISION: Final = "`space.on_collision(None, None, begin=..., ...)`"
 _SHAPE_FILTER: Final = "`shape.filter = pymunk.ShapeFilter(group=..., categories=..., mask=...)`"

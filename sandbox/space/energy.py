@@ -72,9 +72,12 @@ class Cause(StrEnum):
 
 
 Work = defaultdict[Cause, float]  # kg px²/s²
-_ANGULAR: Final = (JointKind.ROTARY_SPRING, JointKind.ROTARY_LIMIT, JointKind.RATCHET, JointKind.GEAR, JointKind.MOTOR)
-_VECTORS: Final = (JointKind.PIVOT, JointKind.GROOVE)
-_SPRINGS: Final = (JointKind.SPRING, JointKind.ROTARY_SPRING)
+_KINDS: Final = np.arange(
+    len(JointKind)
+)  # which of these, by their number, have angular or vector impulses, and springs
+_ANGULAR: Final = _KINDS >= JointKind.ROTARY_SPRING
+_VECTORS: Final = (_KINDS == JointKind.PIVOT) | (_KINDS == JointKind.GROOVE)
+_SPRINGS: Final = (_KINDS == JointKind.SPRING) | (_KINDS == JointKind.ROTARY_SPRING)
 
 
 @dataclass(frozen=True)
@@ -251,7 +254,7 @@ def _energies(state: Snapshot) -> tuple[float, float]:
 
 def _is_default_spring(joints: Rows) -> NDArray[np.bool_]:
     """Return which joints are springs with Pymunk's own law."""
-    return np.asarray(np.isin(joints["kind"], _SPRINGS) & ~joints["own_law"])
+    return np.asarray(_SPRINGS[joints["kind"]] & ~joints["own_law"])
 
 
 def _strain(springs: Rows, read: Snapshot, state: Snapshot) -> Floats:
@@ -312,7 +315,9 @@ def _add_membership(work: Work, old: Snapshot, new: Snapshot) -> None:
         (Cause.ADDED, 1, new.bodies, old.bodies),
         (Cause.REMOVED, -1, old.bodies, new.bodies),
     ):
-        rows = bodies[~np.isin(bodies["id"], others["id"])]
+        rows = (
+            bodies[:0] if np.array_equal(bodies["id"], others["id"]) else bodies[~np.isin(bodies["id"], others["id"])]
+        )
         work[cause] += sign * (_kinetic(rows, rows) + _potential(rows, rows["position"], gravity)).sum()
     change = new.settings.gravity[0] - gravity[0], new.settings.gravity[1] - gravity[1]
     work[Cause.SETTINGS_SET] += _potential(new.bodies, new.bodies["position"], change).sum()
@@ -444,8 +449,9 @@ class _StepWork:
         """Add the work of each cause."""
         springs, joints = self._joint_impulses()
         first, last = _Impulses(len(self._after)), _Impulses(len(self._after))
-        springs.act(first)
-        joints.act(last)
+        for each, impulses in ((springs, first), (joints, last)):
+            if len(each.rows):
+                each.act(impulses)
         self._sum_contacts(last)
         sprung = first.change(self._start, self._inverse, 1)
         updated = self._add_velocity_update(sprung)
@@ -479,21 +485,22 @@ class _StepWork:
         after, before = self._step.after, self._step.before.joints
         rows = after.joints
         start = with_static(before["impulse"])[Index(before["key"]).rows(rows["key"])]
-        is_spring = np.isin(rows["kind"], _SPRINGS)
+        is_spring = _SPRINGS[rows["kind"]]
         applied = rows["impulse"] + np.where(is_spring[:, None], 0.0, (_cached_share(self._step) - 1) * start)
         applied[rows["is_free"]] = 0.0
         is_default = _is_default_spring(rows)
         springs = rows[is_default]
         sign = np.where(springs["kind"] == JointKind.SPRING, -1.0, 1.0)
-        force = sign * springs["setting"][:, 1] * _strain(springs, after, after)
+        strain = _strain(springs, after, after) if len(springs) else np.empty(0)
+        force = sign * springs["setting"][:, 1] * strain
         force = np.clip(force, -springs["max_force"], springs["max_force"]) * self._step.dt
         applied[is_default, 0] -= force
         return self._joints(springs, np.stack([force, 0 * force], axis=1)), self._joints(rows, applied)
 
     def _joints(self, rows: Rows, impulse: Floats) -> _Joints:
         """Return joints with the impulses that they apply."""
-        linear = np.where(np.isin(rows["kind"], _VECTORS)[:, None], impulse, impulse[:, :1] * rows["normal"])
-        is_angular = np.isin(rows["kind"], _ANGULAR)
+        linear = np.where(_VECTORS[rows["kind"]][:, None], impulse, impulse[:, :1] * rows["normal"])
+        is_angular = _ANGULAR[rows["kind"]]
         angular = np.where(is_angular, impulse[:, 0], 0.0)
         is_gear = rows["kind"] == JointKind.GEAR
         ratio = np.divide(1, rows["setting"][:, 1], where=is_gear, out=np.ones(len(rows)))
@@ -542,11 +549,13 @@ class _StepWork:
 
     def _add_joints(self, joints: _Joints, unsolved: _Motion, solved: _Motion) -> None:
         """Add the work of joints, and of the dampers of springs."""
+        if not len(joints.rows):
+            return
         kind, is_damper = joints.rows["kind"], _is_default_spring(joints.rows)
         before, between, after = (joints.power(motion) for motion in (self._start, unsolved, solved))
         support = np.where(is_damper, 0.0, (between - before) / 2)
         work = (between + after) / 2 - support
-        is_spring, is_motor = np.isin(kind, _SPRINGS) & ~is_damper, kind == JointKind.MOTOR
+        is_spring, is_motor = _SPRINGS[kind] & ~is_damper, kind == JointKind.MOTOR
         self._work[Cause.INTEGRATION] += support.sum()
         self._work[Cause.SPRING_DAMPING] += work[is_damper].sum()
         self._work[Cause.SPRINGS] += work[is_spring].sum()

@@ -1,6 +1,7 @@
-"""A scene from a live `pymunk.Space`: balls on dynamic bodies, walls and pegs on static ones, the Space's settings."""
+"""A scene of a live `pymunk.Space`, and the Space of a scene: balls are dynamic bodies, walls and pegs static ones."""
 
 import math
+import os
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
@@ -13,12 +14,14 @@ import numpy as np
 import pymunk
 from pymunk.batch import ArbiterFields, Buffer, get_space_arbiters
 
+from sandbox.engines.pymunk import PymunkEngine
 from sandbox.errors import SandboxError, SpaceWarning
 from sandbox.quantity import pass_through
 from sandbox.scene.fields import Vector
-from sandbox.scene.files import ball_groups
+from sandbox.scene.files import ball_groups, load
 from sandbox.scene.model import MIN_LENGTH, SPACE_SETTINGS, Arena, PymunkSettings, Scene
 from sandbox.scene.overlaps import needed_overlap
+from sandbox.scene.spawn import spawn
 from sandbox.state import Bodies, Floats, State
 
 MAX_MOMENT_ERROR: Final = 1e-9  # of m r²/2, which is rounding
@@ -133,6 +136,23 @@ def from_space(
     for warning in _warnings(space, contents, motion.spin):
         warn(warning, SpaceWarning, stacklevel=2)
     return scene
+
+
+def to_space(scene: Scene | str | os.PathLike[str]) -> pymunk.Space:
+    """Return the Space of a scene as the engine `pymunk` builds it: body k is ball k. The rest is your own loop's.
+
+    scene: a Scene, the name of a bundled scene, or a file. A step of the engine is `pymunk.substeps` of the scene calls
+    of `space.step(1 / rate / substeps)`.
+    Raises SandboxError as `load` does.
+
+    >>> space = to_space("oblique")
+    >>> for _ in range(60):
+    ...     space.step(1 / 60)
+    >>> [round(body.position.x, 1) for body in space.bodies if body.body_type == pymunk.Body.DYNAMIC]
+    [287.4, 312.6]
+    """
+    chosen = scene if isinstance(scene, Scene) else load(scene)
+    return PymunkEngine(chosen, spawn(chosen)).space
 
 
 def contents_of(space: pymunk.Space) -> SpaceContents:

@@ -1,5 +1,6 @@
 """What a program did to a Space before and between its steps, and in which line: added objects, polygons, pushes."""
 
+import math
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -18,7 +19,7 @@ _PYMUNK: Final = str(Path(pymunk.__file__).parent)
 _EXAMPLES: Final = str(Path(_PYMUNK) / "examples")
 _STANDARD: Final = str(Path(os.__file__).parent)  # Python's library, which may hold that of packages
 _PUSHES: Final = [f"apply_{what}_at_{where}_point" for what in ("force", "impulse") for where in ("local", "world")]
-MIN_DENT: Final = 0.1  # of a hull's area, that the polygon leaves out
+MIN_DENT: Final = 0.05  # of the square root of a hull's area, for a vertex within it
 
 
 class Push(NamedTuple):
@@ -35,7 +36,7 @@ class Origins:
     def __init__(self) -> None:
         self._lines: WeakKeyDictionary[Any, str] = WeakKeyDictionary()
         self.pushes: WeakKeyDictionary[pymunk.Body, Push] = WeakKeyDictionary()
-        self.dents: WeakKeyDictionary[pymunk.Poly, float] = WeakKeyDictionary()  # as shares of the hulls' areas
+        self.dents: WeakKeyDictionary[pymunk.Poly, float] = WeakKeyDictionary()  # px
 
     def remember(self, objects: tuple[Any, ...]) -> None:
         """Remember the line of the program that is being run as that of some objects, unless they have one."""
@@ -84,10 +85,12 @@ def _polygon(
 ) -> None:
     vertices = list(vertices)
     make(poly, body, vertices, *more, **named)
-    if not more and "transform" not in named and len(vertices) > 3:
-        given, hull = (abs(pymunk.area_for_poly(corners)) for corners in (vertices, poly.get_vertices()))
-        if given < (1 - MIN_DENT) * hull:
-            origins.dents[poly] = 1 - given / hull
+    hull = poly.get_vertices()
+    if not more and "transform" not in named and 2 < len(hull) < len(vertices):
+        sides = [(a, (b - a).perpendicular().normalized()) for a, b in zip(hull, hull[1:] + hull[:1], strict=True)]
+        dent = max(min((point - a).dot(inwards) for a, inwards in sides) for point in vertices)
+        if dent > MIN_DENT * math.sqrt(abs(pymunk.area_for_poly(hull))):
+            origins.dents[poly] = dent
 
 
 def program_line() -> str:

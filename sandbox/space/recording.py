@@ -97,7 +97,7 @@ CONTACT: Final = np.dtype(  # a point of an arbiter; the normal points from body
 JOINT: Final = np.dtype(
     [
         ("key", "u8"),  # distinguishes constraints
-        ("kind", "u8"),  # JointKind
+        ("kind", "i8"),  # JointKind
         ("body_a", "u8"),
         ("body_b", "u8"),
         ("own_law", "?"),  # of a spring: its force is a function of the program

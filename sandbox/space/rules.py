@@ -199,14 +199,8 @@ def _placed_twice(contents: Contents) -> Iterator[Fault]:
 def _concave(contents: Contents) -> Iterator[Fault]:
     for shape in contents.solid:
         if isinstance(shape, pymunk.Poly) and contents.is_new(shape) and (dent := contents.origins.dents.get(shape)):
-            what = f"{dent:.0%} of what collides is outside of the vertices that were given"
+            what = f"a vertex that was given is {dent:.4g} px inside of what collides"
             yield Fault(dent, contents.report(body_of(shape), what, shape))
-
-
-def _flat(contents: Contents) -> Iterator[Fault]:
-    for shape in filter(contents.is_new, contents.solid):
-        if isinstance(shape, pymunk.Poly) and not half_width(shape):
-            yield Fault(1, contents.report(body_of(shape), f"a {shape_words(shape)}, of area 0 and radius 0", shape))
 
 
 def _anchor_far(contents: Contents) -> Iterator[Fault]:
@@ -567,7 +561,6 @@ RULES: Final[Rules[Contents]] = {
     "placed-twice": _placed_twice,
     "static-moved": _moved_static,
     "concave": _concave,
-    "flat": _flat,
     "anchor-far": _anchor_far,
     "spring-stiff": _stiff_springs,
     "off-centre": _off_centre,

@@ -38,7 +38,6 @@ class Layer(StrEnum):
     """Something that can be shown of a run in addition to its balls and walls."""
 
     VELOCITY = "velocity"
-    MOMENTUM = "momentum"
     TRAILS = "trails"
     CONTACTS = "contacts"
     CENTRE = "centre"

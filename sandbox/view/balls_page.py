@@ -6,26 +6,24 @@ from functools import cache, partial
 from typing import Final, NamedTuple
 
 import numpy as np
-from pygame import Rect, Surface
+from pygame import Color, Rect, Surface
 
 from sandbox.errors import SandboxError, shown
 from sandbox.quantity import kinetic_energies, length
-from sandbox.run.edits import AddBall
-from sandbox.scene.fields import PALETTE, Vector, rgb
-from sandbox.scene.model import Scene, Wall
+from sandbox.scene.fields import PALETTE, rgb
+from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension, Units
 from sandbox.state import Floats, State
-from sandbox.view.editor import ARENA_WALL, Editor
+from sandbox.view.editor import Editor
 from sandbox.view.instruments import ROUNDING
-from sandbox.view.mouse_tool import MouseTool
-from sandbox.view.move_tool import Tool
 from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import dot, fitting, shortened, text_width, write
 from sandbox.view.theme import chart_palette, theme
 from sandbox.view.widgets import Widget, Words
-from sandbox.view.widgets.buttons import Swatch, TextButton
+from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.fields import Field
+from sandbox.view.widgets.group import rows_of
 
 CELL_HEIGHT: Final = 1.5  # in heights of the text
 NUMBER: Final = 3.2  # width of the column of numbers, likewise
@@ -76,12 +74,6 @@ class BallTable(Widget):
     takes_keys = False
     _line = _text_height = 1  # px
 
-    @property
-    def look(self) -> object:
-        """The step, and how it is sorted."""
-        state, scene, step = self.shown()
-        return step, id(state), id(scene), self.selected(), self.sorted_by, self.falling
-
     def height(self, width: int, text_height: int) -> int:
         """Return the height of its rows, px."""
         return 2 * round(CELL_HEIGHT * text_height) * (1 + min(MAX_BALLS, len(self.shown()[0].position)))
@@ -124,8 +116,7 @@ class BallTable(Widget):
             if ball == chosen:
                 surface.fill(theme.hover, line)
             surface.fill(theme.line, (line.x, line.y, line.width, 1))
-            disc = dot(max(2, small // 3), rgb(scene.colors[ball]), theme.dim)  # or white balls would not be seen
-            surface.blit(disc, disc.get_rect(center=(line.x + small // 2, line.centery)))
+            dot(surface, rgb(scene.colors[ball]), theme.dim, (line.x + small // 2, line.centery), small // 3)
             write(surface, str(ball), Rect(line.x + small, line.y, first, line.height), theme.ink, small)
             for cell, value, column in zip(cells, values[ball], COLUMNS.values(), strict=True):
                 text = _cell_text(value, column.dimension, units)
@@ -172,167 +163,108 @@ DOES: Final = {
     "friction": "its factor: a contact has the product of two",
     "thickness": "full thickness",
 }
-ENDS: Final = ((0, 0, "from x"), (0, 1, "from y"), (1, 0, "to x"), (1, 1, "to y"))  # an end, its axis, their name
-DIMENSIONS: Final = {
-    **{key: column.dimension for key, column in COLUMNS.items()},
-    **dict.fromkeys(("thickness", *(name for *_, name in ENDS)), Dimension.LENGTH),
+ENDS: Final = {  # of a wall: the end and the axis of each number
+    "from x": ("start", 0),
+    "from y": ("start", 1),
+    "to x": ("to", 0),
+    "to y": ("to", 1),
 }
-BALL_KEYS: Final = ("x", "y", "vx", "vy", "spin", "radius", "mass", "elasticity", "friction")
-WALL_KEYS: Final = ("thickness", "elasticity", "friction")
-END_KEYS: Final = ("start", "to")
+BALL_KEYS: Final = ("x", "y", "vx", "vy", "spin", "mass", "radius", "elasticity", "friction")
+WALL_KEYS: Final = (*ENDS, "thickness", "elasticity", "friction")
+DIMENSIONS: Final = dict.fromkeys(WALL_KEYS[:5], Dimension.LENGTH) | {
+    key: column.dimension for key, column in COLUMNS.items()
+}
 
 
 class Inspector:
-    """Shows the selected ball, as it is in the pane where it was clicked, or the selected wall; changes and copies it.
+    """Shows the selected ball, as it is in the pane where it was clicked, or the selected wall, and changes it.
 
     The run is paused while its fields are typed into.
     """
 
-    def __init__(self, playback: Playback, editor: Editor, mouse: MouseTool, notice: Notice) -> None:
+    def __init__(self, playback: Playback, editor: Editor, notice: Notice) -> None:
         self._playback = playback
         self._editor = editor
-        self._mouse = mouse
         self._notice = notice
-        self._dimensions: dict[Field, Dimension] = {}  # of the numbers that fields show
-        self._heading = Words("", width=2.0)
-        self._hint, self._nothing = Words(""), Words("")
-        self._copy = TextButton("copy", self._mouse.copy_ball, "a ball like this one, where you click next", width=1.0,
-                                is_on=lambda: mouse.copying, refusal=self._refusal)  # fmt: skip
-        self._delete = TextButton("delete", lambda: editor.delete(None), "delete it", width=1.0, refusal=self._refusal)
-        self._ball = {key: self._value_field(key, partial(self._value_of_ball, key)) for key in BALL_KEYS}
-        self._colour = self._field("colour", self._colour_of_ball, lambda text: editor.change(color=text),
-                                   "a CSS colour name or #rrggbb")  # fmt: skip
-        self._swatches = [self._swatch(colour) for colour in PALETTE]
-        self._ends = [self._end_field(*end) for end in ENDS]
-        self._wall = {key: self._value_field(key, partial(self._value_of_wall, key)) for key in WALL_KEYS}
-        thickness = self._number_field(
-            "thickness", lambda: mouse.move.thickness, self._set_thickness, "of walls that you draw"
+        self._heading, self._hint = Words("", width=2.0), Words(HINT)
+        self._delete = TextButton("delete", lambda: editor.delete(None), "delete it", width=1.0)
+        self._fields = {key: self._number_field(key) for key in dict.fromkeys((*BALL_KEYS, *WALL_KEYS))}
+        colour = self._field(
+            "colour", self._colour, lambda text: editor.change(color=text), "a CSS colour name or #rrggbb"
         )
-        self._new: dict[Tool, list[Widget]] = {  # what is added next
-            Tool.BALL: [Words("new balls"), self._new_field("radius"), self._new_field("mass")],
-            Tool.WALL: [Words("new walls"), thickness],
-        }
+        swatches = [
+            TextButton("", partial(colour.choose, name), name, partial(self._has_colour, name), colour=Color(name))
+            for name in PALETTE
+        ]
+        self._of_ball = [*rows_of([*(self._fields[key] for key in BALL_KEYS), colour]), swatches]
+        self._of_wall = rows_of([self._fields[key] for key in WALL_KEYS])
 
     def rows(self) -> Sequence[Sequence[Widget]]:
-        """Return what is selected, and what is added next."""
-        rows: list[Sequence[Widget]]
-        for field, dimension in self._dimensions.items():
-            field.unit = self._playback.scene.units.name(dimension)
-        if self._editor.selected is not None:
-            rows = self._ball_rows(self._editor.selected)
-        elif self._editor.selected_wall is not None:
-            rows = self._wall_rows(self._editor.selected_wall)
-        else:
-            self._hint.text = HINT
-            rows = [[self._hint]]
-        return [*rows, *([self._new[self._mouse.tool]] if self._mouse.tool in self._new else [])]
-
-    def _ball_rows(self, ball: int) -> list[Sequence[Widget]]:
-        self._heading.text = f"ball {ball} in {self._playback.view.panes[self._editor.pane].name}"
-        field = self._ball
-        return [
-            [self._heading, self._copy, self._delete],
-            [field["x"], field["y"]],
-            [field["vx"], field["vy"]],
-            [field["spin"], field["mass"]],
-            [field["radius"], self._colour],
-            [field["elasticity"], field["friction"]],
-            self._swatches,
-        ]
-
-    def _wall_rows(self, wall: int) -> list[Sequence[Widget]]:
-        self._heading.text = self._playback.scene.wall_name(wall)
-        field, ends = self._wall, [self._ends[:2], self._ends[2:]]
-        if self._editor.own_wall is None:
-            self._hint.text = f"{ARENA_WALL[0].upper()}{ARENA_WALL[1:]}."
-            return [[self._heading], *ends, [field["elasticity"], field["friction"]], [self._hint]]
-        return [
-            [self._heading, self._delete],
-            *ends,
-            [field["thickness"], field["elasticity"]],
-            [field["friction"], self._nothing],
-        ]
-
-    # Widgets
-
-    def _refusal(self) -> str:
-        return ARENA_WALL if self._editor.selected_wall is not None and self._editor.own_wall is None else ""
+        """Return what is selected."""
+        ball, wall = self._editor.selected, self._editor.selected_wall
+        for key, field in self._fields.items():
+            field.unit = self._playback.scene.units.name(DIMENSIONS.get(key, Dimension.NUMBER))
+        if ball is None and wall is None:
+            return [[self._hint]]
+        self._heading.text = f"wall {wall}"
+        if ball is not None:
+            self._heading.text = f"ball {ball} in {self._playback.view.panes[self._editor.pane].name}"
+        return [[self._heading, self._delete], *(self._of_wall if ball is None else self._of_ball)]
 
     def _field(self, name: str, value: Callable[[], str], choose: Callable[[str], None], does: str) -> Field:
         def choose_or_say(text: str) -> None:
             with self._notice.reporting():
                 choose(text)
 
-        return Field(name, value, choose_or_say, does, "", self._refusal, begin=self._pause)
-
-    def _number_field(self, key: str, value: Callable[[], float], choose: Callable[[float], None], does: str) -> Field:
-        """Return a field of a number, which `value` and `choose` have in px, and the field in the scene's units."""
-        dimension = DIMENSIONS.get(key, Dimension.NUMBER)
-
-        def factor() -> float:
-            return self._playback.scene.units.factor(dimension)
-
-        def text() -> str:
-            return _text(value(), factor(), self._playback.scene.units.decimals(dimension, DECIMALS))
-
-        def choose_in_units(typed: str) -> None:
-            number = _number(key, typed) / factor()
-            try:
-                choose(number)
-            except SandboxError as error:
-                raise SandboxError(self._playback.scene.units.in_message(dimension, str(error))) from None
-
-        field = self._field(key, text, choose_in_units, does)
-        self._dimensions[field] = dimension
-        return field
+        return Field(name, value, choose_or_say, does, begin=self._pause)
 
     def _pause(self) -> None:
         self._playback.paused = True
 
-    def _value_field(self, key: str, value: Callable[[], float]) -> Field:
-        return self._number_field(key, value, lambda number: self._editor.change(**{key: number}), DOES[key])
+    def _number_field(self, key: str) -> Field:
+        """Return a field of a number in the scene's units."""
+        dimension = DIMENSIONS.get(key, Dimension.NUMBER)
 
-    def _value_of_ball(self, key: str) -> float:
-        view, ball = self._playback.view, self._editor.selected or 0
+        def text() -> str:
+            units = self._playback.scene.units
+            return _text(self._value(key), units.factor(dimension), units.decimals(dimension, DECIMALS))
+
+        def choose(typed: str) -> None:
+            units = self._playback.scene.units
+            number = _number(key, typed) / units.factor(dimension)
+            try:
+                self._change(key, number)
+            except SandboxError as error:
+                raise SandboxError(units.in_message(dimension, str(error))) from None
+
+        return self._field(key, text, choose, DOES.get(key, "position of this end"))
+
+    def _value(self, key: str) -> float:
+        """Return a value of what is selected, px."""
+        view, scene, ball = self._playback.view, self._playback.scene, self._editor.selected
+        if ball is None:
+            wall = scene.walls[self._editor.selected_wall or 0]
+            end, axis = ENDS.get(key, (key, 0))
+            return float(getattr(wall, end)[axis] if key in ENDS else getattr(wall, key))
         if key in COLUMNS:
-            return float(COLUMNS[key].values(view.panes[self._editor.pane].state, self._playback.scene)[ball])
-        return float(getattr(self._playback.scene.bodies, key)[ball])
+            return float(COLUMNS[key].values(view.panes[self._editor.pane].state, scene)[ball])
+        return float(getattr(scene.bodies, key)[ball])
 
-    def _value_of_wall(self, key: str) -> float:
-        wall = self._editor.own_wall
-        return float(getattr(self._playback.scene.arena if wall is None else self._playback.scene.walls[wall], key))
+    def _change(self, key: str, number: float) -> None:
+        """Change a value of what is selected, px. Raises SandboxError."""
+        if key not in ENDS:
+            self._editor.change(**{key: number})
+        elif (wall := self._editor.selected_wall) is not None:
+            end, axis = ENDS[key]
+            point = [*getattr(self._playback.scene.walls[wall], end)]
+            point[axis] = number
+            self._editor.change(**{end: tuple(point)})
 
-    def _end_field(self, number: int, axis: int, name: str) -> Field:
-        def end() -> Vector:
-            return self._playback.scene.wall_line(self._editor.selected_wall or 0)[:2][number]
-
-        def choose(coordinate: float) -> None:
-            point = list(end())
-            point[axis] = coordinate
-            self._editor.change(**{END_KEYS[number]: tuple(point)})
-
-        does = f"{('horizontal', 'vertical')[axis]} position of this end"
-        return self._number_field(name, lambda: end()[axis], choose, does)
-
-    def _colour_of_ball(self) -> str:
+    def _colour(self) -> str:
         return self._playback.scene.colors[self._editor.selected or 0]
 
-    def _swatch(self, colour: str) -> Swatch:
-        choose = partial(self._colour.choose, colour)
-        return Swatch(colour, choose, lambda: self._colour_of_ball() == colour, self._refusal)
-
-    def _new_field(self, key: str) -> Field:
-        def choose(number: float) -> None:
-            size = {key: number}
-            AddBall(step=0, position=(0, 0), **{"radius": 1.0} | size)  # which raises SandboxError for what is not one
-            self._editor.new_ball |= size
-
-        field = self._number_field(key, lambda: self._editor.size_of_new(key), choose, f"{key} of new balls")
-        field.refusal = str
-        return field
-
-    def _set_thickness(self, thickness: float) -> None:
-        self._mouse.move.thickness = Wall(start=(0, 0), to=(1, 0), thickness=thickness).thickness
+    def _has_colour(self, name: str) -> bool:
+        return self._colour() == name
 
 
 def _text(value: float, factor: float, decimals: int) -> str:
@@ -353,10 +285,10 @@ def _number(name: str, text: str) -> float:
 class BallsPage:
     """Shows the selected ball or wall over a table of all balls, in the engine that is chosen."""
 
-    def __init__(self, playback: Playback, editor: Editor, mouse: MouseTool, notice: Notice) -> None:
+    def __init__(self, playback: Playback, editor: Editor, notice: Notice) -> None:
         self._playback = playback
         self._editor = editor
-        self._inspector = Inspector(playback, editor, mouse, notice)
+        self._inspector = Inspector(playback, editor, notice)
         self._table = BallTable(self._shown, lambda: editor.selected, lambda ball: editor.select(ball, editor.pane))
         self._engine = cache(self._make_engine)
 

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import groupby, product
+from operator import itemgetter
 from typing import Final
 
 from pygame import Rect, Surface
@@ -20,16 +21,21 @@ from sandbox.view.primitives import card, panel, text_width, wrapped, write
 from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import Pane
 from sandbox.view.theme import theme
-from sandbox.view.widgets.group import Placed, WidgetGroup
+from sandbox.view.widgets.fields import Slider
+from sandbox.view.widgets.group import Placed, WidgetGroup, items_of
 
 
 @dataclass
 class Messages:
-    """The messages of a window. waits: something is to be done as soon as engines have run again."""
+    """The messages of a window.
+
+    waits: something is to be done as soon as engines have run again. speeds: of the window, and of each engine a step.
+    """
 
     _playback: Playback
     _notice: Notice
     waits: bool = False
+    speeds: str = ""
 
     def status(self, recorded: float | None) -> str:
         """Return all that the window says of time and of what was done last. recorded: s, or None."""
@@ -50,27 +56,30 @@ class Messages:
         return ""
 
     def draw(self, surface: Surface, layout: Layout) -> None:
-        """Draw a message."""
+        """Draw a message, or else how fast the window and the engines are."""
         if text := self._progress or self._notice.text:
             kind = NoticeKind.HINT if self._progress else self._notice.kind
             draw_notice(surface, layout.status, layout.text_height, text, kind)
+        else:
+            write(surface, self.speeds, layout.status, theme.dim, layout.text_height)
+
+    def measure(self, frames: float) -> None:
+        """Note how fast the window and the engines are. frames: of the window, a second."""
+        runners = self._playback.session.runners.items()
+        steps = (f"{name} {1000 * run.step_seconds:.2g} ms" for name, run in runners if run.step_seconds is not None)
+        self.speeds = "    ".join((f"{frames:.0f} frames a second", *steps))
 
 
 @dataclass
 class Cards:
-    """What lies over the panes: cards, messages, the help, the picker of scenes, and what widgets say.
-
-    marks_selection: whether a ball that a key selected has a card.
-    """
+    """What lies over the panes: cards, messages, the help, the picker of scenes, and what widgets say."""
 
     _playback: Playback
-    _editor: Editor
     _mouse: MouseTool
     _scenes: SceneLoader
     _widgets: WidgetGroup
     _messages: Messages
     help_open: bool = False
-    marks_selection: bool = True
 
     def toggle_help(self) -> None:
         """Show the help, or hide it."""
@@ -86,8 +95,6 @@ class Cards:
         """Draw everything. placed: the widgets; free_point: where the mouse is, unless a list is open there."""
         self._messages.draw(surface, layout)
         self._draw_ball(surface, layout)
-        if free_point:
-            self._playback.view.draw_title_card(surface, layout, free_point)
         if self._scenes.error:
             draw_error_card(surface, layout, self._scenes.error)
         if self.help_open:
@@ -96,32 +103,20 @@ class Cards:
             self._scenes.picker.fit(surface.get_rect(), layout.text_height)
             self._scenes.picker.draw(surface)
         elif not self._mouse.holds:
-            self._widgets.fit(surface.get_rect(), layout.text_height)
+            self._widgets.draw(surface, items_of(placed, layout.text_height, surface.get_rect()), layout.text_height)
             if not self.help_open:
-                self._widgets.draw_tip(surface, placed, layout.text_height)
-            self._widgets.draw_list(surface, placed)
+                titles = [layout.title(pane) for pane in range(len(layout.arenas))]
+                self._widgets.draw_tip(surface, placed, titles, layout.text_height)
 
     def _draw_ball(self, surface: Surface, layout: Layout) -> None:
-        """Draw the card of the ball under the mouse, or else of one that a key selected."""
-        if self._mouse.holds:
-            return
-        ball, point, panes = self._mouse.ball, self._mouse.point, self._playback.view.panes
-        in_charts = point is not None and layout.timeline.collidepoint(point)  # which have a card of their own
-        chosen = self._editor.by_key and self._editor.selected is not None and self.marks_selection
-        if ball is None and chosen and not in_charts:
-            ball = self._editor.selected
-            x, y = layout.to_screen(0, panes[0].state.position[ball].tolist())
-            point = Rect(round(x), round(y), 1, 1).clamp(layout.arenas[0]).topleft  # a zoomed pane may not show it
-        if ball is not None and point:
-            draw_ball_card(surface, layout, panes, ball, point)
+        """Draw the card of the ball under the mouse."""
+        ball, point = self._mouse.ball, self._mouse.point
+        if ball is not None and point and not self._mouse.holds and not self._widgets.over:
+            table = ball_table(self._playback.view.panes, ball)
+            card(surface, table, point, layout.text_height, surface.get_rect())
 
 
 SHOWN: Final = {"position": Dimension.LENGTH, "velocity": Dimension.VELOCITY, "energy": Dimension.ENERGY}
-
-
-def draw_ball_card(surface: Surface, layout: Layout, panes: Sequence[Pane], ball: int, point: ScreenPoint) -> None:
-    """Draw the card of a ball next to a point of the screen."""
-    card(surface, ball_table(panes, ball), point, layout.text_height, surface.get_rect())
 
 
 def ball_table(panes: Sequence[Pane], ball: int) -> list[list[str]]:
@@ -147,37 +142,75 @@ def ball_table(panes: Sequence[Pane], ball: int) -> list[list[str]]:
 
 
 MAX_LINES: Final = 8  # of errors, shown at once
+MASSES: Final = (0.1, 0.2, 0.5, 1, 2, 3, 5, 10, 20, 50, 100)  # kg
 
 
 def draw_error_card(surface: Surface, layout: Layout, error: str) -> None:
-    """Draw the errors of a file above the status line, as many lines as are shown at once."""
+    """Draw the errors of a file below the titles, as many lines as are shown at once."""
     height, window = layout.text_height, surface.get_rect()
     errors = error.splitlines()
-    lines = [part for one in errors[:MAX_LINES] for part in wrapped(one, window.width - 4 * height, height, "    ")]
+    lines = [part for line in errors[:MAX_LINES] for part in wrapped(line, window.width - 4 * height, height, "    ")]
     count = len(lines) + len(errors[MAX_LINES:])
     if count > MAX_LINES:
         lines[MAX_LINES - 1 :] = [f"and {count - MAX_LINES + 1} more lines"]
     head = "This file has errors, so the current scene keeps running (Esc closes this):"
-    card(surface, [[line] for line in (head, *lines)], layout.status.topleft, height, window)
+    card(surface, [[line] for line in (head, *lines)], layout.title(0), height, window)
 
 
 def draw_help(surface: Surface, layout: Layout) -> None:
-    """Draw the table of keys in the largest text that fits into the window, in one column or two."""
+    """Draw the table of keys by topics, in the largest text that fits into the window, in up to three columns."""
     window = surface.get_rect()
-    for height, columns in product(range(layout.text_height, 4, -1), (1, 2)):
-        widths = [max(text_width(row[k], height) for row in HELP) + height for k in (0, 1)]  # of keys, and what they do
-        rows = -(-len(HELP) // columns)
-        place = Rect(0, 0, columns * sum(widths) + height, round((rows + 1) * 1.5 * height))
+    rows = [
+        row for topic, of_topic in groupby(HELP, key=itemgetter(0)) for row in ((topic, ""), *(r[1:] for r in of_topic))
+    ]
+    for height, columns in product(range(layout.text_height, 4, -1), (1, 2, 3)):
+        keys, does = (max(text_width(row[k], height) for row in rows if row[1]) + height for k in (0, 1))
+        per_column, step = -(-len(rows) // columns), round(1.45 * height)
+        place = Rect(0, 0, columns * (keys + does) + height, (per_column + 1) * step)
         if place.width <= window.width and place.height <= window.height:
             break
     else:
         return
     place.center = window.center
     panel(surface, place)
-    for number, texts in enumerate(HELP):
-        column, row = divmod(number, rows)
-        cell = Rect(place.x + height + column * sum(widths), place.y + round((row + 0.5) * 1.5 * height), 0, 0)
-        for text, width, ink in zip(texts, widths, (theme.ink, theme.dim), strict=True):
-            cell.size = width, round(1.5 * height)
-            write(surface, text, cell, ink, height)
-            cell.x += width
+    for number, (key, text) in enumerate(rows):
+        column, row = divmod(number, per_column)
+        cell = Rect(place.x + height + column * (keys + does), place.y + step // 2 + row * step, keys + does, step)
+        write(surface, key, cell, theme.ink if text else theme.accent, height, bold=not text)
+        write(surface, text, cell.move(keys, 0), theme.dim, height)
+
+
+class MassSlider(Slider):
+    """Changes the mass of the selected ball, beside it, while the run is paused."""
+
+    def __init__(self, playback: Playback, editor: Editor, notice: Notice) -> None:
+        def mass() -> float:
+            return float(playback.scene.bodies.mass[editor.selected or 0])
+
+        def choose(mass: float) -> None:
+            with notice.reporting():
+                editor.change(mass=mass)
+
+        super().__init__("mass", MASSES, mass, choose, "", " kg")
+        self._playback, self._editor = playback, editor
+
+    takes_keys = False
+
+    def placed(self, layout: Layout) -> list[Placed]:
+        """Return it with its place below the ball, or else above it; nothing if it is not shown."""
+        ball, view, height = self._editor.selected, self._playback.view, layout.text_height
+        if ball is None or not self._playback.paused:
+            return []
+        pane, radius = self._editor.pane, float(view.moment.scene.bodies.radius[ball]) * layout.scale
+        x, y = layout.to_screen(pane, view.panes[pane].state.position[ball].tolist())
+        arena, place = layout.arenas[pane], Rect(0, 0, 11 * height, self.height(0, height))
+        place.midtop = round(x), round(y + radius + height)
+        if place.bottom > arena.bottom:
+            place.bottom = round(y - radius - height)
+        seen = arena.collidepoint(x, y) and place.width < arena.width and place.top > arena.top
+        return [(self, place.clamp(arena))] if seen else []
+
+    def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
+        """Draw it on a ground of its own."""
+        panel(surface, place)
+        super().draw(surface, place, text_height, hot=hot)

@@ -1,19 +1,15 @@
 """What is to be said of a run, as far as a process beside the window has compared it."""
 
-import webbrowser
 from dataclasses import replace
 from functools import partial
 from multiprocessing.connection import Connection
-from pathlib import Path
 from time import monotonic
 from typing import Any, Final
 
 from sandbox.errors import SandboxError
-from sandbox.files import whole_file
 from sandbox.processes import ChildProcess, serve
 from sandbox.session.session import Session
 from sandbox.view.case import Case, case_of
-from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
 
 DIED = "the process that compares has died"
@@ -31,12 +27,12 @@ class CaseWorker:
         self._process: ChildProcess | None = None
         self.is_busy = False
 
-    def ask(self, run: RunSoFar, page: str | None = None) -> None:
-        """Begin to compare a run so far; write its page into a file if that is named. It must not be busy."""
+    def ask(self, run: RunSoFar) -> None:
+        """Begin to compare a run so far. It must not be busy."""
         if self._process is None:
             self._process = ChildProcess(_serve)
         self.is_busy = True
-        self._process.send((run, page))
+        self._process.send(run)
 
     def poll(self) -> Case | SandboxError | None:
         """Return what has become of the task if it is done. The task is then forgotten."""
@@ -61,17 +57,10 @@ def _serve(connection: "Connection[Any, Any]") -> None:
     serve(connection, partial(answer, ComparisonSoFar()))
 
 
-def answer(so_far: ComparisonSoFar, task: tuple[RunSoFar, str | None]) -> Case | SandboxError:
-    """Return the summary of a run, and write its page into a file if that is named."""
-    run, file = task
+def answer(so_far: ComparisonSoFar, run: RunSoFar) -> Case | SandboxError:
+    """Return the summary of a run."""
     try:
-        comparison = so_far.of(run)
-        if file is not None:
-            from sandbox.report.comparison_page import page  # noqa: PLC0415  # Bokeh takes a second to import
-
-            with whole_file(file) as opened:
-                opened.write(page(comparison).encode())
-        return case_of(run, comparison, so_far.marks)
+        return case_of(run, so_far.of(run), so_far.marks)
     except SandboxError as error:
         return SandboxError(str(error))  # others, such as EngineError, cannot be pickled
 
@@ -80,17 +69,13 @@ class CaseSoFar:
     """What a worker finds out about the run of a session, part by part, while the run goes on.
 
     case: the latest, None until there is one; compared: the run that it is about; is_current: whether that is all of
-    the run. error: why there is no newer one. is_warm: whether the worker has answered once.
+    the run. error: why there is no newer one.
     """
 
-    def __init__(self, notice: Notice, worker: CaseWorker | None = None) -> None:
-        self._notice = notice
+    def __init__(self, worker: CaseWorker | None = None) -> None:
         self._worker = worker or CaseWorker()
         self._asked: RunSoFar | None = None  # what the worker compares
-        self._page = ""  # the file that it writes meanwhile
-        self._page_wanted = ""  # the file to be written next
         self._asked_at = self._rests_until = 0.0  # s
-        self.is_warm = False
         self.forget()
 
     def forget(self) -> None:
@@ -104,32 +89,19 @@ class CaseSoFar:
         """Return the latest case, unless it is about another run than a session's, which an event can replace."""
         return self.case if self.compared and self.compared.is_part_of(session) else None
 
-    @property
-    def is_making_page(self) -> bool:
-        """Whether a page is being made."""
-        return bool(self._page or self._page_wanted)
-
-    def make_page(self, file: str) -> None:
-        """Write the page of the run so far into a file, once the worker is free."""
-        self._page_wanted = file
-
     def update(self, session: Session) -> bool:
         """Note what the worker has found, and let it go on. Return whether that is news."""
-        before, now = (self.case, self.error, self.is_making_page), RunSoFar.of(session)
+        before, now = (self.case, self.error), RunSoFar.of(session)
         if self._asked and (answer := self._worker.poll()):
-            was_warm, self.is_warm = self.is_warm, True
-            if was_warm or self._page or 2 * self._asked.steps >= now.steps:
-                self._note(self._asked, answer)
-            else:  # the worker was loaded meanwhile, which took longer than the run so far
-                self._asked = None
+            self._note(self._asked, answer)
         if self.compared and not self.compared.is_beginning_of(now):
             self.forget()
-        if self._asked and not self._page and not self._asked.is_beginning_of(now):
+        if self._asked and not self._asked.is_beginning_of(now):
             self.stop()
         if self._asked is None and now.steps:
             self._ask(now)
         self.is_current = self.compared == now
-        return before != (self.case, self.error, self.is_making_page)
+        return before != (self.case, self.error)
 
     def _note(self, run: RunSoFar, answer: Case | SandboxError) -> None:
         now = monotonic()
@@ -140,24 +112,15 @@ class CaseSoFar:
             self.error = str(answer)
         else:
             self.case, self.error = answer, ""
-        page, self._page = self._page, ""
-        if page and self.error:
-            self._notice.show(self.error, NoticeKind.ERROR)
-        elif page:
-            self._notice.show_saved(page)
-            webbrowser.open(Path(page).absolute().as_uri())
 
     def _ask(self, run: RunSoFar) -> None:
-        """Let the worker compare more of a run, unless it has compared all of it. A page is of the whole run."""
+        """Let the worker compare more of a run, unless it has compared all of it."""
         most = max(FIRST_STEPS, 2 * self.compared.steps if self.compared else 0)
-        is_behind = run.steps > most
-        if self._page_wanted or (run != self.compared and (is_behind or monotonic() >= self._rests_until)):
-            self._page, self._page_wanted = self._page_wanted, ""
-            self._asked = run if self._page else replace(run, steps=min(run.steps, most))
-            self._asked_at = monotonic()
-            self._worker.ask(self._asked, self._page or None)
+        if run != self.compared and (run.steps > most or monotonic() >= self._rests_until):
+            self._asked, self._asked_at = replace(run, steps=min(run.steps, most)), monotonic()
+            self._worker.ask(self._asked)
 
     def stop(self) -> None:
         """End what the worker does."""
         self._worker.stop()
-        self._asked, self._page, self.is_warm = None, "", False
+        self._asked = None

@@ -20,10 +20,9 @@ Time = TypeVar("Time", float, Floats)  # s
 
 
 class TimeAxis:
-    """Which times are shown. selection: two times (s), marked; time: at the cursor, s."""
+    """Which times are shown. time: at the cursor, s."""
 
     def __init__(self, seconds: float) -> None:
-        self.selection: tuple[float, float] | None = None
         self.time = 0.0
         self._zoom: tuple[float, float] | None = None  # start and length, s; None shows all
         self._seconds = min(seconds, MAX_FIRST_SECONDS)  # of all
@@ -55,13 +54,6 @@ class TimeAxis:
         """Make the axis longer or shorter by a factor, with a time (s) in its place; at most all is shown."""
         start, seconds = self.shown
         self._show(time - (time - start) * factor, seconds * factor)
-
-    def zoom_to_selection(self) -> None:
-        """Show what is selected; if that is a moment, show all."""
-        if self.selection:
-            first, last = sorted(self.selection)
-            self.selection = None
-            self._show(first, last - first if last - first >= MIN_SECONDS else np.inf)
 
     def _show(self, start: float, seconds: float) -> None:
         if seconds >= self._seconds:
@@ -104,6 +96,18 @@ def spread(wanted: Sequence[float], sizes: Sequence[float], low: float, high: fl
         begin[k] = min(begin[k], edge - sizes[k])
         edge = begin[k]
     return begin
+
+
+def draw_axis_below(
+    surface: Surface, plot: Rect, places: Floats, texts: Sequence[str], ink: Color, height: int
+) -> None:
+    """Write texts below a chart at some columns, px, each under a tick. height: of the text."""
+    right = surface.get_width()
+    for x, text in zip(np.rint(places).astype(int).tolist(), texts, strict=True):
+        pygame.draw.line(surface, ink, (x, plot.bottom), (x, plot.bottom + height // 3))
+        number = lettering(text, ink, height)
+        at = min(x - number.get_width() // 2, right - number.get_width())
+        surface.blit(number, (at, plot.bottom + height // 3))
 
 
 MARK_DISTANCE: Final = 4  # px between the pointer and a mark that it points at

@@ -14,7 +14,7 @@ import pygame
 from pygame import Color, Rect, Surface
 
 from sandbox.analysis.difference import Difference, Velocities
-from sandbox.judge.causes import NEGLIGIBLE
+from sandbox.judge.thresholds import NEGLIGIBLE
 from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension
@@ -208,17 +208,14 @@ class ContactPicture(Widget):
             position[second] = position[found.first] + reach * np.array(normal)
             self.state = replace(self.state, position=position)
 
-    @property
-    def look(self) -> object:
-        """The contact."""
-        return self.difference, self.colour.normalize(), self.scene.arena.background
-
     def height(self, width: int, text_height: int) -> int:
         """Return its height, px."""
         return round(HEIGHT * text_height)
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
-        """Draw the bodies, and the contact over them."""
+        """Draw the bodies, and the contact over them, unless a part of the place is not seen."""
+        if not surface.get_clip().contains(place):
+            return
         scene, balls = self.scene, self.difference.balls
         picture = Surface(place.size)
         picture.fill(palette(scene.arena.background).ground)

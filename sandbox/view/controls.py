@@ -1,24 +1,20 @@
-"""What the window can do: one table for its keys, its help and the documentation."""
+"""What the window can do: one table of its keys, buttons, help and functions, which the documentation shows too."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
-from typing import Final
+from enum import Enum, StrEnum
+from functools import cached_property, partial
+from typing import Any, Final
 
 import pygame
 from pygame.event import Event
 
 from sandbox.view import Layer
 
-# What the window does when a key or a button asks for it.
-Action = Enum(
-    "Action",
-    "GO_TO_START STEP_BACK PAUSE STEP GO_TO_END SECOND_BACK SECOND_FORWARD PREVIOUS_CONTACT NEXT_CONTACT "
-    "RESTART SLOWER FASTER "
-    "PICK_SCENE PREVIOUS_SCENE NEXT_SCENE NEXT_SEED SAVE_SCENE SAVE_INPUTS COPY_CODE "
-    "UNDO REDO ADD_BALL DELETE_BALL NEXT_TOOL USE_IMPULSE SELECT_PREVIOUS SELECT_NEXT "
-    "NEXT_CHART SCALE SHOW_ALL ZOOM_IN ZOOM_OUT "
-    "LARGER_TEXT SMALLER_TEXT THEME COLUMN PLAIN SAVE_PICTURE RECORD FULL_SCREEN HELP ESCAPE",
-)
+LEFT: Final = "\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}"
+RIGHT: Final = "\N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}"
+ZOOM_FACTOR: Final = 1.25  # by which a notch of the wheel enlarges what the panes show, or the charts' time
+_CODES: Final = {"Esc": "ESCAPE", "Shift Z": "z", "Shift R": "r"}  # of keys whose names are others in pygame
 
 
 class Panel(Enum):
@@ -31,126 +27,233 @@ class Panel(Enum):
     SHOW = "Show"
 
 
-@dataclass(frozen=True)
-class Control:
-    """An action, or a layer or a page of the column to show or hide, with its keys.
+class Topic(StrEnum):
+    """What one wants to do: the help is grouped by it, the first things first."""
 
-    key_names: as the help spells them. keys: pygame key codes, pressed with Shift if `shift`, and with Ctrl if `ctrl`,
-    else without. typed: characters, whatever key types them on a keyboard. repeats: while its key is held.
+    FIRST = "First of all"
+    TIME = "Time"
+    COMPARE = "Compare"
+    EDIT = "Balls and walls"
+    SEE = "In the panes"
+    FILES = "Scenes and files"
+    WINDOW = "The window"
+
+
+@dataclass(frozen=True, eq=False)
+class Control:
+    """An action of the window.
+
+    key_names: as the help spells them: characters, with Ctrl or not, and keys by name. name: on its button. do: what
+    it does to the `Window`, which is not imported here, as its parts import this table. is_on: whether what it turns
+    on and off is on. more_keys: pygame key codes that do the same. repeats: while its key is held.
     """
 
-    action: Action | Layer | Panel
+    topic: Topic
     key_names: str
+    name: str
     does: str
-    keys: tuple[int, ...] = ()
-    typed: str = ""
-    shift: bool = False
-    ctrl: bool = False
+    do: Callable[[Any], object]
+    is_on: Callable[[Any], bool] = lambda _: False
+    more_keys: tuple[int, ...] = ()
     repeats: bool = False
 
+    @property
+    def _keys(self) -> list[str]:
+        return self.key_names.split(", ")
 
-def _control(action: Action | Layer | Panel, key_names: str, does: str, *, repeats: bool = False) -> Control:
-    """Return a control whose keys are those that the help names: characters, with Ctrl or not, and keys by name."""
-    keys, typed = list[int](), ""
-    for name in key_names.split(", "):
-        if name.startswith("Ctrl "):
-            typed += chr(ord(name[-1]) & 31)  # the control character that it types
-        elif len(name) == 1:
-            typed += name.lower()
-        else:
-            keys.append(getattr(pygame, f"K_{name.upper().replace(' ', '')}"))
-    return Control(action, key_names, does, tuple(keys), typed, repeats=repeats)
+    @property
+    def ctrl(self) -> bool:
+        """Whether its keys by code are pressed with Ctrl."""
+        return self.key_names.startswith("Ctrl")
+
+    @property
+    def shift(self) -> bool:
+        """Whether its key is pressed with Shift."""
+        return self.key_names.startswith("Shift")
+
+    @cached_property
+    def typed(self) -> str:
+        """The characters that do it, whatever key types them on a keyboard."""
+        controls = (chr(ord(name[-1]) & 31) for name in self._keys if name.startswith("Ctrl ") and name[-1].isalpha())
+        return "".join((*(name.lower() for name in self._keys if len(name) == 1), *controls))
+
+    @cached_property
+    def keys(self) -> tuple[int, ...]:
+        """The codes of its keys."""
+        named = (name for name in self._keys if len(name) > 1 and not name.startswith("Ctrl "))
+        codes = (_CODES.get(name, name.upper().replace(" ", "")) for name in named)
+        return (*(getattr(pygame, f"K_{code}") for code in codes), *self.more_keys)
 
 
-CONTROLS: Final = (
-    _control(Action.GO_TO_START, "Home", "go to the start; later steps are kept"),
-    _control(Action.STEP_BACK, "Left", "pause and go one step back", repeats=True),
-    _control(Action.PAUSE, "Space, P", "pause or resume"),
-    _control(Action.STEP, "O, Right", "pause and do one step", repeats=True),
-    _control(Action.GO_TO_END, "End", "go to the latest step reached"),
-    _control(Action.SECOND_BACK, "Page Up", "go one second back", repeats=True),
-    _control(Action.SECOND_FORWARD, "Page Down", "go one second forward, at most to the latest step", repeats=True),
-    _control(Action.PREVIOUS_CONTACT, "<", "go to the previous contact that differs", repeats=True),
-    _control(Action.NEXT_CONTACT, ">", "go to the next contact that differs, and draw it", repeats=True),
-    _control(Action.RESTART, "R", "restart and clear edits"),
-    Control(Action.SLOWER, "-", "slower, down to 1/100", (pygame.K_KP_MINUS,), "-"),
-    Control(Action.FASTER, "+", "faster, up to as fast as possible", (pygame.K_KP_PLUS,), "+="),
-    _control(Action.PICK_SCENE, "/, Ctrl O", "choose a scene"),
-    _control(Action.PREVIOUS_SCENE, "[", "previous bundled scene"),
-    _control(Action.NEXT_SCENE, "]", "next bundled scene"),
-    _control(Action.NEXT_SEED, "N", "restart with the next seed"),
-    _control(Action.SAVE_SCENE, "S, Ctrl S", "save the balls as they are as a scene"),
-    _control(Action.SAVE_INPUTS, "J, Ctrl C", "save what you did, and copy the command"),
-    _control(Action.COPY_CODE, "Q", "copy the balls as they are as a program for Pymunk"),
-    _control(Panel.SCENE, "F2", "the scene: gravity, elasticity, steps"),
-    _control(Panel.BALLS, "F3, K", "the balls: a table, and the selected ball or wall"),
-    _control(Panel.ENGINES, "F4, E", "the engines, and Pymunk's settings"),
-    _control(Panel.WHY, "F5, W", "why engines differ: verdict, contacts and causes"),
-    _control(Panel.SHOW, "F6", "what is shown: arrows, trails, numbers and more"),
-    _control(Action.UNDO, "U, Ctrl Z", "undo the last throw or edit"),
-    _control(Action.REDO, "Y, Ctrl Y", "redo what was undone"),
-    _control(Action.ADD_BALL, "A", "add a ball at the mouse, or where you click next"),
-    Control(
-        Action.DELETE_BALL,
-        "Delete",
-        "delete the ball at the mouse, or the selected one",
-        (pygame.K_DELETE, pygame.K_BACKSPACE),
-    ),
-    _control(Action.NEXT_TOOL, "F", "next tool: hand, move, ball, wall, erase"),
-    _control(Action.USE_IMPULSE, "I", "replace article by impulse"),
-    _control(Action.SELECT_PREVIOUS, ",", "select the previous ball; in Balls, walls too", repeats=True),
-    _control(Action.SELECT_NEXT, ".", "select the next ball; in Balls, walls too", repeats=True),
-    _control(Layer.VELOCITY, "V", "velocity arrows, to where a ball would be in 0.2 s"),
-    _control(Layer.TRAILS, "T", "trails of where the balls were"),
-    _control(Layer.CONTACTS, "C", "contacts and their impulses"),
-    _control(Layer.CENTRE, "X", "centre of mass"),
-    _control(Layer.NUMBERS, "B", "ball numbers, of up to 1,000 balls"),
-    _control(Layer.GHOSTS, "G", "outlines of the balls in exact"),
-    _control(Layer.GRID, "L", "grid lines"),
-    _control(Layer.CHARTS, "H", "charts"),
-    _control(Action.NEXT_CHART, "1", "next chart"),
-    _control(Action.SCALE, "2", "logarithmic chart, or linear"),
-    _control(Action.SHOW_ALL, "0", "show all of the arena again"),
-    Control(Action.ZOOM_IN, "Z", "enlarge what the panes show", (pygame.K_z,), repeats=True),
-    Control(Action.ZOOM_OUT, "Shift Z", "show more of the arena", (pygame.K_z,), shift=True, repeats=True),
-    Control(Action.LARGER_TEXT, "Ctrl +", "larger text", (pygame.K_EQUALS, pygame.K_PLUS, pygame.K_KP_PLUS), ctrl=True),
-    Control(Action.SMALLER_TEXT, "Ctrl -", "smaller text", (pygame.K_MINUS, pygame.K_KP_MINUS), ctrl=True),
-    _control(Action.THEME, "F7", "light, or dark"),
-    _control(Action.COLUMN, "F8", "show or hide the column"),
-    _control(Action.PLAIN, "D", "Pymunk's debug-draw plain, or smooth"),
-    _control(Action.SAVE_PICTURE, "F12", "save a picture of the window"),
-    _control(Action.RECORD, "F9", "start or stop recording a GIF"),
-    _control(Action.FULL_SCREEN, "F11", "full screen, or a window again"),
-    _control(Action.HELP, "F1", "show or hide the help"),
-    Control(Action.ESCAPE, "Esc", "close what is open over the panes; twice, quit", (pygame.K_ESCAPE,)),
+def _layer(layer: Layer, key: str, name: str, does: str) -> Control:
+    return Control(Topic.SEE, key, name, does, lambda w: w.toggle_layer(layer), lambda w: layer in w.showing)
+
+
+def _page(page: Panel, keys: str, does: str) -> Control:
+    topic = Topic.FIRST if page is Panel.WHY else Topic.WINDOW
+    return Control(topic, keys, page.value, does, lambda w: w.panel.toggle(page), lambda w: w.panel.open is page)
+
+
+_PLUS: Final = (pygame.K_EQUALS, pygame.K_PLUS, pygame.K_KP_PLUS)
+_MINUS: Final = (pygame.K_MINUS, pygame.K_KP_MINUS)
+
+
+_first, _time, _compare, _edit = (
+    partial(Control, topic) for topic in (Topic.FIRST, Topic.TIME, Topic.COMPARE, Topic.EDIT)
 )
-OF_ACTION: Final[dict[object, Control]] = {control.action: control for control in CONTROLS}
-EDITS: Final = (  # they apply to the balls at the current step
-    *(Action.UNDO, Action.REDO, Action.ADD_BALL, Action.DELETE_BALL, Action.NEXT_TOOL),
-    *(Action.USE_IMPULSE, Action.SELECT_PREVIOUS, Action.SELECT_NEXT),
-)
-HELP: Final = (
-    ("Left drag", "pull a ball or a wall; if paused, set a velocity"),
-    ("Drag in the charts", "go to that time, as in the bar; the wheel zooms"),
-    ("Wheel, middle drag", "zoom in and out, and move what the panes show"),
-    ("Mouse on a ball", "show position, velocity and energy in every engine"),
-    *((control.key_names, control.does) for control in CONTROLS),
-    ("Tab, Enter, arrows", "next button, press it, move a slider"),
+_see, _files, _window = (partial(Control, topic) for topic in (Topic.SEE, Topic.FILES, Topic.WINDOW))
+
+
+class Action(Enum):
+    """What the window does when a key or a button asks for it."""
+
+    PAUSE = _first("Space, P", "Play", "pause or resume", lambda w: w.playback.pause(), lambda w: w.playback.paused)
+    STEP = _first("Right, O", RIGHT, "pause and do one step", lambda w: w.playback.step(), repeats=True)
+    RESTART = _first(
+        "R",
+        "Restart",
+        "restart; edits stay, made at the start",
+        lambda w: w.restart(keep=True),
+        more_keys=(pygame.K_r,),
+    )
+    PICK_SCENE = _first("/, Ctrl O", "Open\N{HORIZONTAL ELLIPSIS}", "choose a scene", lambda w: w.scenes.open_picker())
+    UNDO = _first("U, Ctrl Z", "Undo", "undo the last throw or edit", lambda w: w.playback.undo())
+    WHY = _page(Panel.WHY, "F5, W", "why engines differ: verdict, contacts and causes")
+    SAVE_SCENE = _first(
+        "S, Ctrl S", "Scene", "save the balls as they are as a scene", lambda w: w.saver.save_scene(w.mouse.pane or 0)
+    )
+    HELP = _first("F1", "Help", "show or hide the help", lambda w: w.cards.toggle_help(), lambda w: w.cards.help_open)
+    ESCAPE = _first("Esc", "", "close what is open over the panes; twice, quit", lambda w: w.escape())
+
+    GO_TO_START = _time("Home", f"|{LEFT}", "go to the start; later steps are kept", lambda w: w.playback.seek(0))
+    STEP_BACK = _time("Left", LEFT, "pause and go one step back", lambda w: w.playback.step_back(), repeats=True)
+    GO_TO_END = _time(
+        "End", f"{RIGHT}|", "go to the latest step reached", lambda w: w.playback.seek(w.playback.session.end)
+    )
+    SLOWER = _time("-", "", "slower, down to 1/100", lambda w: w.playback.slower(), more_keys=_MINUS[1:])
+    FASTER = _time("+, =", "", "faster, up to as fast as possible", lambda w: w.playback.faster(), more_keys=_PLUS[2:])
+
+    PREVIOUS_CONTACT = _compare(
+        "<", f"{LEFT} Previous", "go to the previous contact that differs", lambda w: w.show_contact(-1), repeats=True
+    )
+    NEXT_CONTACT = _compare(
+        ">", f"Next {RIGHT}", "go to the next one, and draw it", lambda w: w.show_contact(1), repeats=True
+    )
+    NEXT_CHART = _compare("1", "", "next chart", lambda w: w.change_chart(w.view.charts.show_next))
+    SCALE = _compare("2", "", "logarithmic chart, or linear", lambda w: w.change_chart(w.view.charts.toggle_scale))
+    GHOSTS = _layer(Layer.GHOSTS, "G", "outlines of exact", "outlines of the balls in exact")
+    CHARTS = _layer(Layer.CHARTS, "H", "chart", "charts")
+
+    REDO = _edit("Y, Ctrl Y", "Redo", "redo what was undone", lambda w: w.playback.redo())
+    DISCARD_EDITS = _edit(
+        "Shift R", "Discard edits", "restart without edits; undo brings them back", lambda w: w.restart(keep=False)
+    )
+    ADD_BALL = _edit("A", "", "add a ball at the mouse", lambda w: w.mouse.add_ball())
+    DELETE_BALL = _edit(
+        "Delete, Backspace", "", "delete the ball at the mouse, or the selected one", lambda w: w.mouse.delete_ball()
+    )
+    NEXT_TOOL = _edit("F", "", "next tool: hand, move, ball, wall, erase", lambda w: w.mouse.choose_next())
+    SELECT_PREVIOUS = _edit(",", "", "select the previous ball", lambda w: w.editor.select_next(-1), repeats=True)
+    SELECT_NEXT = _edit(".", "", "select the next ball", lambda w: w.editor.select_next(1), repeats=True)
+
+    VELOCITY = _layer(Layer.VELOCITY, "V", "velocities", "velocity arrows, to where a ball would be in 0.2 s")
+    TRAILS = _layer(Layer.TRAILS, "T", "trails", "trails of where the balls were")
+    CONTACTS = _layer(Layer.CONTACTS, "C", "contacts", "contacts and their impulses")
+    CENTRE = _layer(Layer.CENTRE, "X", "centre of mass", "centre of mass")
+    NUMBERS = _layer(Layer.NUMBERS, "B", "numbers", "ball numbers, of up to 1,000 balls")
+    GRID = _layer(Layer.GRID, "L", "grid", "grid lines")
+    PLAIN = _see(
+        "D",
+        "plain debug-draw",
+        "Pymunk's debug-draw plain, or smooth",
+        lambda w: w.toggle_plain(),
+        lambda w: w.view.plain,
+    )
+    ZOOM_OUT = _see(
+        "Shift Z", "\N{MINUS SIGN}", "show more of the arena", lambda w: w.mouse.zoom_by(1 / ZOOM_FACTOR), repeats=True
+    )
+    ZOOM_IN = _see("Z", "+", "enlarge what the panes show", lambda w: w.mouse.zoom_by(ZOOM_FACTOR), repeats=True)
+    SHOW_ALL = _see("0", "Fit", "show all of the arena again", lambda w: w.mouse.show_all())
+
+    PREVIOUS_SCENE = _files("[", LEFT, "previous bundled scene", lambda w: w.scenes.open_bundled(-1))
+    NEXT_SCENE = _files("]", RIGHT, "next bundled scene", lambda w: w.scenes.open_bundled(1))
+    NEXT_SEED = _files("N", "Next seed", "restart with the next seed", lambda w: w.scenes.next_seed())
+    SAVE_INPUTS = _files(
+        "J, Ctrl C", "What I did", "save what you did, and copy the command", lambda w: w.saver.save_inputs()
+    )
+    COPY_CODE = _files(
+        "Q",
+        "Pymunk code",
+        "copy the balls as they are as a program for Pymunk",
+        lambda w: w.saver.copy_code(w.mouse.pane or 0),
+    )
+    SAVE_PICTURE = _files("F12", "Picture", "save a picture of the window", lambda w: w.save_picture())
+    RECORD = _files(
+        "F9",
+        "Record",
+        "start or stop recording a GIF",
+        lambda w: w.toggle_recording(),
+        lambda w: w.recorder.seconds is not None,
+    )
+
+    SCENE = _page(Panel.SCENE, "F2", "the scene: gravity, elasticity, steps")
+    BALLS = _page(Panel.BALLS, "F3, K", "the balls: a table, and the selected ball or wall")
+    ENGINES = _page(Panel.ENGINES, "F4, E", "the engines, and Pymunk's settings")
+    SHOW = _page(Panel.SHOW, "F6", "what is shown: arrows, trails, numbers and more")
+    COLUMN = _window(
+        "F8", "Panel", "show or hide the column", lambda w: w.panel.toggle(), lambda w: w.panel.open is not None
+    )
+    THEME = _window("F7", "dark", "light, or dark", lambda w: w.toggle_theme(), lambda w: w.is_dark)
+    LARGER_TEXT = _window("Ctrl +", "larger text", "larger text", lambda w: w.change_text(1), more_keys=_PLUS)
+    SMALLER_TEXT = _window("Ctrl -", "smaller text", "smaller text", lambda w: w.change_text(-1), more_keys=_MINUS)
+    FULL_SCREEN = _window(
+        "F11",
+        "full screen",
+        "full screen, or a window again",
+        lambda w: w.toggle_full_screen(),
+        lambda w: w.is_full_screen,
+    )
+
+
+PAGES: Final = {
+    Panel.SCENE: Action.SCENE,
+    Panel.BALLS: Action.BALLS,
+    Panel.ENGINES: Action.ENGINES,
+    Panel.WHY: Action.WHY,
+    Panel.SHOW: Action.SHOW,
+}
+BY_MOUSE: Final = {
+    Topic.FIRST: ("Drag a ball", "pull it while time passes; if paused, set its velocity"),
+    Topic.TIME: ("Drag in the charts", "go to that time, as in the bar; the wheel zooms"),
+    Topic.COMPARE: ("Mouse on a ball", "its position, velocity and energy in every engine"),
+    Topic.EDIT: ("Drag a wall", "push it, or move it if paused; the tools below the panes do more"),
+    Topic.SEE: ("Wheel, drag", "zoom in and out; move what the panes show by empty ground"),
+    Topic.FILES: ("Drop a file", "run its scene, or list those of a folder"),
+    Topic.WINDOW: ("Tab, Enter, arrows", "next button, press it, move a slider"),
+}
+HELP: Final = tuple(  # rows of its table: a topic, keys, and what they do
+    (topic, keys, does)
+    for topic in Topic
+    for keys, does in (
+        BY_MOUSE[topic],
+        *((action.value.key_names, action.value.does) for action in Action if action.value.topic is topic),
+    )
 )
 
 
-def tip_of(action: object) -> str:
+def tip_of(action: Action) -> str:
     """Return what a control does, and its keys."""
-    control = OF_ACTION[action]
-    return f"{control.does[0].upper()}{control.does[1:]}  ({control.key_names})"
+    does = action.value.does
+    return f"{does[0].upper()}{does[1:]}  ({action.value.key_names})"
 
 
-def control_of(event: Event) -> Control | None:
-    """Return the control whose key a key-down event is about."""
+def action_of(event: Event) -> Action | None:
+    """Return the action whose key a key-down event is about."""
     character, shift = event.unicode.lower(), bool(event.mod & pygame.KMOD_SHIFT)
     ctrl = bool(event.mod & pygame.KMOD_CTRL)
-    for control in CONTROLS:
+    for action in sorted(Action, key=lambda action: not action.value.shift):  # R types the same with Shift
+        control = action.value
         by_key = event.key in control.keys and (shift == control.shift or ctrl) and ctrl == control.ctrl
         if by_key or (character and character in control.typed and not (ctrl and character.isprintable())):
-            return control
+            return action
     return None

@@ -4,15 +4,15 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
-import pygame
 import pymunk
-from pygame import Color, Surface
+from pygame import Color, Rect, Surface
 from pymunk import Shape, Vec2d
 from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
 from pymunk.pygame_util import DrawOptions
 from pymunk.space_debug_draw_options import SpaceDebugColor
 
 from sandbox.scene.fields import Vector, rgb
+from sandbox.view.layout import EDGE
 from sandbox.view.primitives import Discs, capsule, draw_wall, thin_lines
 
 MAX_SHAPES: Final = 300  # that `Space.debug_draw` draws; it calls Python for each, which takes 8 ms for so many
@@ -62,7 +62,10 @@ class DebugDraw:
         if self.is_batch:
             self._draw_batch(surface, scale, origin)
         else:
-            options = self._stock if self.plain else self._smooth
+            options, frame = (self._stock, surface.get_parent()) if self.plain else (self._smooth, None)
+            if frame:  # on which the arena's walls stand, as wide as it is
+                place = Rect(surface.get_offset(), surface.get_size()).inflate(2 * EDGE, 2 * EDGE)
+                surface, origin = frame.subsurface(place.clip(frame.get_rect())), (origin[0] + EDGE, origin[1] + EDGE)
             options.surface = surface
             options.transform = pymunk.Transform(a=scale, d=scale, tx=origin[0], ty=origin[1])
             self._space.debug_draw(options)
@@ -98,55 +101,10 @@ def _is_peg(shape: Shape) -> bool:
     return isinstance(shape, pymunk.Circle) and shape.body is not None and shape.body.body_type == pymunk.Body.STATIC
 
 
-class SpaceOptions(DrawOptions):
-    """Pymunk's options for pygame, whose circles, segments and lines have smooth edges, and whose y may point up."""
+class SmoothDrawOptions(DrawOptions):
+    """Pymunk's options for pygame, whose discs, segments and lines have smooth edges.
 
-    y_is_up = False
-
-    def show(self, surface: Surface, scale: float, origin: Vector) -> None:
-        """Draw on a surface. scale: px of it for one px of the space; origin: where the space's own is, px."""
-        self.surface = surface
-        down = -scale if self.y_is_up else scale
-        self.transform = pymunk.Transform(a=scale, d=down, tx=origin[0], ty=origin[1])
-
-    def draw_circle(
-        self, pos: Vec2d, angle: float, radius: float, outline_color: SpaceDebugColor, fill_color: SpaceDebugColor
-    ) -> None:
-        """Draw a circle, and its radius at its angle."""
-        capsule(self.surface, fill_color.as_int(), pos, pos, radius)
-        rim = pos + Vec2d.from_polar(radius, -angle if self.y_is_up else angle)
-        thin_lines(self.surface, outline_color.as_int(), np.rint(np.array([[*pos, *rim]])))
-
-    def draw_fat_segment(
-        self, a: Point, b: Point, radius: float, outline_color: SpaceDebugColor, fill_color: SpaceDebugColor
-    ) -> None:
-        """Draw a segment with its thickness at any slope; of the arena's walls, nothing is in the pane."""
-        capsule(self.surface, fill_color.as_int(), a, b, radius)
-
-    def draw_polygon(
-        self, verts: Sequence[Point], radius: float, outline_color: SpaceDebugColor, fill_color: SpaceDebugColor
-    ) -> None:
-        """Draw a polygon with an outline, if any of it is on the surface."""
-        corners = np.array(verts)
-        (left, top), (right, bottom) = corners.min(axis=0) - radius, corners.max(axis=0) + radius
-        if right < 0 or bottom < 0 or left > self.surface.get_width() or top > self.surface.get_height():
-            return
-        sides = np.hstack([corners, np.roll(corners, -1, axis=0)])
-        if radius > 0:
-            for side in sides.tolist():
-                capsule(self.surface, fill_color.as_int(), side[:2], side[2:], radius)
-        pygame.draw.polygon(self.surface, fill_color.as_int(), corners.tolist())
-        thin_lines(self.surface, outline_color.as_int(), np.rint(sides))
-
-    def draw_segment(self, a: Vec2d, b: Vec2d, color: SpaceDebugColor) -> None:
-        """Draw a collision point, or a constraint."""
-        thin_lines(self.surface, color.as_int(), np.rint(np.array([[*a, *b]])))
-
-
-class SmoothDrawOptions(SpaceOptions):
-    """Draws the circles of balls together, as other panes do, and the lines over them.
-
-    balls: the number of each circle among the discs. They are collected, and drawn in that order.
+    balls: the number of each circle among the discs. They are collected, and drawn in that order, the lines over them.
     """
 
     def __init__(self, balls: Mapping[Shape, int], discs: Discs) -> None:
@@ -165,23 +123,22 @@ class SmoothDrawOptions(SpaceOptions):
     def draw_circle(
         self, pos: Vec2d, angle: float, radius: float, outline_color: SpaceDebugColor, fill_color: SpaceDebugColor
     ) -> None:
-        """Collect a ball, or draw another circle; a peg as a wall."""
+        """Collect a ball, or draw a peg as a wall."""
         number = self._balls.get(self._shape) if self._shape else None
-        if number is None and self._shape and _is_peg(self._shape):
-            self.draw_fat_segment(pos, pos, radius, outline_color, fill_color)
-        elif number is None:
-            super().draw_circle(pos, angle, radius, outline_color, fill_color)
+        if number is None:
+            capsule(self.surface, fill_color.as_int(), pos, pos, radius)
         else:
             self._collected[number] = pos.x, pos.y, angle
 
-    def draw_segment(self, a: Vec2d, b: Vec2d, color: SpaceDebugColor) -> None:
-        """Collect a collision point, or a constraint, which is over the balls."""
-        self._lines.setdefault(color.as_int(), []).append((*a, *b))
+    def draw_fat_segment(
+        self, a: Point, b: Point, radius: float, outline_color: SpaceDebugColor, fill_color: SpaceDebugColor
+    ) -> None:
+        """Draw a segment with its thickness at any slope; of the arena's walls, nothing is in the pane."""
+        capsule(self.surface, fill_color.as_int(), a, b, radius)
 
-    def draw_dot(self, size: float, pos: tuple[float, float], color: SpaceDebugColor) -> None:
-        """Draw a dot over the balls."""
-        self.draw_collected()
-        super().draw_dot(size, pos, color)
+    def draw_segment(self, a: Vec2d, b: Vec2d, color: SpaceDebugColor) -> None:
+        """Collect a collision point, which is over the balls."""
+        self._lines.setdefault(color.as_int(), []).append((*a, *b))
 
     def draw_collected(self) -> None:
         """Draw the balls and lines collected since the last call."""

@@ -1,4 +1,4 @@
-"""The screen of a window, events that wait while engines run again, what stops that run, and keys that are held."""
+"""The screen of a window, events that wait while engines run again, and what stops that run."""
 
 import os
 import sys
@@ -25,8 +25,9 @@ def has_display() -> bool:
 
 
 def open_window(title: str) -> Surface:
-    """Open a window in its natural size."""
+    """Open a window in its natural size, in which keys that are held are pressed again and again."""
     pygame.display.init()
+    pygame.key.set_repeat(*REPEAT)
     pygame.display.set_caption(title)  # before the window is there, or it would open as "pygame window"
     return set_mode(natural_size(pygame.display.get_desktop_sizes()[0]))
 
@@ -41,6 +42,7 @@ def caption(scene: Scene) -> str:
     return f"{scene.title or scene.name} - sandbox"
 
 
+REPEAT: Final = 400, 33  # ms, until a key that is held is pressed again, and from then on
 PRESSES: Final = (pygame.KEYDOWN, pygame.TEXTINPUT, pygame.MOUSEBUTTONDOWN, pygame.MOUSEWHEEL)
 
 
@@ -49,7 +51,10 @@ class Stopped(Exception):
 
 
 class PendingEvents:
-    """Events in the order of their arrival; of moves of the mouse in a row, the last. get: returns the new events."""
+    """Events in the order of their arrival; of moves of the mouse in a row, the last, and of a held key's presses.
+
+    get: returns the new events.
+    """
 
     def __init__(self, get: Callable[[], list[Event]] = pygame.event.get) -> None:
         self._get = get
@@ -72,42 +77,15 @@ class PendingEvents:
 
     def _collect(self) -> None:
         for event in self._get():
-            before = self._waiting[-1] if self._waiting else None
-            if before and event.type == before.type == pygame.MOUSEMOTION and event.buttons == before.buttons:
+            if self._waiting and _replaces(event, self._waiting[-1]):
                 self._waiting[-1] = event
             else:
                 self._waiting.append(event)
 
 
-DELAY: Final = 0.4  # s, until a key that is held is pressed again
-INTERVAL: Final = 1 / 30  # s, from then on; at most once a frame, so that a slow machine does not lag behind the key
-
-
-class KeyRepeat:
-    """The key that is held.
-
-    pygame's own repeats are not distinguishable from presses, and would pile up while a frame takes long.
-    """
-
-    def __init__(self) -> None:
-        self.held: Event | None = None  # how it was pressed
-        self._wait = 0.0  # s, until it is repeated
-
-    def press(self, event: Event, *, repeats: bool) -> None:
-        """Note that a key goes down."""
-        self.held, self._wait = (event, DELAY) if repeats else (None, 0.0)
-
-    def track(self, event: Event) -> None:
-        """Note that a key goes up, or may have."""
-        if event.type in (pygame.KEYUP, pygame.WINDOWFOCUSLOST):
-            self.held = None
-
-    def due(self, seconds: float) -> Event | None:
-        """Return the press to repeat after some seconds, if it is time."""
-        if self.held is None:
-            return None
-        self._wait -= seconds
-        if self._wait > 0:
-            return None
-        self._wait = INTERVAL
-        return self.held
+def _replaces(event: Event, before: Event) -> bool:
+    """Return whether an event goes on with the one before it: the mouse moves, or a key is still held."""
+    if event.type != before.type or event.type not in (pygame.MOUSEMOTION, pygame.KEYDOWN):
+        return False
+    is_move = event.type == pygame.MOUSEMOTION
+    return bool(event.buttons == before.buttons if is_move else event.key == before.key)

@@ -1,12 +1,9 @@
-"""Edits of a running scene: balls added, deleted and thrown, and what applies to all of them."""
+"""Edits of a running scene: balls added, deleted and thrown, walls, and what applies to all balls."""
 
-import math
-from collections.abc import Callable, Sequence
 from typing import Final
 
 import numpy as np
 
-from sandbox.engines import refusal
 from sandbox.errors import SandboxError
 from sandbox.quantity import length
 from sandbox.run.edits import (
@@ -23,35 +20,24 @@ from sandbox.run.edits import (
     SetVelocity,
 )
 from sandbox.scene.fields import PALETTE, Vector
-from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.scene.walls import segment_distance
 from sandbox.session.history import Moment
 from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
 
-REPLACEMENT: Final = "impulse"  # runs every scene of discs and walls
 NOTHING_SELECTED: Final = "no ball is selected: pause and click one, or use , and ."
-ARENA_WALL: Final = (
-    "the arena's walls cannot be changed here: they stand at its edges, with the elasticity and friction "
-    "under [arena] in the scene's file"
-)
+NOWHERE: Final = "move the mouse to where the ball is to be"
 
 
 class Editor:
     """Edits the run at its current step, in every engine.
 
-    The selected ball stays selected when others are added or deleted. A wall can be selected instead; those of the
-    arena cannot be changed.
-
-    new_ball: what is set of balls to be added; in everything else they are copies of the selected ball, or the last.
+    The selected ball stays selected when others are added or deleted. A wall of the scene can be selected instead.
     """
 
-    def __init__(self, playback: Playback, notice: Notice, use_engines: Callable[[Sequence[str]], bool]) -> None:
+    def __init__(self, playback: Playback, notice: Notice) -> None:
         self._playback = playback
         self._notice = notice
-        self._use_engines = use_engines
-        self._replaced: list[tuple[int, Sequence[str]]] = []  # engines, and how many edits the run had with them
-        self.new_ball: dict[str, float] = {}
         self.select(None)
 
     @property
@@ -62,7 +48,7 @@ class Editor:
     def _step(self) -> int:
         return self._playback.session.step
 
-    # The selected ball
+    # What is selected
 
     @property
     def selected(self) -> int | None:
@@ -70,11 +56,11 @@ class Editor:
         balls = self._moment.balls
         return balls.index(self._selected) if self._selected is not None and self._selected in balls else None
 
-    def select(self, ball: int | None, pane: int = 0, *, by_key: bool = False) -> None:
+    def select(self, ball: int | None, pane: int = 0) -> None:
         """Select a ball, or nothing."""
         self._selected = None if ball is None else self._moment.balls[ball]  # counted over all balls of the run
         self._wall: int | None = None
-        self._pane, self.by_key = pane, by_key
+        self._pane = pane
 
     @property
     def pane(self) -> int:
@@ -87,91 +73,31 @@ class Editor:
 
     @property
     def selected_wall(self) -> int | None:
-        """The number of the selected wall, see `Scene.wall_numbers`, if it stands."""
-        return self._wall if self._wall in self._moment.scene.wall_numbers else None
-
-    @property
-    def own_wall(self) -> int | None:
-        """The number of the selected wall among the scene's own, unless it is one of the arena's."""
-        wall = self.selected_wall
-        return wall - len(ARENA_WALLS) if wall is not None and wall >= len(ARENA_WALLS) else None
+        """The number of the selected wall, if it is there."""
+        return self._wall if self._wall is not None and self._wall < len(self._moment.scene.walls) else None
 
     def select_wall(self, wall: int) -> None:
-        """Select a wall by its number, see `Scene.wall_numbers`."""
+        """Select a wall of the scene by its number."""
         self.select(None)
         self._wall = wall
 
-    def select_next(self, by: int, *, with_walls: bool = False) -> None:
-        """Select the ball so many numbers after the selected one, or before it if negative. Walls follow the balls."""
-        balls, walls = len(self._moment.balls), self._moment.scene.wall_numbers if with_walls else range(0)
-        here = -1 if by > 0 else 0
-        if self.selected is not None:
-            here = self.selected
-        elif self.selected_wall is not None and self.selected_wall in walls:
-            here = balls + walls.index(self.selected_wall)
-        at = (here + by) % (balls + len(walls))
-        if at < balls:
-            self.select(at, by_key=True)
-        else:
-            self.select_wall(walls[at - balls])
+    def select_next(self, by: int) -> None:
+        """Select the ball so many numbers after the selected one, or before it if negative."""
+        here = self.selected if self.selected is not None else -1 if by > 0 else 0
+        self.select((here + by) % len(self._moment.balls))
 
-    def set_velocity(self, ball: int, velocity: Vector) -> None:
-        """Set a ball's velocity, px/s."""
+    # Edits
+
+    def give(self, edit: Edit) -> None:
+        """Edit the run; show a notice if that is not possible."""
         with self._notice.reporting():
-            self.give(SetVelocity(step=self._step, ball=ball, velocity=velocity))
+            self._give(edit)
 
-    # Balls that come and go
-
-    def delete(self, ball: int | None) -> None:
-        """Delete a ball, or else the selected one, or the selected wall."""
-        ball = self.selected if ball is None else ball
-        if ball is None and self.own_wall is not None:
-            self.give(DeleteWall(step=self._step, wall=self.own_wall))
-            self.select(None)
-        elif ball is None and self.selected_wall is not None:
-            self._notice.show(ARENA_WALL)
-        elif ball is None:
-            self._notice.show(NOTHING_SELECTED)
-        else:
-            self.give(DeleteBall(step=self._step, ball=ball))
-
-    def size_of_new(self, key: str) -> float:
-        """Return the radius (px) or the mass (kg) of a ball to be added."""
-        return self._constants_of_new[key]
-
-    @property
-    def _constants_of_new(self) -> dict[str, float]:
-        model = len(self._moment.balls) - 1 if self.selected is None else self.selected
-        return self._constants(model) | self.new_ball
-
-    def _constants(self, ball: int) -> dict[str, float]:
-        bodies = self._moment.scene.bodies
-        return {key: float(getattr(bodies, key)[ball]) for key in CONSTANTS}
-
-    def add(self, position: Vector | None) -> None:
-        """Add a ball at rest at a position (px), moved into the arena, or else near the arena's middle."""
-        colour = PALETTE[len(self._moment.balls) % len(PALETTE)]
-        self._add(position, color=colour, **self._constants_of_new)
-
-    def copy(self, position: Vector) -> None:
-        """Add a copy of the selected ball at a position (px), with its velocity and spin, and select it."""
-        ball, balls = self.selected, len(self._moment.balls)
-        if ball is None:
-            self._notice.show(NOTHING_SELECTED)
-            return
-        state, colour = self._playback.view.panes[self.pane].state, self._moment.scene.colors[ball]
-        velocity, spin = tuple(state.velocity[ball].tolist()), float(state.spin[ball])
-        self._add(position, color=colour, velocity=velocity, spin=spin, **self._constants(ball))
-        if len(self._moment.balls) > balls:
-            self.select(balls, self.pane)
-
-    def _add(self, position: Vector | None, *, radius: float, **values: object) -> None:
-        moment = self._moment
-        with self._notice.reporting():
-            at = _near_the_middle(moment, radius) if position is None else _inside(moment, position, radius)
-            self.give(AddBall(step=moment.step, position=at, radius=radius, **values))
-
-    # One ball or one wall
+    def _give(self, edit: Edit) -> None:
+        """Edit the run. Raises SandboxError if the edit itself is not valid."""
+        self._playback.settle()
+        edit.change_scene(self._moment.scene)
+        self._playback.give(edit)
 
     def change(self, **values: object) -> None:
         """Change values of the selected ball or wall, by the names that `ChangeBall` or `ChangeWall` has for them.
@@ -181,72 +107,44 @@ class Editor:
         self._playback.settle()
         if self.selected is not None:
             self._give(ChangeBall(step=self._step, ball=self.selected, **values))
-        elif self.own_wall is not None:
-            self._give(ChangeWall(step=self._step, wall=self.own_wall, **values))
+        elif self.selected_wall is not None:
+            self._give(ChangeWall(step=self._step, wall=self.selected_wall, **values))
 
-    # Engines that cannot run an edited scene
-
-    def give(self, edit: Edit) -> None:
-        """Edit the run. An engine that cannot run the edited scene is replaced by impulse, or leaves its pane."""
+    def set_velocity(self, ball: int, velocity: Vector) -> None:
+        """Set a ball's velocity, px/s."""
         with self._notice.reporting():
-            self._give(edit)
+            self.give(SetVelocity(step=self._step, ball=ball, velocity=velocity))
 
-    def _give(self, edit: Edit) -> None:
-        """Do the same, but raise SandboxError if the edit itself is not valid."""
-        self._playback.settle()
-        before = self._playback.session.names
-        names, said = self._names_for(edit.change_scene(self._moment.scene), before)
-        edits = self._edits
-        if names != before and not self._use_engines(names):
-            return
-        self._playback.give(edit)
-        if names != before and self._edits > edits:
-            self._note_replaced(edits, before, said)
-
-    def _note_replaced(self, edits: int, engines: Sequence[str], said: str) -> None:
-        self._replaced.append((edits, engines))
-        self._notice.show(f"{said}. Undo brings it back.")
-
-    @staticmethod
-    def _names_for(scene: Scene, names: Sequence[str]) -> tuple[list[str], str]:
-        """Return the engines for an edited scene, and what is said if some of them are others than before."""
-        kept, said = list[str](), list[str]()
-        for name in names:
-            why = refusal(name, scene)
-            if not why:
-                kept.append(name)
-            elif REPLACEMENT not in (*names, *kept) and not refusal(REPLACEMENT, scene):
-                kept.append(REPLACEMENT)
-                said.append(f"{name} cannot run this, so {REPLACEMENT} runs instead")
-            else:
-                said.append(f"{name} cannot run this, and has left its pane")
-        return (kept, "; ".join(said)) if kept else (list(names), "")
+    def delete(self, ball: int | None) -> None:
+        """Delete a ball, or else the selected one, or the selected wall."""
+        ball = self.selected if ball is None else ball
+        if ball is not None:
+            self.give(DeleteBall(step=self._step, ball=ball))
+        elif self.selected_wall is not None:
+            self.give(DeleteWall(step=self._step, wall=self.selected_wall))
+            self.select(None)
+        else:
+            self._notice.show(NOTHING_SELECTED)
 
     @property
-    def _edits(self) -> int:
-        return sum(isinstance(each, Edit) for each in self._playback.session.inputs)
+    def new_ball(self) -> dict[str, float]:
+        """The radius (px), mass (kg) and so on of a ball to be added: of the selected one, or else the last."""
+        model, bodies = self.selected, self._moment.scene.bodies
+        model = len(bodies) - 1 if model is None else model
+        return {key: float(getattr(bodies, key)[model]) for key in CONSTANTS}
 
-    def undo(self) -> None:
-        """Undo the last throw or edit. If it had replaced engines, they run again."""
-        self._playback.undo()
-        if self._replaced and self._edits <= self._replaced[-1][0]:
-            self._use_engines(self._replaced.pop()[1])
-
-    def redo(self) -> None:
-        """Redo what was undone last, in engines that can run it."""
-        before = self._playback.session.names
-        edit, names, said = self._playback.session.next_redo, before, ""
-        if isinstance(edit, Edit):
-            with self._notice.reporting():
-                names, said = self._names_for(edit.change_scene(self._moment.scene), before)
-        edits = self._edits
-        if names != before and self._use_engines(names):
-            self._note_replaced(edits, before, said)
-        self._playback.redo()
-
-    def forget_engines(self) -> None:
-        """Another run begins, or other engines were chosen: none are brought back."""
-        self._replaced.clear()
+    def add(self, position: Vector | None) -> None:
+        """Add a ball at rest at a position (px), moved into the arena."""
+        moment, constants = self._moment, self.new_ball
+        if position is None:
+            self._notice.show(NOWHERE)
+            return
+        with self._notice.reporting():
+            at = moment.scene.arena.nearest_inside(position, constants["radius"])
+            if not _is_free(moment, at, constants["radius"]):
+                raise SandboxError("there is no room for a ball there")
+            colour = PALETTE[len(moment.balls) % len(PALETTE)]
+            self.give(AddBall(step=moment.step, position=at, color=colour, **constants))
 
     # What applies to all balls
 
@@ -280,27 +178,6 @@ class Editor:
     def set_rate(self, rate: float) -> None:
         """Set the steps per second."""
         self.give(SetRate(step=self._step, rate=round(rate)))
-
-
-def _inside(moment: Moment, position: Vector, radius: float) -> Vector:
-    """Return the position inside the arena that is nearest to a position. Raises SandboxError if something is there."""
-    inside = moment.scene.arena.nearest_inside(position, radius)
-    if not _is_free(moment, inside, radius):
-        raise SandboxError("there is no room for a ball there")
-    return inside
-
-
-def _near_the_middle(moment: Moment, radius: float) -> Vector:
-    """Return a free position near the arena's middle. Raises SandboxError if the arena is full."""
-    width, height = moment.scene.arena.size
-    columns, rows = (
-        np.arange(radius, side - radius * (1 - 1e-9), max(radius, side / 100)).tolist() for side in (width, height)
-    )
-    positions = sorted(((x, y) for x in columns for y in rows), key=lambda at: math.dist(at, (width / 2, height / 2)))
-    for position in positions:
-        if _is_free(moment, position, radius):
-            return position
-    raise SandboxError("there is no room for another ball")
 
 
 def _is_free(moment: Moment, position: Vector, radius: float) -> bool:

@@ -10,13 +10,12 @@ from typing import Final
 from sandbox.engines import BUILT_IN, TUNED, check_name, known, refusal, resolved, settings_in, with_settings
 from sandbox.engines.pymunk import settings_of
 from sandbox.errors import SandboxError
-from sandbox.run.edits import Edit, edited_scenes
 from sandbox.scene.model import PymunkSettings, Scene
 from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.playback import Playback
-from sandbox.view.theme import chart_palette, theme
+from sandbox.view.theme import chart_palette
 from sandbox.view.widgets import Widget, Words
-from sandbox.view.widgets.buttons import Heading, TextButton
+from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.fields import Field, Slider
 from sandbox.view.widgets.group import rows_of
 
@@ -125,13 +124,9 @@ class LineUp:
         """Add a pane at the end."""
         self._change(len(self.names), spec, replaced=0)
 
-    def exchange(self, pane: int, spec: str) -> None:
-        """Let another engine run in a pane."""
-        self._change(pane, spec, replaced=1)
-
     def tune(self, pane: int, key: str, value: float) -> None:
         """Change a setting of the Pymunk that runs in a pane."""
-        self.exchange(pane, with_setting(self.names[pane], self.scene, key, value))
+        self._change(pane, with_setting(self.names[pane], self.scene, key, value), replaced=1)
 
     def remove(self, pane: int) -> None:
         """Remove a pane."""
@@ -139,19 +134,6 @@ class LineUp:
             self._notice.show(ONLY_ONE)
         else:
             self._use([name for k, name in enumerate(self.names) if k != pane])
-
-    def move(self, pane: int, by: int) -> None:
-        """Move a pane so many places towards the end, or towards the start if negative."""
-        names = [*self.names]
-        names.insert(pane + by, names.pop(pane))
-        self._use(names)
-
-    def use_impulse(self) -> None:
-        """Let impulse run in place of article."""
-        if "article" in self.names:
-            self._use(list(dict.fromkeys("impulse" if name == "article" else name for name in self.names)))
-        else:
-            self._notice.show("article does not run here, so impulse cannot replace it")
 
     def _change(self, pane: int, spec: str, replaced: int) -> None:
         """Put an engine in place of as many from a pane on."""
@@ -178,14 +160,12 @@ class LineUp:
 
         While Pymunk runs, another one has other settings.
         """
-        session = self._playback.session
-        wanted = session.start, [one for one in session.inputs if isinstance(one, Edit)], session.names
+        wanted = self.scene, self.names
         if wanted != self._choices_for:
             self._choices_for = wanted
-            scenes = list(edited_scenes(session.start, session.inputs))
-            names = dict.fromkeys([*known(), *self._ever, *session.names])
+            names = dict.fromkeys([*known(), *self._ever, *self.names])
             self._ever = [name for name in names if not has_settings(name)]
-            self._choices = [Choice(spec, self._refusal(spec, scenes)) for spec in (self._another(), *self._ever)]
+            self._choices = [Choice(spec, self._refusal(spec)) for spec in (self._another(), *self._ever)]
         return self._choices
 
     def _another(self) -> str:
@@ -194,7 +174,8 @@ class LineUp:
         tuned = (with_setting(TUNED, self.scene, "substeps", number) for number in chain(OTHER_SUBSTEPS, count(1)))
         return next(spec for spec in chain([TUNED], tuned) if spec not in running)
 
-    def _refusal(self, spec: str, scenes: Sequence[Scene]) -> str:
+    def _refusal(self, spec: str) -> str:
+        """Return why an engine cannot be added to the run; one that cannot run an edited scene stands still then."""
         if spec in self.names:
             return f"{spec} runs already"
         try:
@@ -203,31 +184,21 @@ class LineUp:
             return str(error)
         if settings_in(spec)[0] not in BUILT_IN:  # others are imported when they run, and refuse scenes then
             return ""
-        return next(filter(None, (refusal(spec, scene) for scene in scenes)), "")
+        return (refusal(spec, self.scene) or "").partition("; use --")[0]
 
 
 class EnginesPage:
-    """A heading for each pane, in their order, of which one is unfolded: its buttons, and sliders if it is Pymunk.
+    """A heading for each pane, in their order, of which one is unfolded, and the engines to add.
 
-    Below are the engines to add. The widgets of the unfolded pane are the same for all panes, so that the keyboard
-    stays on a button while the pane moves.
+    The widgets of the unfolded pane are the same for all panes.
     """
 
     def __init__(self, line_up: LineUp) -> None:
         self._line_up = line_up
         self._open = next((k for k, name in enumerate(line_up.names) if has_settings(name)), NONE)
-        self._exchanging = False  # the engines to exchange it for are shown
-        self._buttons = [
-            TextButton("up", partial(self._move, -1), "move the pane before the previous one",
-                       refusal=lambda: "it is the first pane" * (self._open == 0)),
-            TextButton("down", partial(self._move, 1), "move the pane behind the next one",
-                       refusal=lambda: "it is the last pane" * (self._open == self._count - 1)),
-            TextButton("exchange", self._show_exchange, "run another engine in this pane", lambda: self._exchanging),
-            TextButton("remove", self._remove, "remove the pane", refusal=lambda: ONLY_ONE * (self._count == 1)),
-        ]  # fmt: skip
-        for button in self._buttons:
-            button.width = len(button.text) + 3  # letters, and room round them
-        self._spec = Field("engine", lambda: self._name, self._exchange, TYPED)
+        self._remove_button = TextButton(
+            "remove", self._remove, "remove the pane", refusal=lambda: ONLY_ONE * (len(line_up.names) == 1)
+        )
         self._values: dict[str, float] = {}  # of the sliders, in force in the unfolded pane
         self._values_of: object = None  # the scene and the engine of these
         self._sliders = {key: self._slider(key) for key in SCALES}
@@ -241,98 +212,58 @@ class EnginesPage:
             key.removeprefix("collision_"),
             SCALES[key],
             lambda: self._values[key],
-            partial(self._tune, key),
+            lambda value: self._line_up.tune(self._open, key, value),
             f"{key}, {meaning_of(key)}",
             UNITS.get(key, ""),
         )
 
-    @property
-    def _name(self) -> str:
-        return "" if self._open == NONE else self._line_up.names[self._open]
-
-    @property
-    def _count(self) -> int:
-        return len(self._line_up.names)
-
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets, from the top, as they are now."""
-        names, colours = self._line_up.names, chart_palette()
-        lines = colours.engines(names)
+        names = self._line_up.names
+        lines = chart_palette().engines(names)
         self._open = self._open if self._open < len(names) else NONE
         rows: list[Sequence[Widget]] = []
         for pane, name in enumerate(names):
             heading = self._heading(pane)
-            heading.text, heading.colour, heading.ground = name, lines[name], colours.ground
-            heading.is_open = pane == self._open
-            rows += [[heading], *(self._unfolded() if heading.is_open else [])]
-        full = FULL if len(names) >= MAX_PANES else ""
-        return [*rows, [self._to_add], *self._choice_rows(self._add, full), [self._typed]]
+            heading.text, heading.dots = name, (lines[name],)
+            heading.marked = pane == self._open
+            rows += [[heading], *(self._unfolded(name) if heading.marked else [])]
+        buttons = [self._choice(choice.spec) for choice in self._line_up.choices]
+        for button, choice in zip(buttons, self._line_up.choices, strict=True):
+            button.refusal = partial(str, FULL if len(names) >= MAX_PANES else choice.refusal)
+        return [*rows, [self._to_add], buttons[:1], *rows_of(buttons[1:]), [self._typed]]  # Pymunk's has a long text
 
-    def _make_heading(self, pane: int) -> Heading:
-        return Heading("", theme.ink, theme.ground, partial(self._fold, pane), "show or hide its settings")
+    def _make_heading(self, pane: int) -> Words:
+        return Words("", do=partial(self._fold, pane), does="show or hide its settings")
 
-    def _unfolded(self) -> Sequence[Sequence[Widget]]:
-        rows: list[Sequence[Widget]] = [self._buttons]
-        if self._exchanging:
-            rows += [*self._choice_rows(self._exchange), [self._spec]]
-        if has_settings(self._name):
-            self._read_settings()
-            rows += rows_of(list(self._sliders.values()))
-        return rows
+    def _make_choice(self, spec: str) -> TextButton:
+        return TextButton(spec, partial(self._add, spec), f"run {spec}")
 
-    def _read_settings(self) -> None:
-        """Let the sliders show the settings in force in the unfolded pane."""
+    def _unfolded(self, name: str) -> Sequence[Sequence[Widget]]:
+        if not has_settings(name):
+            return [[self._remove_button]]
         scene = self._line_up.scene
-        if self._values_of != (self._name, scene):
-            own, self._values = in_force(TUNED, scene), in_force(self._name, scene)
-            self._values_of = self._name, scene
+        if self._values_of != (name, scene):
+            own, self._values = in_force(TUNED, scene), in_force(name, scene)
+            self._values_of = name, scene
             for key, slider in self._sliders.items():
                 slider.values = scale_of(key, own[key], self._values[key])
-
-    def _choice_rows(self, choose: Callable[[str], None], refusal: str = "") -> Sequence[Sequence[Widget]]:
-        """Return buttons that choose an engine. refusal: why none can be chosen, or nothing."""
-        buttons = [self._choice(choose, choice.spec) for choice in self._line_up.choices]
-        for button, choice in zip(buttons, self._line_up.choices, strict=True):
-            button.refusal = partial(str, refusal or choice.refusal)
-        return [buttons[:1], *rows_of(buttons[1:])]  # Pymunk's has a long text
-
-    @staticmethod
-    def _make_choice(choose: Callable[[str], None], spec: str) -> TextButton:
-        return TextButton(spec, partial(choose, spec), f"run {spec}")
+        return [[self._remove_button], *rows_of(list(self._sliders.values()))]
 
     # What its widgets do
 
     def _fold(self, pane: int) -> None:
         self._open = NONE if self._open == pane else pane
-        self._exchanging = False
-
-    def _show_exchange(self) -> None:
-        self._exchanging = not self._exchanging
 
     def _add(self, spec: str) -> None:
         """Add a pane, and unfold it."""
-        panes = self._count
+        panes = len(self._line_up.names)
         self._line_up.add(spec)
-        if self._count > panes:
-            self._open, self._exchanging = panes, False
-
-    def _change_pane(self, change: Callable[..., None], *given: object) -> bool:
-        """Change the unfolded pane. Return whether it could be done."""
-        before = self._line_up.names
-        change(self._open, *given)
-        return self._line_up.names is not before
-
-    def _exchange(self, spec: str) -> None:
-        if self._change_pane(self._line_up.exchange, spec):
-            self._exchanging = False
-
-    def _tune(self, key: str, value: float) -> None:
-        self._line_up.tune(self._open, key, value)
-
-    def _move(self, by: int) -> None:
-        if self._change_pane(self._line_up.move, by):
-            self._open += by
+        if len(self._line_up.names) > panes:
+            self._open = panes
 
     def _remove(self) -> None:
-        if self._change_pane(self._line_up.remove):
-            self._open, self._exchanging = NONE, False
+        panes = len(self._line_up.names)
+        self._line_up.remove(self._open)
+        if len(self._line_up.names) < panes:
+            self._open = NONE

@@ -15,7 +15,9 @@ BETWEEN: Final = 6  # px between two buttons
 EDGE: Final = 3  # px, of the frame round an arena
 SIDE: Final = 1.85  # height of a button, in heights of the text
 LINE: Final = 1.6  # height of a line of text with room round it, in heights of the text
-TIMELINE_SHARE: Final = 0.34  # of the window's height, for the timeline with its chart
+TIMELINE_SHARE: Final = 0.34  # of the window's height, for the timeline with its chart, until it is dragged
+MAX_TIMELINE_SHARE: Final = 0.75
+MIN_TRACK: Final = 20  # heights of the text, of the track with both times; else the timeline is as wide as the window
 MIN_CHART: Final = 4.5  # heights of the text; where there is less room, the chart is left out
 COLUMN_LETTERS: Final = 27  # the column's width, in heights of the text,
 COLUMN_SHARE: Final = 0.45  # or in that of the window, if it is less
@@ -62,6 +64,7 @@ class Layout:
     0 lets the size of the window decide. lens: what the panes show of the arena. has_chart: whether there is a chart,
     if there is room for one. has_controls: whether there are header, palette and timeline, and the column if
     has_column; else a line of text is below. palette_width, before_track, after_track: of the widgets there, px.
+    timeline_share: of the window's height that the timeline has at least; it also has what the panes leave.
     """
 
     window: tuple[int, int]
@@ -75,6 +78,7 @@ class Layout:
     palette_widths: tuple[int, ...] = ()
     before_track: int = 0
     after_track: int = 0
+    timeline_share: float = TIMELINE_SHARE
 
     @cached_property
     def text_height(self) -> int:
@@ -107,30 +111,50 @@ class Layout:
     def timeline(self) -> Rect:
         """The place of the timeline, of which a picture has only the chart.
 
-        Without a column, the chart has what the panes leave, but for a line of messages.
+        The chart has what the panes leave, unless a column above it needs that.
         """
-        place = self._least_timeline
-        if self.has_controls and not self.has_column and place.height > 2 * self.side:
-            top = min(place.y, self.palette.bottom + self.side + 2 * GAP)
+        place, is_free = self._least_timeline, self._column_is_whole or not self.has_column
+        if self.has_controls and is_free and place.height > 2 * self.side:
+            top = min(place.y, self.palette.bottom + self.side + GAP)
             return Rect(place.x, top, place.width, place.bottom - top)
         return place
 
     @cached_property
     def _least_timeline(self) -> Rect:
         """The place of the timeline if the panes need all that it can leave."""
-        width = self.window[0] - 2 * GAP
         if not self.has_controls:
             height = self._chart_height(0)
-            return Rect(GAP, self.status.y - height, width, height)
+            return Rect(GAP, self.status.y - height, self.window[0] - 2 * GAP, height)
         rows = self.side + GAP
-        chart = self._chart_height(rows + self.side + GAP // 2)
-        height = rows + (self.side + chart + GAP // 2 if chart else 0)
+        chart = self._chart_height(self._tall_buttons)
+        height = rows + (self._tall_buttons - rows + chart if chart else 0)
+        width = (self.pane_room if self._column_is_whole else self.window[0] - GAP) - GAP
         return Rect(GAP, self.window[1] - GAP - height, width, height)
+
+    @property
+    def _tall_buttons(self) -> int:
+        """Height of the rows of buttons in a timeline with a chart, and of the room round them, px."""
+        return 2 * self.side + GAP + GAP // 2 * 2
+
+    @property
+    def _column_is_whole(self) -> bool:
+        """Whether the column is beside the timeline too, and not only beside the panes."""
+        return self.pane_room - self.before_track - self.after_track >= MIN_TRACK * self.text_height
 
     def _chart_height(self, others: int) -> int:
         """Return the height of the chart, px; 0 if no chart is shown. others: height of what is beside it."""
-        height = round(TIMELINE_SHARE * self.window[1]) - others
+        height = round(self.timeline_share * self.window[1]) - others
         return height if self.has_chart and height >= MIN_CHART * self.text_height else 0
+
+    @cached_property
+    def splitter(self) -> Rect:
+        """The place above a timeline with a chart, by which its height can be dragged; else its height is 0."""
+        return Rect(self.timeline.x, self.timeline.y - GAP, self.timeline.width, GAP if self.tabs.height else 0)
+
+    def timeline_share_at(self, y: int) -> float:
+        """Return the share of the window's height that the timeline has if its upper edge is dragged to y, px."""
+        least = (MIN_CHART * self.text_height + self._tall_buttons + 1) / self.window[1]
+        return min(max((self.window[1] - y - GAP - GAP // 2) / self.window[1], least), MAX_TIMELINE_SHARE)
 
     @cached_property
     def transport(self) -> Rect:
@@ -164,30 +188,28 @@ class Layout:
 
     @cached_property
     def status(self) -> Rect:
-        """The place of messages: below the palette, or over the lower edge of the panes if there is no room.
-
-        Without controls, it is below everything.
-        """
+        """The place of messages, between palette and timeline; without controls, below everything."""
         if not self.has_controls:
             return Rect(GAP, self.window[1] - self.line_height, max(1, self.window[0] - 2 * GAP), self.line_height)
-        below, above = self.timeline.y - GAP - self.side, self.palette.y - GAP - self.side
-        y = below if below >= self.palette.bottom else above
-        return Rect(GAP, y, max(1, self.pane_room - GAP), self.side)
+        return Rect(GAP, self.timeline.y - GAP - self.side, max(1, self.pane_room - GAP), self.side)
 
     # The column, and the panes with their palette
 
     @cached_property
     def panel(self) -> Rect:
         """The place of the column, beside the panes; its width is 0 if it is closed."""
-        width = round(min(COLUMN_LETTERS * self.text_height, COLUMN_SHARE * self.window[0])) if self.has_column else 0
-        right = self.window[0] - GAP if width else self.window[0]
-        top = self.top + GAP // 2
-        return Rect(right - width, top, width, self.timeline.y - GAP - top)
+        width, right, top = self._column_width, self.window[0] - GAP * self.has_column, self.top + GAP // 2
+        bottom = self.window[1] if self._column_is_whole else self.timeline.y
+        return Rect(right - width, top, width, bottom - GAP - top)
+
+    @property
+    def _column_width(self) -> int:
+        return round(min(COLUMN_LETTERS * self.text_height, COLUMN_SHARE * self.window[0])) if self.has_column else 0
 
     @property
     def pane_room(self) -> int:
         """The right edge of the panes, px."""
-        return self.panel.x - GAP if self.has_column else self.window[0] - GAP
+        return self.window[0] - GAP - (self._column_width + GAP if self.has_column else 0)
 
     @cached_property
     def palette_rows(self) -> int:
@@ -231,7 +253,8 @@ class Layout:
         """Return the width and height available to a pane's arena, px."""
         rows = math.ceil(self.panes / columns)
         width = self.pane_room / columns - GAP - 2 * EDGE
-        bottom = self._least_timeline.y - GAP - self.palette_rows * (self.side + BETWEEN)
+        below = self.palette_rows * (self.side + BETWEEN) + (self.side if self.has_controls else 0)
+        bottom = self._least_timeline.y - GAP - below
         height = (bottom - self.top) / rows - GAP // 2 - 2 * EDGE - self.line_height
         return max(width, 1.0), max(height, 1.0)
 

@@ -109,15 +109,14 @@ class Guard:
 
     def run(self, name: str, draw: Callable[..., Result], *given: object) -> Result | None:
         """Call what draws a part, or says where it is; nothing of it if that failed before."""
-        if name in self.failed:
-            return None
-        with self.reporting(lambda: name):
-            return draw(*given)
+        if name not in self.failed:
+            with self.reporting(name):
+                return draw(*given)
         return None
 
     @contextmanager
-    def reporting(self, part: Callable[[], str]) -> Iterator[None]:
-        """Report what fails while an event is handled. part: the part that did it and is switched off, or nothing."""
+    def reporting(self, part: str = "") -> Iterator[None]:
+        """Report an exception, and end the block. part: what is switched off if it fails, or nothing."""
         try:
             yield
         except (Stopped, SystemExit, KeyboardInterrupt):
@@ -125,11 +124,11 @@ class Guard:
         except Exception as error:
             if self.strict:
                 raise
-            name, text = part(), f"That failed, and the run goes on: {error}"
-            LOG.exception("%s failed", name or "an event")
-            if name:
-                self.failed += (name,)
-                text = f"{name} failed and is switched off, the run goes on; restart (R) shows it again: {error}"
+            LOG.exception("%s failed", part or "an event")
+            text = f"That failed, and the run goes on: {error}"
+            if part:
+                self.failed += (part,)
+                text = f"{part} failed and is switched off, the run goes on; restart (R) shows it again: {error}"
             self._notice.show(f"{text[0].upper()}{text[1:]}", NoticeKind.ERROR)
 
     def try_again(self) -> None:

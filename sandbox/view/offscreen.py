@@ -5,39 +5,32 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from time import perf_counter
 from typing import Final
 
 import pygame
 from pygame import Rect, Surface
 
-from sandbox.analysis.comparison import Comparison
-from sandbox.engines import create
 from sandbox.errors import EngineError, SandboxError
 from sandbox.files import whole_file
 from sandbox.run.inputs import Input
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.session.history import Moment
-from sandbox.state import no_contacts
 from sandbox.view import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.primitives import Discs, draw_walls, first_lines, write
 from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
-from sandbox.view.session_view import Pane, SessionView, draw_panes
+from sandbox.view.session_view import SessionView
 from sandbox.view.theme import palette, theme
 from sandbox.view.video import VIDEO_FORMATS
 
 MAX_KEPT: Final = 256  # pictures
-FRAME_SHARE: Final = 0.012  # s of a frame that new pictures may take, plus what the last of them takes
 ERROR_LINES: Final = 4  # of a scene with errors
 MIN_SIDE: Final = 64  # px
 MAX_SIDE: Final = 8192  # px
 MARKED_STEPS: Final = 15  # that are compared at once, at least
 MARKED_SHARE: Final = 1.02  # by which a run has grown when it is compared again, so that long ones do not take longer
 PICTURE_FPS: Final = 60  # samples of trails and charts per second, for a picture
-PICTURE_SIZE: Final = (1280, 560)  # px
 
 
 @dataclass(frozen=True)
@@ -50,35 +43,31 @@ class Preview:
 
 
 class Previews:
-    """Pictures of scenes, which are kept; new ones are drawn for a share of each frame.
+    """Pictures of scenes, which are kept; in each frame, at most one new one is drawn.
 
     is_complete: whether all that were asked for since `begin_frame` are there.
     """
 
-    def __init__(self, clock: Callable[[], float] = perf_counter) -> None:
-        self._clock = clock
+    def __init__(self) -> None:
         self._kept: dict[object, Preview] = {}
         self.begin_frame()
 
     def begin_frame(self) -> None:
-        """Let new pictures be drawn for the share of another frame."""
-        self._deadline: float | None = None
-        self.is_complete = True
+        """Let another picture be drawn."""
+        self._drawn, self.is_complete = 0, True
 
     def of(self, file: Path, size: tuple[int, int], text_height: int) -> Preview:
-        """Return the picture of a file's scene, or an empty one if this frame has no time for it."""
+        """Return the picture of a file's scene, or an empty one if this frame has drawn another."""
         key = file, _stamp(file), size, text_height, theme.is_dark
+        if key not in self._kept and self._drawn:
+            self.is_complete = False
+            empty = Surface(size, pygame.SRCALPHA)
+            pygame.draw.rect(empty, theme.hover, empty.get_rect(), border_radius=text_height // 3)
+            return Preview(empty)
         if key not in self._kept:
-            if self._deadline is None:
-                self._deadline = self._clock() + FRAME_SHARE
-            elif self._clock() > self._deadline:
-                self.is_complete = False
-                empty = Surface(size, pygame.SRCALPHA)
-                pygame.draw.rect(empty, theme.hover, empty.get_rect(), border_radius=text_height // 3)
-                return Preview(empty)
             if len(self._kept) >= MAX_KEPT:
                 del self._kept[next(iter(self._kept))]
-            self._kept[key] = _preview(file, size, text_height)
+            self._kept[key], self._drawn = _preview(file, size, text_height), 1
         return self._kept[key]
 
 
@@ -197,9 +186,9 @@ def record(
             for step in track(steps_of_frames(scene, video.fps)):
                 camera.go_to(step)
                 video.add(camera.draw())
-    for pane in camera.view.panes:
-        if isinstance(pane.failure, EngineError):
-            raise pane.failure
+    for error in camera.view.session.lockstep.standing().values():
+        if isinstance(error, EngineError):
+            raise error
 
 
 def check_recording(path: str, size: tuple[int, int]) -> None:
@@ -209,34 +198,6 @@ def check_recording(path: str, size: tuple[int, int]) -> None:
         raise SandboxError(f"{path}: must end in one of {', '.join(endings)}")
     if not all(MIN_SIDE <= side <= MAX_SIDE for side in size):
         raise SandboxError(f"--size {size[0]}x{size[1]}: must be from {MIN_SIDE}x{MIN_SIDE} to {MAX_SIDE}x{MAX_SIDE}")
-
-
-def draw_picture(comparison: Comparison) -> Surface:
-    """Draw the end of each engine's run in a pane, as the window does."""
-    scene = comparison.scene
-    surface = Surface(PICTURE_SIZE)
-    surface.fill(theme.ground)
-    layout = Layout(PICTURE_SIZE, scene.arena.size, len(comparison.runs))
-    end = Moment(
-        step=len(comparison.time) - 1,
-        time=float(comparison.time[-1]),
-        scene=scene,
-        states={name: run.final for name, run in comparison.runs.items()},
-        contacts=dict.fromkeys(comparison.runs, no_contacts()),
-        counts={},
-        energy={},
-        work={},
-        balls=tuple(range(len(scene.bodies))),
-        held=None,
-        target=(0.0, 0.0),
-        wall_impulse={},
-        energy_scale=comparison.energy_scale,
-    )
-    panes = [Pane(end, name, create(name, scene, run.final)) for name, run in comparison.runs.items()]
-    draw_panes(surface, layout, panes, (), comparison.against, end.states.get(comparison.against))
-    caption = f"{scene.title or scene.name}    seed {scene.seed}    {comparison.time[-1]:.2f} s"
-    write(surface, caption, layout.status, theme.dim, layout.text_height)
-    return surface
 
 
 def save_picture(surface: Surface, path: str) -> None:

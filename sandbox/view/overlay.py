@@ -5,13 +5,14 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
+from itertools import compress, pairwise
 from typing import Final
 
 import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
+from sandbox.quantity import length
 from sandbox.report.scales import round_up
 from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
@@ -26,6 +27,7 @@ MAX_NUMBERED: Final = 1_000  # balls; their numbers would hide them, and take ha
 MAX_RING: Final = 200  # px; larger outlines are drawn without smooth edges
 MIN_NUMBERED: Final = 1.4  # diameter of a ball that its number is written on, in heights of that
 MIN_CONTRAST: Final = 3.0  # of an outline with its ground
+MIN_APART: Final = 1.5  # px of the screen between a ball and its outline; closer ones would only fray it
 MIN_CELL: Final = 40  # px of the screen between two lines of the grid
 MAX_POSITIONS: Final = 90  # kept of a ball
 MAX_POSITIONS_OF_ALL: Final = 20_000  # kept of all balls together
@@ -158,21 +160,11 @@ class Overlay:
                     pygame.draw.lines(self.surface, faded, False, line, self.width)
 
     def velocity(self) -> None:
-        """Draw velocities."""
-        self._arrows(self._state.velocity, self.palette.ink, self.width)
-
-    def momentum(self) -> None:
-        """Draw momenta, each as the velocity that a ball of the mean mass would have with it."""
-        mass = self.scene.bodies.mass
-        momentum = self._state.velocity * (mass / mass.mean())[:, None]
-        self._arrows(momentum, self.palette.momentum, 2 * self.width)
-
-    def _arrows(self, velocity: Floats, colour: Color, width: int) -> None:
-        """Draw an arrow from each ball to where a velocity takes it in ARROW_SECONDS. velocity: (n, 2) px/s."""
+        """Draw an arrow from each ball to where its velocity takes it in ARROW_SECONDS."""
         position = self._state.position
-        tips = self._at(position + ARROW_SECONDS * velocity)
+        tips = self._at(position + ARROW_SECONDS * self._state.velocity)
         for tail, tip in zip(self._at(position).tolist(), tips.tolist(), strict=True):
-            arrow(self.surface, colour, tail, tip, width)
+            arrow(self.surface, self.palette.ink, tail, tip, self.width)
 
     def contacts(self) -> None:
         """Draw each contact as a dot, and a line along its normal as long as its impulse is large. They fade."""
@@ -227,12 +219,13 @@ class Overlay:
             self.surface.blit(text, text.get_rect(center=centre))
 
     def ghosts(self) -> None:
-        """Draw the outlines of the reference's balls."""
+        """Draw the outlines of the reference's balls, except those that lie on their ball."""
         if self._ghosts is None:
             return
         centres, width, inside = self._at(self._ghosts.position), max(2, self.width), self.surface.get_rect()
+        apart = length(centres - self._at(self._state.position)) > MIN_APART
         balls = zip(centres.round().astype(int).tolist(), self.scene.bodies.radius, self.scene.colors, strict=True)
-        for centre, radius, colour in balls:
+        for centre, radius, colour in compress(balls, apart):
             px = max(2, round(radius * self._scale))
             visible = self._visible(colour)
             if px > MAX_RING:
@@ -261,7 +254,6 @@ BELOW_BALLS: Final[Mapping[Layer, Callable[[Overlay], None]]] = {
 }
 ABOVE_BALLS: Final[Mapping[Layer, Callable[[Overlay], None]]] = {
     Layer.GHOSTS: Overlay.ghosts,
-    Layer.MOMENTUM: Overlay.momentum,
     Layer.VELOCITY: Overlay.velocity,
     Layer.NUMBERS: Overlay.numbers,
     Layer.CONTACTS: Overlay.contacts,

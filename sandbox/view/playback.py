@@ -105,7 +105,7 @@ class Playback:
             self._run_to_here()
         except SandboxError as error:
             self.play(before)
-            self._notice.show(str(error), NoticeKind.ERROR)
+            self._notice.show(str(error).partition("; use --")[0], NoticeKind.ERROR)
             return False
         except Stopped:
             self.play(before)
@@ -237,10 +237,6 @@ class Playback:
         if self.session.held is not None:
             self.give(Release(step=self.session.step))
 
-    def skip(self, seconds: int) -> None:
-        """Go some seconds forward, or back if negative."""
-        self.seek(self.session.step + seconds * self.scene.rate)
-
     def step_back(self) -> None:
         """Pause, and go one step back."""
         self.paused = True
@@ -283,27 +279,37 @@ class Playback:
 
     # Undoing
 
-    def undo(self) -> None:
-        """Undo the last throw or edit before the current step, and go to its step."""
+    def restart(self, *, keep: bool) -> None:
+        """Go to the start of the run. keep: whether the edits up to here stay, all made there; undo comes back."""
         self._release()
-        self._show_change(self.session.undo(), "there is nothing to undo here")
+        with self._notice.reporting():  # an edit may be impossible at the start
+            self.session.restart(keep=keep)
+        self._show_change()
+
+    def undo(self) -> None:
+        """Undo the last throw, edit or restart before the current step, and go to its step."""
+        self._release()
+        if self.session.undo():
+            self._show_change()
+        else:
+            self._notice.show("there is nothing to undo here")
 
     def redo(self) -> None:
         """Redo what was undone last; if an engine refuses it, one that runs only since then, show a notice."""
         inputs, step = [*self.session.inputs], self.session.step
         try:
-            is_there = self.session.redo()
-            self._run_to_here()
-            self._show_change(is_there, "there is nothing to redo")
+            if self.session.redo():
+                self._run_to_here()
+                self._show_change()
+            else:
+                self._notice.show("there is nothing to redo")
         except SandboxError as error:
             self.session.return_to(step, inputs)
             self.settle()
             self._notice.show(str(error), NoticeKind.ERROR)
 
-    def _show_change(self, changed: bool, otherwise: str) -> None:
-        if changed:
-            self.pace.restart()
-            self._due = 0.0
-            self.settle()
-        else:
-            self._notice.show(otherwise)
+    def _show_change(self) -> None:
+        self.pace.restart()
+        self._due = 0.0
+        self.settle()
+        self.view.update()

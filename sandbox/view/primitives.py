@@ -153,9 +153,9 @@ def wrapped(text: str, width: int, height: int, indent: str = "", *, bold: bool 
     return tuple(filter(None, (*lines, line)))
 
 
-def first_lines(text: str, width: int, height: int, most: int, indent: str = "") -> list[str]:
+def first_lines(text: str, width: int, height: int, most: int, indent: str = "", *, bold: bool = False) -> list[str]:
     """Break a text into lines as `wrapped` does, at most so many; an ellipsis ends the last if that is not all."""
-    lines = wrapped(text, width, height, indent)
+    lines = wrapped(text, width, height, indent, bold=bold)
     if len(lines) <= most:
         return list(lines)
     return [*lines[: most - 1], shortened(f"{lines[most - 1]} {lines[most].lstrip()}", width, height)]
@@ -233,19 +233,27 @@ def ring(radius: int, colour: tuple[int, int, int], width: int) -> Surface:
     return pygame.transform.smoothscale(large, (2 * radius + 4, 2 * radius + 4))
 
 
-def dot(radius: int, colour: Ink, rim: Color) -> Surface:
-    """Return a smooth disc with a thin rim on a clear surface. The surface is shared: do not draw on it. radius: px."""
-    return _dot(radius, tuple(colour)[:3], tuple(rim)[:3])
+def circle(surface: Surface, colour: Ink, centre: Point, radius: float, width: float) -> None:
+    """Draw a smooth circle, also between two pixels. radius: of its outer edge; all in px."""
+    if radius > MAX_SPRITE:
+        pygame.draw.circle(surface, colour, centre, radius, round(width))
+    else:
+        left, top = math.floor(centre[0] - radius) - 1, math.floor(centre[1] - radius) - 1
+        phase = round((centre[0] - left) * PHASES) / PHASES, round((centre[1] - top) * PHASES) / PHASES
+        surface.blit(_circle_picture(phase, round(radius, 2), width, tuple(colour)[:3]), (left, top))
 
 
-@lru_cache(maxsize=512)
-def _dot(radius: int, colour: tuple[int, ...], rim: tuple[int, ...]) -> Surface:
-    size = RING_SCALE * (2 * radius + 2)
-    large = Surface((size, size), pygame.SRCALPHA)
-    large.fill((*rim, 0))
-    pygame.draw.circle(large, rim, (size / 2, size / 2), RING_SCALE * (radius + 0.5))
-    pygame.draw.circle(large, colour, (size / 2, size / 2), RING_SCALE * (radius - 0.5))
-    return pygame.transform.smoothscale(large, (2 * radius + 2, 2 * radius + 2))
+@lru_cache(maxsize=256)
+def _circle_picture(centre: Vector, radius: float, width: float, colour: tuple[int, ...]) -> Surface:
+    at = np.arange(2 * math.ceil(radius) + 4) + 0.5
+    inner = radius - width / 2 - np.hypot(at[:, None] - centre[0], at - centre[1])
+    return _painted(width / 2 + 0.5 - np.abs(inner), colour)
+
+
+def dot(surface: Surface, colour: Ink, rim: Ink, centre: Point, radius: float) -> None:
+    """Draw a smooth disc with a thin rim, of which white ones are seen too. centre, radius: px."""
+    capsule(surface, rim, centre, centre, radius + 0.5)
+    capsule(surface, colour, centre, centre, radius - 0.5)
 
 
 def thin_lines(surface: Surface, colour: Ink, ends: Floats) -> None:
@@ -268,16 +276,31 @@ def arrow(surface: Surface, colour: Ink, tail: Point, tip: Point, width: float) 
     pygame.draw.polygon(surface, colour, [tip, *wings])
 
 
-def card(surface: Surface, lines: Sequence[Sequence[str]], near: Point, height: int, within: Rect) -> None:
-    """Draw a small table next to a point, inside a place. lines: the texts of each row."""
+def card(
+    surface: Surface,
+    lines: Sequence[Sequence[str]],
+    near: Point | Rect,
+    height: int,
+    within: Rect,
+    kept_free: Sequence[Rect] = (),
+) -> None:
+    """Draw a small table next to a point or a place, inside another. lines: the texts of each row.
+
+    kept_free: what it covers only if there is room nowhere else.
+    """
     columns = [max(text_width(row[k], height) for row in lines if k < len(row)) for k in range(max(map(len, lines)))]
     pad, line_height = height // 2, round(1.4 * height)
     stops = list(accumulate(columns, lambda x, width: x + width + 2 * pad, initial=pad))
     place = Rect(0, 0, stops[-1] - pad, len(lines) * line_height + pad)
-    place.topleft = round(near[0]) + height, round(near[1]) + height
+    beside = near if isinstance(near, Rect) else Rect(round(near[0]), round(near[1]), height, height)
+    place.topleft = beside.right if beside is not near else beside.x, beside.bottom + (pad if beside is near else 0)
     if place.bottom > within.bottom:
-        place.bottom = round(near[1]) - pad
+        place.bottom = beside.y - pad
     place.clamp_ip(within)
+    others = [place.move(0, y - place.y) for y in (beside.y - pad - place.height, *(at.bottom for at in kept_free))]
+    sides = [Rect((x, beside.y), place.size) for x in (beside.x - pad - place.width, beside.right + pad)]
+    fits = (at for at in (place, *others, *sides) if within.contains(at) and at.collidelist(kept_free) < 0)
+    place = next(fits, place)
     panel(surface, place)
     for number, row in enumerate(lines):
         for column, text in enumerate(row):

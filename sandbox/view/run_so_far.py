@@ -112,6 +112,8 @@ class ComparisonSoFar:
         else:
             self._before_edit = Marks()
             steps = run.clock.step(run.scene.seconds)
-            self._comparison = RunningComparison(run.scene, named(run.engines), run.against, run.inputs, steps)
+            self._comparison = RunningComparison(
+                run.scene, named(run.engines), run.against, run.inputs, steps, suspends=True
+            )
         self._run = None  # until it is compared
         return self._comparison

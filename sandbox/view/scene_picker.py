@@ -1,12 +1,12 @@
 """The scene picker: previews of scenes by topic, found by typing."""
 
 import tomllib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 import pygame
 from pygame import Rect, Surface
@@ -15,13 +15,15 @@ from pygame.event import Event
 from sandbox.files import MAX_TEXT_FILE_BYTES
 from sandbox.scene.files import TRUTHS, bundled
 from sandbox.text import printable
-from sandbox.view.offscreen import Previews
+from sandbox.view.offscreen import Preview, Previews
 from sandbox.view.primitives import first_lines, panel, shortened, text_width, write
 from sandbox.view.theme import theme
+from sandbox.view.widgets import ENTER, Widget, Words
+from sandbox.view.widgets.buttons import TextButton
+from sandbox.view.widgets.group import draw_scroll_bar, rows_of, stacked
 
 TILE_WIDTH: Final = 12  # of a preview with its name, in heights of the text
 PREVIEW_HEIGHT: Final = 0.65  # of a preview's width
-HEADING: Final = 2.0  # height of a topic's name, in heights of the text
 ABOUT_LINES: Final = 2  # for which there is room below the previews, about the chosen scene
 MAX_FILES: Final = 200  # of a folder that are listed
 TRUTHS_TOPIC: Final = "Truths: each tests a law of physics"
@@ -47,19 +49,32 @@ class SceneEntry:
             return ""
 
     @cached_property
-    def words(self) -> str:
-        """The text that is searched: the name, and the whole file."""
-        return f"{self.name} {self._text}".lower()
+    def _head(self) -> dict[str, str]:
+        """The texts that stand before all tables."""
+        try:
+            head = tomllib.loads(self._text.partition("\n[")[0])
+        except tomllib.TOMLDecodeError:
+            return {}
+        return {key: printable(value) for key, value in head.items() if isinstance(value, str)}
 
     @cached_property
     def topic(self) -> str:
-        """What the scene is listed under: its own topic, which stands before all tables, or else its folder."""
-        head = self._text.partition("\n[")[0]
-        try:
-            topic = tomllib.loads(head).get("topic", "")
-        except tomllib.TOMLDecodeError:
-            topic = ""
-        return printable(topic) if isinstance(topic, str) and topic else self.listed_under
+        """What the scene is listed under: its own topic, or else its folder."""
+        return self._head.get("topic") or self.listed_under
+
+    @cached_property
+    def _searched(self) -> tuple[str, str, str]:
+        name = self.name.lower()
+        return name, f"{name} {self._head.get('title', '').lower()}", f"{name} {self._text.lower()}"
+
+    @property
+    def words(self) -> str:
+        """The name, and the whole file."""
+        return self._searched[-1]
+
+    def rank(self, words: Sequence[str]) -> int:
+        """Return 0 if all of some words are in the name, 1 in the title too, 2 in the file; 3 if they are nowhere."""
+        return next((k for k, text in enumerate(self._searched) if all(word in text for word in words)), 3)
 
 
 def entries(folders: Iterable[Path]) -> list[SceneEntry]:
@@ -78,18 +93,42 @@ def entries(folders: Iterable[Path]) -> list[SceneEntry]:
     return sorted(listed, key=lambda entry: topics.index(entry.topic)) + truths
 
 
-class Row(NamedTuple):
-    """Previews side by side, by their numbers in `found`, below a topic's name if they are its first."""
+@dataclass(eq=False)
+class Tile(Widget):
+    """A scene's preview with its title and name. is_chosen: whether it is marked."""
 
-    heading: str
-    indices: range
+    entry: SceneEntry
+    previews: Previews
+    is_chosen: bool = False
+
+    def height(self, width: int, text_height: int) -> int:
+        """Return the height of the preview and two lines, px."""
+        return round(TILE_WIDTH * text_height * PREVIEW_HEIGHT + 2.8 * text_height)
+
+    def preview(self, place: Rect, text_height: int) -> Preview:
+        """Return its picture and texts."""
+        return self.previews.of(self.entry.file, (place.width, place.height - round(2.8 * text_height)), text_height)
+
+    def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
+        """Draw the preview over the title and the name."""
+        low, preview = round(0.85 * text_height), self.preview(place, text_height)
+        if self.is_chosen:
+            ground = place.inflate(text_height // 2, text_height // 3)
+            pygame.draw.rect(surface, theme.hover, ground, border_radius=text_height // 3)
+            pygame.draw.rect(surface, theme.accent, ground, 2, border_radius=text_height // 3)
+        surface.blit(preview.surface, place)
+        line = Rect(place.x, place.bottom - round(2.8 * text_height), place.width, round(1.4 * text_height))
+        title = preview.title or self.entry.name
+        write(surface, shortened(title, line.width, text_height), line, theme.ink, text_height)
+        line.y += line.height
+        write(surface, shortened(self.entry.name, line.width, low), line, theme.dim, low)
 
 
 class ScenePicker:
-    """A grid of scenes by topic over the whole window.
+    """A grid of scenes by topic over the whole window; of those that are found by typing, the best first.
 
     choose: runs the scene of a file. close: closes the picker. with_truths: whether it lists the truths. found: the
-    scenes that it lists; truths: how many contain what is typed.
+    scenes that it lists; chosen: the number of one of them.
     """
 
     def __init__(
@@ -108,19 +147,34 @@ class ScenePicker:
         self.with_truths = with_truths
         self.typed = ""
         self.chosen = 0
-        self._first_row = 0
-        self._drags_bar = False
-        self.fit(Rect(0, 0, 1, 1), 1)
+        self._scrolled = 0  # px
+        self._window, self._text_height = Rect(0, 0, 1, 1), 1
+        self._truths = 0  # that contain what is typed
+        self.tick = TextButton(
+            "", self._toggle_truths, is_on=lambda: self.with_truths, said=lambda: TICK.format(self._truths)
+        )
         self._search()
 
     def _search(self) -> None:
-        """Find the scenes that contain every typed word; truths only if they are listed."""
+        """Find the scenes that contain every typed word, and arrange them; truths only if they are listed."""
         words = self.typed.lower().split()
-        matching = [entry for entry in self._entries if all(word in entry.words for word in words)]
-        self.truths = sum(entry.is_truth for entry in matching)
-        self.found = [entry for entry in matching if self.with_truths or not entry.is_truth]
-        self._rows = list[Row]()
-        self._columns = 0  # of those rows
+        matching = [entry for entry in self._entries if entry.rank(words) < 3]
+        self._truths = sum(entry.is_truth for entry in matching)
+        listed = [entry for entry in matching if self.with_truths or not entry.is_truth]
+        self.found = sorted(listed, key=lambda entry: entry.rank(words))
+        self._tiles = [Tile(entry, self._previews) for entry in self.found]
+        self._arrange()
+
+    def _arrange(self) -> None:
+        """Place the tiles, below the names of their topics if nothing is typed."""
+        height, rows = self._text_height, list[Sequence[Widget]]()
+        columns = max(1, self.view.width // ((TILE_WIDTH + 1) * height))
+        for topic, group in groupby(self._tiles, key=lambda tile: "" if self.typed else tile.entry.topic):
+            rows += [[Words(topic, bold=True)]] if topic else []
+            tiles = [*group]
+            rows += rows_of([*tiles, *(Words("") for _ in range(-len(tiles) % columns))], columns)
+        self._placed, self._height = stacked(rows, self.view.width, height, gap=height)
+        self._place_of = {widget: place for widget, place in self._placed if isinstance(widget, Tile)}
 
     @property
     def is_complete(self) -> bool:
@@ -128,19 +182,26 @@ class ScenePicker:
         return self._previews.is_complete
 
     def fit(self, window: Rect, text_height: int) -> None:
-        """Set the window that the picker fills, and the height of its text, px.
+        """Set the window that the picker fills, and the height of its text, px."""
+        if (window, text_height) != (self._window, self._text_height):
+            self._window, self._text_height = window, text_height
+            self._arrange()
 
-        columns: how many previews are side by side; view: the part of the window that has them.
-        """
-        self._window, self._text_height, self._pad = window, text_height, text_height
-        self.columns = max(1, (window.width - text_height) // (TILE_WIDTH * text_height + text_height))
-        head, foot = round(3.5 * text_height), round((ABOUT_LINES * 1.4 + 0.5) * text_height)
-        foot = foot if window.height > 20 * text_height else 0
-        self.view = Rect(window.x, window.y + head, window.width, window.height - head - foot)
-        self._tile_width = (window.width - text_height) // self.columns - text_height
-        preview = round(TILE_WIDTH * text_height * PREVIEW_HEIGHT)
-        self._tile_height = preview + round(2 * 1.4 * text_height)
-        self._picture_size = self._tile_width, self._tile_height - 2 * round(1.4 * text_height)
+    @property
+    def view(self) -> Rect:
+        """The part of the window that has the previews."""
+        height, window = self._text_height, self._window
+        foot = round((ABOUT_LINES * 1.4 + 0.5) * height) if window.height > 20 * height else 0
+        head = round(3.5 * height)
+        return Rect(height, head, max(1, window.width - 2 * height), max(1, window.height - head - foot))
+
+    def places(self) -> list[tuple[int, Rect]]:
+        """Return the scenes in sight, by their number in `found`, and their places; the last may be seen in part."""
+        tiles = ((k, self._on_screen(self._place_of[tile])) for k, tile in enumerate(self._tiles))
+        return [(index, place) for index, place in tiles if place.colliderect(self.view)]
+
+    def _on_screen(self, place: Rect) -> Rect:
+        return place.move(self.view.x, self.view.y - self._scrolled)
 
     # Events
 
@@ -149,236 +210,114 @@ class ScenePicker:
         if event.type == pygame.KEYDOWN:
             self._on_key(event)
         elif event.type == pygame.MOUSEWHEEL:
-            self._scroll_to(self._first_row - event.y)
+            self._scroll_to(self._scrolled - event.y * 6 * self._text_height)
         elif event.type == pygame.MOUSEMOTION:
-            self._drags_bar = self._drags_bar and bool(event.buttons[0])
-            over = self._tile_at(event.pos)
-            if self._drags_bar:
-                self._scroll_by_bar(event.pos[1])
-            elif over is not None:
-                self.chosen = over
+            self.chosen = next((index for index, place in self._under(event.pos)), self.chosen)
         elif event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
-            self._on_click(event.pos)
+            if self.tick_place.collidepoint(event.pos):
+                self.tick.act()
+            elif tiles := self._under(event.pos):
+                self._choose(self.found[tiles[0][0]].file)
+            elif not self._field.collidepoint(event.pos):
+                self._close()
 
-    def _on_click(self, point: tuple[int, int]) -> None:
-        over = self._tile_at(point)
-        if self.tick.collidepoint(point):
-            self._toggle_truths()
-        elif self.bar and self.bar.inflate(self._pad, 0).collidepoint(point):
-            self._drags_bar = True
-            self._scroll_by_bar(point[1])
-        elif over is not None:
-            self.chosen = over
-            self._choose_current()
-        elif not self._field.collidepoint(point):
-            self._close()
-
-    def _tile_at(self, point: tuple[int, int]) -> int | None:
-        if not self.view.collidepoint(point):
-            return None
-        return next((index for index, place in self.places() if place.collidepoint(point)), None)
+    def _under(self, point: tuple[int, int]) -> list[tuple[int, Rect]]:
+        return [tile for tile in self.places() if tile[1].collidepoint(point) and self.view.collidepoint(point)]
 
     def _on_key(self, event: Event) -> None:
-        page = max(1, self.view.height // (self._tile_height + self._pad))  # rows that fit into the window
-        moves = {pygame.K_LEFT: -1, pygame.K_RIGHT: 1}
-        rows = {pygame.K_UP: -1, pygame.K_DOWN: 1, pygame.K_PAGEUP: -page, pygame.K_PAGEDOWN: page}
+        steps = {pygame.K_LEFT: -1, pygame.K_RIGHT: 1}
+        rows = {pygame.K_UP: -1, pygame.K_DOWN: 1, pygame.K_PAGEUP: -3, pygame.K_PAGEDOWN: 3}
         if event.key == pygame.K_ESCAPE:
             self._close()
-        elif event.key in (pygame.K_RETURN, pygame.K_KP_ENTER):
-            self._choose_current()
+        elif event.key in ENTER:
+            if self.found:
+                self._choose(self.found[self.chosen].file)
         elif event.key == pygame.K_TAB:
-            self._toggle_truths()
-        elif event.key in moves:
-            self._select(self.chosen + moves[event.key])
-        elif event.key in rows and self.rows:
-            row = self._row_of(self.chosen)
-            across = self.chosen - self.rows[row].indices.start
-            to = self.rows[max(0, min(row + rows[event.key], len(self.rows) - 1))].indices
-            self._select(min(to.start + across, to.stop - 1))
+            self.tick.act()
+        elif event.key in steps:
+            self._select(self.chosen + steps[event.key])
+        elif event.key in rows:
+            for _ in range(abs(rows[event.key])):
+                self._select(self._beyond(1 if rows[event.key] > 0 else -1))
         elif event.key == pygame.K_BACKSPACE:
             self._type(self.typed[:-1])
         elif event.unicode and event.unicode.isprintable():
             self._type(self.typed + event.unicode)
 
+    def _beyond(self, way: int) -> int:
+        """Return the tile of the next row below the chosen one that is nearest, or of the row above it."""
+        places = [self._place_of[tile] for tile in self._tiles]
+        here = places[self.chosen] if places else Rect(0, 0, 0, 0)
+        others = (k for k, place in enumerate(places) if (place.y - here.y) * way > 0)
+        return min(others, key=lambda k: (abs(places[k].y - here.y), abs(places[k].x - here.x)), default=self.chosen)
+
     def _type(self, typed: str) -> None:
-        self.typed, self.chosen, self._first_row = typed, 0, 0
+        self.typed, self.chosen, self._scrolled = typed, 0, 0
         self._search()
 
     def _toggle_truths(self) -> None:
         self.with_truths = not self.with_truths
         self._search()
-        truths = [k for k, entry in enumerate(self.found) if entry.is_truth]
-        self._select(truths[0] if truths else 0)
+        self._select(next((k for k, entry in enumerate(self.found) if entry.is_truth), 0))
 
     def _select(self, index: int) -> None:
         """Choose a scene by its number, and scroll it into sight."""
         self.chosen = max(0, min(index, len(self.found) - 1))
-        row = self._row_of(self.chosen)
-        while self._first_row < row and self._top(row + 1) - self._top(self._first_row) > self.view.height:
-            self._first_row += 1
-        self._first_row = min(self._first_row, row)
+        if self._tiles:
+            place = self._place_of[self._tiles[self.chosen]]
+            below = place.bottom + self._text_height - self.view.height
+            self._scroll_to(min(max(self._scrolled, below), place.y - 3 * self._text_height))
 
-    def _choose_current(self) -> None:
-        if self.found:
-            self._choose(self.found[self.chosen].file)
-
-    # Scrolling
-
-    @property
-    def rows(self) -> list[Row]:
-        """All rows."""
-        if self._columns == self.columns:
-            return self._rows
-        rows, start = list[Row](), 0
-        for topic, group in groupby(self.found, key=lambda entry: entry.topic):
-            stop = start + len(list(group))
-            firsts = range(start, stop, self.columns)
-            rows += [Row("" if k else topic, range(at, min(at + self.columns, stop))) for k, at in enumerate(firsts)]
-            start = stop
-        self._rows, self._columns = rows, self.columns
-        return rows
-
-    def _row_of(self, index: int) -> int:
-        return next((k for k, row in enumerate(self.rows) if index in row.indices), 0)
-
-    def _height(self, row: Row) -> int:
-        return self._tile_height + self._pad + (round(HEADING * self._text_height) if row.heading else 0)
-
-    def _top(self, count: int) -> int:
-        """Return the height of the first rows, px."""
-        return sum(self._height(row) for row in self.rows[:count])
-
-    @property
-    def _last_first_row(self) -> int:
-        """The first row that is seen when the last one is."""
-        count = len(self.rows)
-        whole = self._top(count)
-        return next((row for row in range(count) if whole - self._top(row) <= self.view.height), max(0, count - 1))
-
-    def _scroll_to(self, row: int) -> None:
-        self._first_row = max(0, min(row, self._last_first_row))
-
-    def _scroll_by_bar(self, y: int) -> None:
-        """Scroll so that the middle of the bar is at a height of the window."""
-        whole = self._top(len(self.rows))
-        top = (y - self.view.y) * whole / self.view.height - self.view.height / 2
-        self._scroll_to(sum(self._top(k + 1) <= top for k in range(len(self.rows))))
-
-    # Layout
-
-    @property
-    def _field(self) -> Rect:
-        left = self._window.x + self._pad
-        return Rect(left, self.tick.y, self.tick.x - self._pad - left, 2 * self._text_height)
-
-    @property
-    def tick(self) -> Rect:
-        """The place of the tick that lists the truths, and of its words."""
-        width = text_width(TICK.format(self.truths), self._text_height) + 2 * self._text_height
-        right = self._window.right - self._pad
-        return Rect(right - width, self._window.y + self._text_height, width, 2 * self._text_height)
-
-    @property
-    def bar(self) -> Rect | None:
-        """The place of the scroll bar's handle; None if all is seen."""
-        whole, view = self._top(len(self.rows)), self.view
-        if whole <= view.height:
-            return None
-        width = max(4, self._pad // 2)
-        height = max(2 * self._pad, view.height * view.height // whole)
-        room, last = view.height - height, max(1, self._last_first_row)
-        return Rect(view.right - width - 2, view.y + room * min(self._first_row, last) // last, width, height)
-
-    def places(self) -> list[tuple[int, Rect]]:
-        """Return the scenes in sight, by their number in `found`, and their places; the last may be seen in part."""
-        tiles = (tile for *_, row in self._placed_rows() for tile in row)
-        return [(index, place) for index, place in tiles if place.colliderect(self.view)]
-
-    def _placed_rows(self) -> list[tuple[str, Rect, list[tuple[int, Rect]]]]:
-        """Return the rows in sight: heading, its place, and the tiles with their places."""
-        self._first_row = min(self._first_row, self._last_first_row)
-        placed, y = [], self.view.y
-        for row in self.rows[self._first_row :]:
-            if y >= self.view.bottom:
-                break
-            heading = Rect(self._window.x + self._pad, y, self._window.width - 2 * self._pad, self._height(row))
-            heading.height -= self._tile_height + self._pad
-            tile = Rect(heading.bottomleft, (self._tile_width, self._tile_height))
-            tiles = [(index, tile.move(k * (tile.width + self._pad), 0)) for k, index in enumerate(row.indices)]
-            placed.append((row.heading, heading, tiles))
-            y += self._height(row)
-        return placed
+    def _scroll_to(self, y: int) -> None:
+        self._scrolled = max(0, min(y, self._height - self.view.height))
 
     # Drawing
 
+    @property
+    def _field(self) -> Rect:
+        height = self._text_height
+        return Rect(height, height, max(1, self.tick_place.x - 2 * height), 2 * height)
+
+    @property
+    def tick_place(self) -> Rect:
+        """The place of the button that lists the truths."""
+        height, width = self._text_height, self.tick.natural_width(self._text_height)
+        return Rect(self._window.width - height - width, height, width, 2 * height)
+
     def draw(self, surface: Surface) -> None:
         """Draw the search field and the previews."""
+        height, view = self._text_height, self.view
         self._previews.begin_frame()
+        self._scroll_to(self._scrolled)
         panel(surface, self._window)
         self._draw_search(surface)
-        self._draw_tick(surface)
-        surface.set_clip(self.view)
-        for heading, place, tiles in self._placed_rows():
-            write(surface, heading, place, theme.ink, self._text_height, bold=True)
-            for index, where in tiles:
-                self._draw_tile(surface, self.found[index], where, chosen=index == self.chosen)
+        self.tick.draw(surface, self.tick_place, height, hot=False)
+        surface.set_clip(view.inflate(height, 0))
+        for widget, where in self._placed:
+            if isinstance(widget, Tile):
+                widget.is_chosen = widget is self._tiles[self.chosen]
+            if (place := self._on_screen(where)).colliderect(view):
+                widget.draw(surface, place, height, hot=False)
         surface.set_clip(None)
-        if self.bar:
-            pygame.draw.rect(surface, theme.dim, self.bar, border_radius=self.bar.width // 2)
-        if self.found and self.view.bottom < self._window.bottom:
-            self._draw_about(surface, self.found[self.chosen])
-
-    def _draw_about(self, surface: Surface, entry: SceneEntry) -> None:
-        height, pad = self._text_height, self._pad
-        about = self._previews.of(entry.file, self._picture_size, height).about
-        line = Rect(self._window.x + pad, self.view.bottom, self._window.width - 2 * pad, round(1.4 * height))
-        surface.fill(theme.line, (line.x, line.y, line.width, 1))
-        line.y += height // 4
-        for text in first_lines(about, line.width, height, ABOUT_LINES):
-            write(surface, text, line, theme.ink, height)
-            line.y += line.height
+        draw_scroll_bar(surface, view, self._height, self._scrolled, height)
+        if self.found and view.bottom < self._window.bottom:
+            tile = self._tiles[self.chosen]
+            line = Rect(view.x, view.bottom, view.width, round(1.4 * height))
+            surface.fill(theme.line, (line.x, line.y, line.width, 1))
+            about = tile.preview(self._place_of[tile], height).about
+            for number, text in enumerate(first_lines(about, line.width, height, ABOUT_LINES)):
+                write(surface, text, line.move(0, height // 4 + number * line.height), theme.ink, height)
 
     def _draw_search(self, surface: Surface) -> None:
         """Draw the field with the typed text, and the number of scenes found."""
         height, field = self._text_height, self._field
         pygame.draw.rect(surface, theme.hover, field, border_radius=height // 3)
         line = field.inflate(-height, 0)
-        text = self.typed or HINT
-        end = write(surface, text, line, theme.ink if self.typed else theme.dim, height)
+        end = write(surface, self.typed or HINT, line, theme.ink if self.typed else theme.dim, height)
         if self.typed:
-            top = height // 3
-            surface.fill(theme.ink, (end + 2, field.y + top, max(1, height // 10), field.height - 2 * top))
+            surface.fill(theme.ink, (end + 2, field.y + height // 3, max(1, height // 10), field.height * 2 // 3))
         listed = sum(self.with_truths or not entry.is_truth for entry in self._entries)
         count = f"{len(self.found)} of {listed}"
         left = line.right - text_width(count, height)
         if left > end + height:
             write(surface, count, Rect(left, line.y, line.right - left, line.height), theme.dim, height)
-
-    def _draw_tick(self, surface: Surface) -> None:
-        height, place = self._text_height, self.tick
-        box = Rect(place.x, 0, height, height)
-        box.centery = place.centery
-        pygame.draw.rect(surface, theme.accent if self.with_truths else theme.raised, box, border_radius=3)
-        pygame.draw.rect(surface, theme.accent if self.with_truths else theme.dim, box, 1, border_radius=3)
-        if self.with_truths:
-            corners = [(0.22, 0.52), (0.42, 0.72), (0.78, 0.28)]
-            points = [(box.x + x * height, box.y + y * height) for x, y in corners]
-            pygame.draw.lines(surface, theme.on_accent, False, points, max(2, height // 7))
-        left = box.right + height // 2
-        write(
-            surface, TICK.format(self.truths), Rect(left, place.y, place.right - left, place.height), theme.ink, height
-        )
-
-    def _draw_tile(self, surface: Surface, entry: SceneEntry, place: Rect, *, chosen: bool) -> None:
-        height, low = self._text_height, round(0.85 * self._text_height)
-        picture = self._previews.of(entry.file, self._picture_size, height)
-        if chosen:
-            ground = place.inflate(height, height // 2)
-            pygame.draw.rect(surface, theme.hover, ground, border_radius=height // 3)
-            pygame.draw.rect(surface, theme.accent, ground, 2, border_radius=height // 3)
-        surface.blit(picture.surface, place)
-        text = Rect(place.x, 0, place.width, round(1.4 * height))
-        text.y = place.bottom - 2 * text.height
-        write(surface, shortened(picture.title or entry.name, text.width, height), text, theme.ink, height)
-        text.y += text.height
-        write(surface, shortened(entry.name, text.width, low), text, theme.dim, low)

@@ -8,16 +8,11 @@ from typing import Final
 import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.engines import REFERENCE, Engine, default_engines
+from sandbox.engines import REFERENCE, RunningEngine, default_engines
 from sandbox.engines.pymunk import PymunkEngine
-from sandbox.engines.stand_ins import StoppingEngine
-from sandbox.errors import EngineError
-from sandbox.run.edits import edited_scenes
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
-from sandbox.scene.units import Dimension, Units
 from sandbox.session.history import Moment
-from sandbox.session.samples import change_of_energy, share_of_energy
 from sandbox.session.session import Session
 from sandbox.state import State
 from sandbox.view import Layer
@@ -33,67 +28,74 @@ AS_IT_SHOULD_BE: Final = "energy as it should be"
 IT_SHOULD_HAVE: Final = "it should have"
 BATCH: Final = "drawn in one batch"
 PLAIN: Final = "plain debug-draw"
-MAX_FAILURE_LINES: Final = 8  # of the reason why an engine stands still
-MIN_CHANGE: Final = 5e-3  # % of the energy; less counts as none
+MAX_REASON_LINES: Final = 8  # why an engine stands still
+FADED: Final = 150  # of 255, how much of what is drawn of an engine that cannot run is hidden
+MIN_ERROR: Final = 5e-3  # % of the energy; less counts as none
 MAX_TRACED_STEPS: Final = 120  # how far trails and contacts go back after a jump in time
 NOTED_LAG: Final = 0.1  # s by which the reference may be behind before that is noted, and outlines would mislead
 MAX_BALLS_BESIDE: Final = 5_000  # of a scene in which the reference runs along, hidden: it takes a third of a frame
+RESUMES: Final = "It goes on from the present state of the others as soon as the scene allows it."
 
 
 class Pane:
-    """One engine on the screen. Pymunk's debug-draw draws its own engine; other engines are drawn from the scene."""
+    """One engine on the screen. Pymunk's debug-draw draws its own engine; other engines are drawn from the scene.
+
+    state: of its balls or, while the engine cannot run the scene, of those from which it would continue. stands: why it
+    stands still, or nothing. error: by how much its energy is off, %, None if that is not known.
+    """
 
     moment: Moment
+    state: State
     _drawn: PymunkEngine | None = None
     debug_draw: DebugDraw | None = None
-    error: float | None = None  # of the energy: by how much it is off, in % if there is a scale
+    error: float | None = None
     beside = IT_SHOULD_HAVE  # what its energy is compared with
     is_reference = False
     plain = False  # whether Pymunk draws with ragged edges, as it does by itself
 
-    def __init__(self, moment: Moment, name: str, engine: Engine) -> None:
+    def __init__(self, moments: Sequence[Moment], name: str, engine: RunningEngine | None) -> None:
         self.name = name
-        self.show([moment], engine, live=True)
+        self.show(moments, engine, live=True, afresh=True)
 
-    def show(self, moments: Sequence[Moment], engine: Engine, *, live: bool, afresh: bool = True) -> None:
+    def show(self, moments: Sequence[Moment], engine: RunningEngine | None, *, live: bool, afresh: bool) -> None:
         """Show the last of some moments, with trails and contacts of those before it.
 
         live: the engine is at the last moment. afresh: the moments do not continue what was shown.
         """
         moment = moments[-1]
-        if afresh or moment.balls != self.moment.balls:
-            moments = [one for one in moments if one.balls == moment.balls]
+        self.is_suspended = self.name not in moment.engines
+        if afresh or self.is_suspended or moment.balls != self.moment.balls:
+            moments = [each for each in moments if each.balls == moment.balls]
             self.trail, self.recent_contacts = Trail(len(moment.balls)), RecentContacts()
-        for one in moments:
-            self.recent_contacts.add(one.contacts[self.name], one.states[self.name], one.scene.bodies.radius)
-        for one in moments if afresh else moments[-1:]:
-            self.trail.add(one.states[self.name])
+        running = [each.engines[self.name] for each in moments if self.name in each.engines]
+        for reading in running:
+            self.recent_contacts.add(reading.contacts, reading.state, moment.scene.bodies.radius)
+        for reading in running if afresh else running[-1:]:
+            self.trail.add(reading.state)
         self._live = live
-        self.failure = engine.error if isinstance(engine, StoppingEngine) else None
         if isinstance(engine, PymunkEngine) and engine is not self._drawn:
             ink = palette(moment.scene.arena.background).wall
             self._drawn, self.debug_draw = engine, DebugDraw(engine.space, moment.scene.colors, ink)
         if afresh or moment.scene is not self.moment.scene:
             self._discs = Discs(moment.scene.bodies.radius, moment.scene.colors)
         self.moment, self.step, self.scene = moment, moment.step, moment.scene
-        self.state, self.energy_scale = moment.states[self.name], moment.energy_scale
+        if self.is_suspended:
+            self.state = next(reversed(moment.states.values()))
+            why = moment.suspended[self.name].removeprefix(f"{self.name}: ").partition(";")[0]
+            self.stands = f"{self.name} cannot run this: {why}. {RESUMES}"
+        else:
+            reading = moment.engines[self.name]
+            self.state, self.stands = reading.state, reading.stands and f"{self.name} stands still: {reading.stands}"
 
     def shows(self, moment: Moment) -> bool:
         """Return whether all that the pane shows of a moment is drawn."""
-        now = self.moment.held, self.moment.target
-        return moment.states[self.name] is self.state and (moment.held, moment.target) == now
+        here, there = ((each.held, each.target, each.suspended) for each in (self.moment, moment))
+        return here == there and (self.is_suspended or moment.states[self.name] is self.state)
 
     @property
     def energy_text(self) -> str:
         """How the engine's energy compares with what it should have, in words; nothing while that is not known."""
-        if self.error is None:
-            return ""
-        return energy_in_words(self.error, self.energy_scale, self.scene.units, self.beside)
-
-    def signed(self, energy: float) -> str:
-        """Return a change of energy, in % if there is a scale, with its sign and its unit."""
-        units = self.scene.units
-        return f"{energy:+,.3g} %" if self.energy_scale else units.text(Dimension.ENERGY, "{:+,.3g}", energy)
+        return "" if self.error is None else energy_in_words(self.error, self.beside)
 
     def recolour(self) -> None:
         """Draw in the colours of the theme."""
@@ -115,13 +117,15 @@ class Pane:
         colour: of the engine's lines in the charts. ghosts: the balls whose outlines are drawn; outlined: in which
         engine they are.
         """
-        inside, scale, origin = surface.subsurface(layout.arenas[index]), layout.scale, layout.origin
-        canvas = Canvas(inside, self.scene, self.state, scale, layout.text_height, origin)
+        place, height = layout.arenas[index], layout.text_height
+        inside, scale, origin = surface.subsurface(place), layout.scale, layout.origin
+        canvas = Canvas(inside, self.scene, self.state, scale, height, origin)
         overlay = Overlay(canvas, self.trail, self.recent_contacts, ghosts)
+        if self.is_suspended:
+            showing = ()
         fill(inside, overlay.palette.ground)
         edge = EDGE if self.scene.arena.walls else 1
-        frame = layout.arenas[index].inflate(2 * edge, 2 * edge)
-        pygame.draw.rect(surface, theme.wall, frame, edge, border_radius=edge)
+        pygame.draw.rect(surface, theme.wall, place.inflate(2 * edge, 2 * edge), edge, border_radius=edge)
         for layer, draw in BELOW_BALLS.items():
             if layer in showing:
                 draw(overlay)
@@ -134,15 +138,17 @@ class Pane:
         for layer, draw in ABOVE_BALLS.items():
             if layer in showing:
                 draw(overlay)
-        if self.moment.held is not None:
+        if self.moment.held is not None and not self.is_suspended:
             overlay.pull(self.moment.held, self.moment.target)
-        if self.failure:
-            place, height = layout.arenas[index], layout.text_height
-            failed = f"failed at {self.failure.time:.3f} s, and " if isinstance(self.failure, EngineError) else ""
-            text = f"{failed}stands still: {self.failure}"
-            lines = first_lines(text, place.width - 4 * height, height, MAX_FAILURE_LINES, "    ")
+        if self.is_suspended:
+            veil = Surface(place.size)
+            veil.fill(overlay.palette.faint)
+            veil.set_alpha(FADED)
+            surface.blit(veil, place)
+        if self.stands:
+            lines = first_lines(self.stands, place.width - 4 * height, height, MAX_REASON_LINES, "    ")
             card(surface, [[line] for line in lines], place.topleft, height, place)
-        self._draw_title(surface, layout, index, colour, outlined)
+        self._draw_title(surface, layout, index, theme.dim if self.is_suspended else colour, outlined)
 
     def _draw_title(self, surface: Surface, layout: Layout, index: int, colour: Color, outlined: str) -> None:
         """Draw the engine after its colour, and its energy; what has no room is left out."""
@@ -155,13 +161,12 @@ class Pane:
         energy = "the reference" if self.is_reference else self.energy_text
         beside = place.right - left - text_width(self.name, height, bold=True) - height
         if is_off:
-            error = self.error or 0.0
-            briefly = f"{'-' if error < 0 else '+'}{_amount(error, self.energy_scale, self.scene.units)}"
+            briefly = f"{'-' if (self.error or 0.0) < 0 else '+'}{amount_text(self.error or 0.0)}"
             sizes = (energy, energy.partition(" than")[0], briefly)
             energy = next((text for text in sizes if text_width(text, height, bold=True) <= beside), sizes[-1])
         room = place.right - left - (text_width(energy, height, bold=is_off) + height if is_off else 0)
-        name = shortened(self.name, max(room, 3 * height), height)
-        left = write(surface, name, Rect(left, place.y, place.right - left, place.height), theme.ink, height, bold=True)
+        name, ink = shortened(self.name, max(room, 3 * height), height), theme.dim if self.is_suspended else theme.ink
+        left = write(surface, name, Rect(left, place.y, place.right - left, place.height), ink, height, bold=True)
         left += round(0.8 * height)
         line = Rect(left, place.y, place.right - left, place.height)
         if text_width(energy, height, bold=is_off) <= line.width:
@@ -176,23 +181,19 @@ class Pane:
                 place.width -= height
 
 
-def energy_in_words(error: float, scale: float, units: Units, beside: str) -> str:
-    """Return how an energy compares with another, in words. error: in % if there is a scale, else kg px²/s²."""
-    if abs(error) < MIN_CHANGE:
+def energy_in_words(error: float, beside: str) -> str:
+    """Return how an energy compares with another, in words. error: %."""
+    if abs(error) < MIN_ERROR:
         return AS_IT_SHOULD_BE
-    return f"{amount_text(error, scale, units)} {'less' if error < 0 else 'more'} than {beside}"
+    return f"{amount_text(error)} {'less' if error < 0 else 'more'} than {beside}"
 
 
-def amount_text(error: float, scale: float, units: Units) -> str:
-    """Return the size of an error of energy, in words if more is missing than ever was in motion. error: as above."""
-    times = -error / 100
-    return f"{times:.2g} times the kinetic energy" if scale and times >= 1 else _amount(error, scale, units)
-
-
-def _amount(error: float, scale: float, units: Units) -> str:
-    """Return the size of an error of energy, with its unit."""
-    size = abs(error) if scale else units.factor(Dimension.ENERGY) * abs(error)
-    return f"{f'{size:,.0f}' if size >= 9.95 else f'{size:.2g}'} {'%' if scale else units.name(Dimension.ENERGY)}"
+def amount_text(error: float) -> str:
+    """Return the size of an error of energy, %, in words if more is missing than ever was in motion."""
+    size = abs(error)
+    if error <= -100:
+        return f"{size / 100:.2g} times the kinetic energy"
+    return f"{size:,.0f} %" if size >= 9.95 else f"{size:.2g} %"
 
 
 def draw_panes(
@@ -207,7 +208,7 @@ def draw_panes(
     colours = chart_palette().engines([*(pane.name for pane in panes), reference])
     for index, pane in enumerate(panes):
         pane.is_reference = pane.name == reference and len(panes) > 1
-        ghosts = outlined if pane.name != reference else None
+        ghosts = outlined if pane.name != reference and not pane.is_suspended else None
         named = reference if ghosts is not None and Layer.GHOSTS in showing else ""
         pane.draw(surface, layout, index, showing, colours[pane.name], ghosts, named)
 
@@ -217,21 +218,19 @@ class SessionView:
 
     engines: by default, Pymunk and a textbook engine. `exact` runs along, hidden, unless it has a pane or there are
     more than MAX_BALLS_BESIDE balls. beside: whether nothing waits for it, see `Session`: its pane, the outlines and
-    the charts then may show a step before that of the other panes.
+    what the charts compare then may be a step before that of the other panes.
     """
 
     def __init__(
         self, scene: Scene, engines: Sequence[str] | None, inputs: Sequence[Input] = (), *, beside: bool = False
     ) -> None:
-        names = engines or default_engines(*edited_scenes(scene, inputs))
-        reference = REFERENCE if len(scene.bodies) <= MAX_BALLS_BESIDE else None
+        names = engines or default_engines(scene)
+        reference = REFERENCE if len(scene.bodies) <= MAX_BALLS_BESIDE else names[0]
         self.session = Session(scene, names, inputs, reference, beside=beside)
         self.moment = self.session.shown
         runners = self.session.runners
-        self.panes = [Pane(self.moment, name, runners[name].engine) for name in self.session.names]
+        self.panes = [Pane([self.moment], name, runners[name].engine) for name in self.session.names]
         self.charts = Charts(self.session.samples, scene.seconds, scene.units)
-        name = self.session.names[0]
-        self._energy_at_start = self.moment.energy[name] - self.moment.work[name]  # of all engines
         self.charts.moment = self.moment
         self._live = True
         self.plain = False
@@ -245,9 +244,10 @@ class SessionView:
         if moment is self.moment and completed is self.charts.moment and live == self._live:
             return
         for pane in self.panes:
-            shown = moment if pane.name in moment.states else completed
+            is_there = pane.name in moment.engines or (pane.name in moment.suspended and moment.engines)
+            shown, runner = moment if is_there else completed, runners.get(pane.name)
             if live != self._live or not pane.shows(shown):
-                self._show(pane, shown, runners[pane.name].engine, live=live)
+                self._show(pane, shown, runner.engine if runner else None, live=live)
         self.moment, self._live = moment, live
         self.charts.moment = completed
 
@@ -255,12 +255,11 @@ class SessionView:
         """Return a moment, or the one that was completed last in place of one without the reference."""
         return moment if moment.is_complete else self.session.latest
 
-    def _show(self, pane: Pane, moment: Moment, engine: Engine, *, live: bool) -> None:
+    def _show(self, pane: Pane, moment: Moment, engine: RunningEngine | None, *, live: bool) -> None:
         """Show a moment in a pane, with trails and contacts of those since the one that it shows, or before."""
         afresh = not 0 < moment.step - pane.step <= MAX_TRACED_STEPS or live != self._live
         first = max(0, moment.step - MAX_TRACED_STEPS) if afresh else pane.step + 1
-        before = [each for each in self.session.moments(first, moment.step - 1) if pane.name in each.states]
-        pane.show([*before, moment], engine, live=live, afresh=afresh)
+        pane.show([*self.session.moments(first, moment.step - 1), moment], engine, live=live, afresh=afresh)
 
     def mark(self, marks: Marks) -> bool:
         """Show what stands out in the run, and where its reference stops. Return whether that is news."""
@@ -284,9 +283,9 @@ class SessionView:
 
     def draw_panes(self, surface: Surface, layout: Layout, showing: Collection[Layer]) -> None:
         """Draw the panes."""
+        errors = self.energy_errors
         for pane in self.panes:
-            pane.plain = self.plain
-            self._judge(pane)
+            pane.plain, pane.error, pane.beside = self.plain, errors.get(pane.name), self.beside
         draw_panes(surface, layout, self.panes, showing, self.session.reference, self._outlined)
 
     @property
@@ -296,11 +295,6 @@ class SessionView:
         is_near = abs(self.moment.time - moment.time) <= NOTED_LAG and moment.balls == self.moment.balls
         return moment.states.get(self.session.reference) if is_near else None
 
-    def _judge(self, pane: Pane) -> None:
-        """Let a pane know by how much its energy is off."""
-        pane.energy_scale = self._completed(self.moment).energy_scale
-        pane.error, pane.beside = self.energy_errors.get(pane.name), self.beside
-
     @property
     def beside(self) -> str:
         """What energies are compared with, in words.
@@ -309,42 +303,19 @@ class SessionView:
         """
         if self.session.samples.is_alone:
             return "at the start"
-        name, moment, until = self.session.reference, self._completed(self.moment), self.charts.marks.trust.until
-        if until is None or moment.time <= until or name not in moment.energy:
+        until = self.charts.marks.trust.until
+        if until is None or self.moment.time <= until or self.session.samples.keeps_energy:
             return IT_SHOULD_HAVE
-        change = change_of_energy(moment.energy[name], self._energy_at_start, moment.work[name])
-        return IT_SHOULD_HAVE if abs(share_of_energy(change, moment.energy_scale)) < MIN_CHANGE else name
+        return self.session.reference
 
     @property
     def energy_errors(self) -> dict[str, float]:
-        """By how much energies are off at the step shown, as far as that is known; in % if there is a scale."""
-        errors = self.session.samples.energy_error(self.moment.step)
-        return {name: error for name, error in errors.items() if not math.isnan(error)}
+        """By how much energies are off at the step shown, as far as that is known, %."""
+        errors = self.session.samples.error_at(self.moment.step)
+        return {name: error for name, error in errors.items() if math.isfinite(error)}
 
     def recolour(self) -> None:
         """Draw in the colours of the theme."""
         self.charts.recolour()
         for pane in self.panes:
             pane.recolour()
-
-    def draw_title_card(self, surface: Surface, layout: Layout, point: ScreenPoint) -> None:
-        """Draw the engines' figures in a table, if a point of the screen is on the title of a pane."""
-        if any(layout.title(pane).collidepoint(point) for pane in range(len(self.panes))):
-            card(surface, self.figures(), point, layout.text_height, surface.get_rect())
-
-    def figures(self) -> list[list[str]]:
-        """Return what each engine has done, and the time that its steps take, as rows of a table."""
-        rows = [["", "energy", "since the start", "by hand", "contacts", "ms a step"]]
-        for name, runner in self.session.runners.items():
-            hidden = "" if name in self.session.names else ", hidden"
-            pane = next((pane for pane in self.panes if pane.name == name), None)
-            pane = pane or Pane(self._completed(self.moment), name, runner.engine)
-            cost = "" if runner.step_seconds is None else f"{1000 * runner.step_seconds:.2g}"
-            self._judge(pane)
-            moment, scale = pane.moment, pane.energy_scale
-            change = change_of_energy(moment.energy[name], self._energy_at_start, moment.work[name])
-            change, work = share_of_energy(change, scale), share_of_energy(moment.work[name], scale)
-            since_start = pane.signed(0.0 if abs(change) < MIN_CHANGE else change)
-            by_hand, contacts = pane.signed(work) if work else "", f"{moment.counts[name]:,}"
-            rows.append([name + hidden, pane.energy_text, since_start, by_hand, contacts, cost])
-        return rows

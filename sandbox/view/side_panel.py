@@ -2,42 +2,32 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from itertools import accumulate, pairwise
 from typing import Final, Protocol
 
 import pygame
 from pygame import Rect, Surface
 
 from sandbox.scene.units import PER_METRE, Dimension
-from sandbox.view import Layer
-from sandbox.view.controls import OF_ACTION, Action, Panel, tip_of
+from sandbox.view.controls import PAGES, Action, Panel, tip_of
 from sandbox.view.editor import Editor
 from sandbox.view.playback import Playback
 from sandbox.view.theme import theme
-from sandbox.view.toolbars import action_button
+from sandbox.view.toolbars import Do, action_button
 from sandbox.view.widgets import Widget, Words
-from sandbox.view.widgets.buttons import Tab, TextButton
+from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.fields import Slider
-from sandbox.view.widgets.group import Placed, WidgetGroup, rows_of
+from sandbox.view.widgets.group import Placed, WidgetGroup, draw_scroll_bar, rows_of, stacked
 
 SCROLLED_LINES: Final = 4  # by a notch of the wheel
 ELASTICITIES: Final = tuple(k / 20 for k in range(21))
 GRAVITIES: Final = tuple(range(-10, 21))  # m/s², downwards
 PIXELS_PER_METRE: Final = 100.0  # of scenes that do not say it
 RATES: Final = (15, 30, 60, 120, 240, 480, 960, 1920, 3840)
-NAMES: Final = {  # of layers, where their own names say too little
-    Layer.VELOCITY: "velocities",
-    Layer.CENTRE: "centre of mass",
-    Layer.GHOSTS: "outlines of exact",
-    Layer.CHARTS: "chart",
-}
-LOOKS: Final = {
-    Action.PLAIN: "plain debug-draw",
-    Action.THEME: "dark",
-    Action.SMALLER_TEXT: "smaller text",
-    Action.LARGER_TEXT: "larger text",
-    Action.FULL_SCREEN: "full screen",
-}
+LAYERS: Final = (
+    *(Action.VELOCITY, Action.TRAILS, Action.CONTACTS, Action.CENTRE),
+    *(Action.NUMBERS, Action.GHOSTS, Action.GRID, Action.CHARTS),
+)
+LOOKS: Final = (Action.PLAIN, Action.THEME, Action.SMALLER_TEXT, Action.LARGER_TEXT, Action.FULL_SCREEN)
 
 
 class Page(Protocol):
@@ -57,11 +47,12 @@ class SidePanel:
         self._pages = pages
         self._group = group
         self._tabs = [
-            Tab(panel.value, partial(self.show, panel), partial(self._is_open, panel), tip_of(panel)) for panel in pages
+            TextButton(
+                panel.value, partial(self.show, panel), tip_of(PAGES[panel]), partial(self._is_open, panel), flat=True
+            )
+            for panel in pages
         ]
         self._scrolled = 0.0  # heights of the text
-        self._drawn = Surface((0, 0))
-        self._drawn_as: object = None  # the places and looks in that picture
         self.open: Panel | None = None
         self._latest = next(iter(pages))
         self._was_wide = False
@@ -93,7 +84,7 @@ class SidePanel:
 
     def show_focus(self, place: Rect, text_height: int) -> None:
         """Scroll to the widget that the keyboard is on."""
-        body = self._body(place, text_height)
+        body = _body(place, text_height)
         for widget, where in self.placed(place, text_height):
             if widget is self._group.focus and widget not in self._tabs:
                 below, above = where.bottom - body.bottom, body.y - where.y
@@ -104,84 +95,43 @@ class SidePanel:
         """Return its widgets with their places, of which some may be scrolled out of the panel. place: the panel's."""
         if self.open is None:
             return []
-        page = self._pages[self.open]
-        body = self._body(place, text_height)
-        rows, height = _stacked(page.rows(), body.width, text_height)
+        body = _body(place, text_height)
+        rows, height = stacked(self._pages[self.open].rows(), body.width, text_height)
         for widget, _ in rows:
             widget.seen_in = body
         lines = max(0, height - body.height) / text_height
         self._scrolled = min(max(self._scrolled, 0), lines)
         y = body.y - round(self._scrolled * text_height)
-        head, _ = _stacked([self._tabs], body.width, text_height)
+        head, _ = stacked([self._tabs], body.width, text_height)
         top = place.y + text_height // 3
         return [
             *((widget, where.move(body.x, top)) for widget, where in head),
             *((widget, where.move(body.x, y)) for widget, where in rows),
         ]
 
-    @staticmethod
-    def _body(place: Rect, text_height: int) -> Rect:
-        """Return where its rows are, below its title."""
-        pad, head = round(0.8 * text_height), round(2.9 * text_height)
-        return Rect(place.x + pad, place.y + head, place.width - 2 * pad, max(1, place.height - head - pad))
-
-    def draw(self, surface: Surface, place: Rect, text_height: int) -> None:
-        """Draw the page; again only if a widget of it looks different."""
-        placed = self.placed(place, text_height)
+    def draw(self, surface: Surface, place: Rect, text_height: int, placed: Sequence[Placed]) -> None:
+        """Draw the page, and at its right which part of it is seen. placed: its widgets."""
         if not placed:
             return
-        looks = [(widget.look, tuple(where), self._group.is_hot(widget)) for widget, where in placed]
-        wanted = looks, tuple(place), theme.is_dark
-        if wanted != self._drawn_as:
-            self._drawn, self._drawn_as = Surface(place.size), wanted
-            self._draw_page(place, text_height, placed)
-        surface.blit(self._drawn, place)
-
-    def _draw_page(self, place: Rect, text_height: int, placed: Sequence[Placed]) -> None:
-        self._drawn.fill(theme.ground)
-        pygame.draw.rect(self._drawn, theme.raised, self._drawn.get_rect(), border_radius=8)
-        pygame.draw.rect(self._drawn, theme.line, self._drawn.get_rect(), 1, border_radius=8)
-        body = self._body(place, text_height).move(-place.x, -place.y)
-        for widget, where in placed:
-            in_head = widget in self._tabs
-            self._drawn.set_clip(None if in_head else body)
-            at = where.move(-place.x, -place.y)
-            if in_head or at.colliderect(body):
-                widget.draw(self._drawn, at, text_height, hot=self._group.is_hot(widget))
-        self._drawn.set_clip(None)
-        line = body.y - text_height // 3
-        self._drawn.fill(theme.line, (body.x, line, body.width, 1))
-        self._draw_scroll_bar(body, placed[-1][1].bottom - place.y + round(self._scrolled * text_height), text_height)
-
-    def _draw_scroll_bar(self, body: Rect, bottom: int, text_height: int) -> None:
-        """Draw which part of the page is seen. bottom: of the page if it were not scrolled, px of the panel."""
-        height = bottom - body.y
-        if height > body.height:
-            share, above = body.height / height, self._scrolled * text_height / height
-            bar = Rect(body.right + 2, body.y + above * body.height, max(2, text_height // 5), share * body.height)
-            self._drawn.fill(theme.dim, bar)
+        pygame.draw.rect(surface, theme.raised, place, border_radius=8)
+        pygame.draw.rect(surface, theme.line, place, 1, border_radius=8)
+        self._group.draw(surface, placed, text_height)
+        body = _body(place, text_height)
+        surface.fill(theme.line, (body.x, body.y - text_height // 3, body.width, 1))
+        bottom = placed[-1][1].bottom + round(self._scrolled * text_height)
+        draw_scroll_bar(surface, body, bottom - body.y, self._scrolled * text_height, text_height)
 
 
-def _stacked(rows: Sequence[Sequence[Widget]], width: int, text_height: int) -> tuple[list[Placed], int]:
-    """Return widgets with their places, row by row from the point 0, 0, and the height of all rows, px."""
-    gap = max(4, text_height // 3)
-    placed: list[Placed] = []
-    y = 0
-    for row in rows:
-        room, whole = width - gap * (len(row) - 1), sum(widget.width for widget in row)
-        ends = [round(room * end / whole) for end in accumulate((widget.width for widget in row), initial=0.0)]
-        widths = [end - start for start, end in pairwise(ends)]
-        height = max(widget.height(w, text_height) for widget, w in zip(row, widths, strict=True))
-        lefts = accumulate((w + gap for w in widths), initial=0)
-        placed += [(widget, Rect(x, y, w, height)) for widget, w, x in zip(row, widths, lefts, strict=False)]
-        y += height + gap
-    return placed, y
+def _body(place: Rect, text_height: int) -> Rect:
+    """Return where the rows of a page are, below its title."""
+    pad, head = round(0.8 * text_height), round(2.9 * text_height)
+    return Rect(place.x + pad, place.y + head, place.width - 2 * pad, max(1, place.height - head - pad))
 
 
 class ScenePage:
-    """Says what the scene is, and changes what applies to all balls. do: does an action."""
+    """Says what the scene is, and changes what applies to all balls."""
 
-    def __init__(self, playback: Playback, editor: Editor, do: Callable[[Action], None]) -> None:
+    def __init__(self, playback: Playback, editor: Editor, do: Do) -> None:
         self._playback = playback
         self._editor = editor
         self._title, self._about, self._facts = Words("", bold=True), Words(""), Words("")
@@ -198,8 +148,7 @@ class ScenePage:
         )
         self._steps = Slider("steps", RATES, editor.rate, editor.set_rate, unit=" per second")
         self._buttons = [
-            action_button("Restart", Action.RESTART, do),
-            action_button("Next seed", Action.NEXT_SEED, do),
+            action_button(action, do) for action in (Action.RESTART, Action.DISCARD_EDITS, Action.NEXT_SEED)
         ]
 
     def rows(self) -> Sequence[Sequence[Widget]]:
@@ -217,17 +166,19 @@ class ScenePage:
 
 
 class ShowPage:
-    """Buttons for what can be shown and hidden. do: does an action, or shows or hides a layer; is_on: its state."""
+    """Buttons for what can be shown and hidden. is_on: whether an action's state is on."""
 
-    def __init__(self, do: Callable[[Action | Layer], None], is_on: Callable[[Action | Layer], bool]) -> None:
-        def button(action: Action | Layer, text: str) -> TextButton:
-            return TextButton(text, partial(do, action), tip_of(action), partial(is_on, action))
+    def __init__(self, do: Do, is_on: Callable[[Action], bool]) -> None:
+        def buttons(actions: Sequence[Action]) -> list[Sequence[Widget]]:
+            return rows_of([action_button(action, do, is_on=partial(is_on, action)) for action in actions])
 
-        self._layers = [button(layer, NAMES.get(layer, layer)) for layer in OF_ACTION if isinstance(layer, Layer)]
-        self._looks = [button(action, text) for action, text in LOOKS.items()]
-        self._headings = Words("In the panes", bold=True), Words("The window", bold=True)
+        self._rows = [
+            [Words("In the panes", bold=True)],
+            *buttons(LAYERS),
+            [Words("The window", bold=True)],
+            *buttons(LOOKS),
+        ]
 
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets."""
-        panes, window = self._headings
-        return [[panes], *rows_of(self._layers), [window], *rows_of(self._looks)]
+        return self._rows

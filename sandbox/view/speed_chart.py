@@ -14,6 +14,7 @@ from sandbox.report.scales import round_up
 from sandbox.scene.units import PIXELS, Dimension, Units
 from sandbox.session.history import Moment
 from sandbox.state import Floats
+from sandbox.view.chart_marks import draw_axis_below
 from sandbox.view.instruments import LAW
 from sandbox.view.primitives import lettering
 from sandbox.view.theme import Palette
@@ -85,19 +86,6 @@ class SpeedChart:
             self._moment, self._histogram = moment, histogram_of(moment, self._reference)
         return self._histogram
 
-    def rows_at(self, plot: Rect, x: int, moment: Moment) -> list[list[str]]:
-        """Return what the bin at a column of the chart has, as rows of a table."""
-        found = self.histogram(moment)
-        if not len(found.edges):
-            return [[found.refusal]]
-        bins = len(found.edges) - 1
-        k = min(max((x - plot.x) * bins // plot.width, 0), bins - 1)
-        low, high = found.units.scaled(Dimension.VELOCITY, *found.edges[k : k + 2].tolist())
-        end = f"to {high:.4g}" if k < bins - 1 else "and more"
-        rows = [["balls", f"{low:.4g} {end} {found.units.name(Dimension.VELOCITY)}"]]
-        rows += [[name, f"{counts[k]:.0f}"] for name, counts in found.counts.items()]
-        return rows if found.law is None else [*rows, [LAW, f"{found.law[k]:.1f}"]]
-
     def draw(self, surface: Surface, place: Rect, plot: Rect, moment: Moment, height: int) -> None:
         """Draw the histogram. place: with its axes; plot: without; height: of the text, px."""
         found, surface, plot = self.histogram(moment), surface.subsurface(place), plot.move(-place.x, -place.y)
@@ -137,13 +125,12 @@ class SpeedChart:
             place = number.get_rect(right=plot.x - height // 2, centery=y)
             surface.blit(number, place.clamp(place.x, plot.y - 2, place.width, plot.height + 4))
         interval = round_up(fastest * 5 * height / plot.width)
-        for k in range(int(fastest / interval) + 1):
-            x = plot.x + round(k * interval / fastest * (plot.width - 1))
+        speeds = np.arange(0.0, fastest, interval)
+        places = plot.x + speeds / fastest * (plot.width - 1)
+        for x in np.rint(places).astype(int).tolist():
             pygame.draw.line(surface, colours.faint, (x, plot.y), (x, plot.bottom))
-            last = (k + 1) * interval > fastest
-            number = lettering(f"{k * interval:g} {unit}" if last else f"{k * interval:g}", colours.ink, height)
-            at = number.get_rect(centerx=x, top=plot.bottom + height // 4).clamp(surface.get_rect())
-            surface.blit(number, at)
+        texts = [f"{speed:g} {unit}" if k == len(speeds) - 1 else f"{speed:g}" for k, speed in enumerate(speeds)]
+        draw_axis_below(surface, plot, places, texts, colours.ink, height)
 
     def _write_names(self, surface: Surface, plot: Rect, found: Histogram, height: int) -> None:
         """Write the name of each line at the upper right, where the law leaves room."""

@@ -90,7 +90,7 @@ class Palette:
     """The colours of everything that is drawn on one background.
 
     ink: text and marks. wall: inner walls, which do not glare either. faint: grid and axes. law: lines of a theory.
-    momentum, contact: arrows and contacts.
+    contact: of contacts.
     is_dark: the background.
     """
 
@@ -99,7 +99,6 @@ class Palette:
     wall: Color
     faint: Color
     law: Color
-    momentum: Color
     contact: Color
     is_dark: bool
 
@@ -132,7 +131,6 @@ def _palette(ground: tuple[int, int, int]) -> Palette:
         wall=DARK.dim if Color(*ground) == DARK.pane else ink,
         faint=Color(*ground).lerp(ink, 0.12),
         law=Color(*ground).lerp(ink, 0.4),
-        momentum=Color(ORANGE if dark else PURPLE),
         contact=Color(YELLOW if dark else VERMILLION),
         is_dark=dark,
     )

@@ -10,131 +10,109 @@ from pygame import Color, Rect, Surface
 
 from sandbox.scene.model import Scene
 from sandbox.view.charts import Charts
-from sandbox.view.controls import OF_ACTION, Action, tip_of
-from sandbox.view.instruments import MEANINGS, OF_BALL, Instrument
+from sandbox.view.controls import Action, tip_of
+from sandbox.view.instruments import OTHERS, TABS, Instrument
 from sandbox.view.layout import GAP, TIME_LETTERS, Layout
 from sandbox.view.mouse_tool import MouseTool
-from sandbox.view.move_tool import DOES, Tool
 from sandbox.view.playback import SPEEDS, Playback, speed_text
 from sandbox.view.primitives import write
 from sandbox.view.theme import chart_palette, theme
-from sandbox.view.widgets import Label, Widget
+from sandbox.view.widgets import Words
 from sandbox.view.widgets.buttons import Menu, TextButton
 from sandbox.view.widgets.group import Placed, WidgetRow
 
-LEFT: Final = "\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}"
-RIGHT: Final = "\N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}"
-SAVES: Final = {
-    Action.SAVE_SCENE: "Scene",
-    Action.SAVE_PICTURE: "Picture",
-    Action.SAVE_INPUTS: "What I did",
-    Action.COPY_CODE: "Pymunk code",
-}
+SAVES: Final = (Action.SAVE_SCENE, Action.SAVE_PICTURE, Action.SAVE_INPUTS, Action.COPY_CODE)
+Do = Callable[[Action], None]  # does an action
 
 
-def action_button(text: str, action: Action, do: Callable[[Action], None], **more: Any) -> TextButton:
+def action_button(action: Action, do: Do, **more: Any) -> TextButton:
     """Return a button that does an action, with its keys in its tip. more: as for `TextButton`."""
-    return TextButton(text, partial(do, action), tip_of(action), **more)
+    return TextButton(action.value.name, partial(do, action), tip_of(action), **more)
 
 
 class Header:
     """A row with the scene's title and buttons.
 
-    scene: returns the one that runs. do: does an action. is_on: whether an action's state is on. recorded: s, None
-    while nothing is recorded.
+    scene: returns the one that runs. is_on: whether an action's state is on. recorded: s, None while nothing is
+    recorded.
     """
 
     def __init__(
-        self,
-        scene: Callable[[], Scene],
-        do: Callable[[Action], None],
-        is_on: Callable[[Action], bool],
-        recorded: Callable[[], float | None],
+        self, scene: Callable[[], Scene], do: Do, is_on: Callable[[Action], bool], recorded: Callable[[], float | None]
     ) -> None:
-
-        def button(text: str, action: Action, **more: Any) -> TextButton:
-            return action_button(text, action, do, is_on=partial(is_on, action), **more)
+        def button(action: Action, **more: Any) -> TextButton:
+            return action_button(action, do, is_on=partial(is_on, action), **more)
 
         def record_text() -> str:
             return "Record" if (seconds := recorded()) is None else f"Stop {seconds:.1f} s"
 
-        saves = [
-            TextButton(text, partial(do, action), f"{OF_ACTION[action].does} ({OF_ACTION[action].key_names})")
-            for action, text in SAVES.items()
-        ]
-        self._title = Label(lambda: scene().title or scene().name, bold=True, scale=1.2)
-        self._buttons: list[Widget] = [
-            button("Open\N{HORIZONTAL ELLIPSIS}", Action.PICK_SCENE),
-            button(LEFT, Action.PREVIOUS_SCENE),
-            button(RIGHT, Action.NEXT_SCENE),
-        ]
+        saves = [action_button(action, do) for action in SAVES]
+        title = Words("", said=lambda: scene().title or scene().name, bold=True, scale=1.2)
+        others = map(button, (Action.PICK_SCENE, Action.PREVIOUS_SCENE, Action.NEXT_SCENE))
         right = [
             Menu(lambda: "Save", lambda: saves, "save or copy something"),
-            button("", Action.RECORD, said=record_text, widest="Stop 88.8 s"),
-            button("Help", Action.HELP),
-            button("Panel", Action.COLUMN),
+            button(Action.RECORD, said=record_text, widest="Stop 88.8 s"),
+            button(Action.HELP),
+            button(Action.COLUMN),
         ]
-        self._row = WidgetRow([self._title, *self._buttons], right)
+        self._row = WidgetRow([*others, title], right)
 
     def placed(self, layout: Layout) -> list[Placed]:
-        """Return its widgets with their places; the title is left out if there is no room."""
-        place, height = layout.header, layout.text_height
-        self._row.left = [self._title, *self._buttons]
-        if self._row.width(height) > place.width:
-            self._row.left = self._buttons
-        return self._row.placed(place, height, layout.side)
+        """Return its widgets with their places; the title is as wide as there is room, after all that is pressed."""
+        place, row, height = layout.header, self._row, layout.text_height
+        *buttons, title = row.left
+        left, right = WidgetRow(buttons).placed(place, height, layout.side), WidgetRow([], row.right)
+        start = place.x + WidgetRow(buttons).width(height)
+        room = Rect(start, place.y, max(0, place.right - right.width(height) - start), place.height)
+        return [*left, *[(title, room)] * (room.width > 2 * height), *right.placed(place, height, layout.side)]
 
 
-def tool_palette(mouse: MouseTool, do: Callable[[Action], None]) -> WidgetRow:
-    """Return the row of tools. do: does an action."""
-
-    def tool(which: Tool) -> TextButton:
-        does = f"{DOES[which][0].upper()}{DOES[which][1:]}  (F: next tool)"
-        return TextButton(which.value, partial(mouse.choose, which), does, lambda: mouse.tool is which)
-
-    tools = [*map(tool, Tool), action_button("Undo", Action.UNDO, do), action_button("Redo", Action.REDO, do)]
-    zooms = [
-        Label(lambda: f"{100 * mouse.lens.zoom:.0f} %", dim=True, widest="5000 %"),
-        action_button("\N{MINUS SIGN}", Action.ZOOM_OUT, do),
-        action_button("Fit", Action.SHOW_ALL, do),
-        action_button("+", Action.ZOOM_IN, do),
+def tool_palette(mouse: MouseTool, playback: Playback, do: Do) -> WidgetRow:
+    """Return the row of tools."""
+    tools = [
+        TextButton(tool.name, partial(mouse.choose, tool), f"{tool.does}  (F: next tool)", partial(mouse.is_used, tool))
+        for tool in mouse.tools
     ]
-    return WidgetRow(tools, zooms)
+
+    undo = action_button(
+        Action.UNDO, do, refusal=lambda: "" if playback.session.can_undo else "there is nothing to undo here"
+    )
+    redo = action_button(
+        Action.REDO, do, refusal=lambda: "" if playback.session.can_redo else "there is nothing to redo"
+    )
+    zoom = Words("", said=lambda: f"{100 * mouse.lens.zoom:.0f} %", widest="5000 %", colour=theme.dim)
+    zooms = (action_button(action, do) for action in (Action.ZOOM_OUT, Action.SHOW_ALL, Action.ZOOM_IN))
+    return WidgetRow([*tools, undo, redo], [zoom, *zooms])
 
 
-TABS: Final = (Instrument.ENERGY, Instrument.GAP, Instrument.MOMENTUM, Instrument.SPEEDS)  # the others are in a menu
 WIDEST: Final = "1\N{MULTIPLICATION SIGN} (0.88\N{MULTIPLICATION SIGN})"
 THICKNESS: Final = 4  # px
 MARK: Final = 2  # px, half of the width of the gap round a mark
 
 
 class Timeline:
-    """The lowest part of the window. do: does an action."""
+    """The lowest part of the window."""
 
-    def __init__(self, playback: Playback, do: Callable[[Action], None]) -> None:
+    def __init__(self, playback: Playback, do: Do) -> None:
         self._playback = playback
         play = action_button(
-            "", Action.PAUSE, do, is_on=lambda: playback.paused,
+            Action.PAUSE, do, is_on=lambda: playback.paused,
             said=lambda: "Play" if playback.paused else "Pause", widest="Pause",
         )  # fmt: skip
-        self._before = WidgetRow(
-            [
-                action_button(f"|{LEFT}", Action.GO_TO_START, do),
-                action_button(LEFT, Action.STEP_BACK, do),
-                play,
-                action_button(RIGHT, Action.STEP, do),
-            ]
+        start, back, on, end = (
+            action_button(action, do)
+            for action in (Action.GO_TO_START, Action.STEP_BACK, Action.STEP, Action.GO_TO_END)
         )
+        self._before = WidgetRow([start, back, play, on])
         speeds = Menu(lambda: playback.speed_text, self._speeds, "how fast time passes  (+ and -)", widest=WIDEST)
-        self._after = WidgetRow([], [action_button(f"{RIGHT}|", Action.GO_TO_END, do), speeds])
+        self._after = WidgetRow([], [end, speeds])
         tabs = [self._tab(instrument) for instrument in TABS]
         more = Menu(self._more_text, self._others, "choose another chart  (1: the next one)", self._shows_other)
         self._scale = action_button(
-            "", Action.SCALE, do, widest="logarithmic",
+            Action.SCALE, do, widest="logarithmic",
             said=lambda: "logarithmic" if self._charts.is_logarithmic else "linear",
             refusal=lambda: self._charts.why_one_scale,
         )  # fmt: skip
-        self._of_ball = Menu(lambda: OF_BALL[self._charts.of_ball][0], self._choices_of_ball, "what of the ball")
         self._tabs = WidgetRow([*tabs, more], [self._scale])
 
     # What its widgets do
@@ -154,28 +132,23 @@ class Timeline:
         def show() -> None:
             self._charts.show(instrument)
 
-        name, meaning = instrument.value.capitalize(), MEANINGS[instrument]
-        return TextButton(name, show, meaning, lambda: self._charts.instrument is instrument)
+        return TextButton(
+            instrument.name.capitalize(), show, instrument.meaning, lambda: self._charts.instrument is instrument
+        )
 
     def _tab(self, instrument: Instrument) -> TextButton:
         item = self._item(instrument)
-        return TextButton(item.text, item.do, f"{item.text}: {item.does}", item.is_on)
+        item.does = f"{item.text}: {item.does}"
+        return item
 
     def _others(self) -> list[TextButton]:
-        return [self._item(instrument) for instrument in Instrument if instrument not in TABS]
-
-    def _choices_of_ball(self) -> list[TextButton]:
-        charts = self._charts
-        return [
-            TextButton(name, partial(charts.show_of_ball, quantity), is_on=partial(eq, quantity, charts.of_ball))
-            for quantity, (name, _) in OF_BALL.items()
-        ]
+        return [self._item(instrument) for instrument in OTHERS]
 
     def _shows_other(self) -> bool:
-        return self._charts.instrument not in TABS
+        return self._charts.instrument in OTHERS
 
     def _more_text(self) -> str:
-        return self._charts.instrument.value.capitalize() if self._shows_other() else "More"
+        return self._charts.instrument.name.capitalize() if self._shows_other() else "More"
 
     # Places and drawing
 
@@ -185,16 +158,16 @@ class Timeline:
 
     def placed(self, layout: Layout) -> list[Placed]:
         """Return its widgets with their places."""
-        self._tabs.right = [self._of_ball] if self._charts.instrument is Instrument.BALL else [self._scale]
         rows = ((self._before, layout.transport), (self._after, layout.transport), (self._tabs, layout.tabs))
-        return [one for row, place in rows for one in row.placed(place, layout.text_height, layout.side)]
+        return [placed for row, place in rows for placed in row.placed(place, layout.text_height, layout.side)]
 
     def draw(self, surface: Surface, layout: Layout) -> None:
         """Draw its ground, and the track with its marks and its end; without the widgets and the chart."""
-        place, height = layout.timeline, layout.text_height
-        surface.fill(theme.ground, place)
+        place, height, grip = layout.timeline, layout.text_height, layout.splitter
         pygame.draw.rect(surface, theme.raised, place, border_radius=8)
         pygame.draw.rect(surface, theme.line, place, 1, border_radius=8)
+        if grip.height:
+            surface.fill(theme.line, Rect(grip.centerx - 2 * height, grip.centery - 1, 4 * height, 3))
         session, track = self._playback.session, layout.bar
         end = self._playback.track_end
         steps = self._playback.view.moment.step, session.end, end

@@ -1,28 +1,26 @@
-"""Videos: frames written one after another to a GIF, WebP or MP4 file, also while the window shows them.
+"""Videos: frames written one after another to a GIF or MP4 file, also by a thread while the window shows them.
 
-Only the last frame is in memory. GIF and WebP are assembled here from frames that Pillow encodes; after the first, a
-frame is only the rectangle that changed. Pillow's own writers keep all frames until the end. PyAV is an extra: of 2 s
-of newtons-cradle its GIF, with a palette per frame, has 2.5 MB with 0.7 % of the pixels off, here 0.56 MB with 0.35 %;
-its WebP 0.44 MB, here 1.1 MB.
+Only the last frame is in memory, where Pillow's own writer of GIFs keeps all until the end. PyAV, which is an extra,
+writes GIFs of five times the size.
 """
 
-import io
 import shutil
 import struct
 from abc import ABC, abstractmethod
 from contextlib import suppress
-from dataclasses import dataclass
 from fractions import Fraction
 from importlib import import_module
 from pathlib import Path
+from queue import Queue
 from tempfile import TemporaryFile
+from threading import Thread
 from types import TracebackType
 from typing import IO, ClassVar, Final, Self
 
 import numpy as np
 import pygame
 from numpy.typing import NDArray
-from PIL import Image, ImageChops
+from PIL import Image
 from PIL.GifImagePlugin import getdata
 from pygame import Surface
 
@@ -30,8 +28,10 @@ from sandbox.errors import MissingLibrary, SandboxError
 from sandbox.files import whole_file, write_errors
 from sandbox.view.notice import Notice, NoticeKind
 
-MAX_GIF_COLOURS: Final = 255  # of a frame, besides the transparent one
-TRANSPARENT: Final = 255  # index in a frame's palette
+TRANSPARENT: Final = 255  # index in a frame's palette of what stays as it was
+EXACT: Final = 192  # the most frequent colours of a frame that has too many; the others become near ones
+LEAST: Final = 4  # hundredths of a second that a frame of the window is shown; more frames would slow it down
+MAX_WAITING: Final = 3  # frames of the window that wait until they are encoded
 
 
 class Video(ABC):
@@ -43,7 +43,6 @@ class Video(ABC):
         self.path = path
         self.size = size
         self.frames = 0
-        self._last: Image.Image | None = None
         with write_errors(path):
             self._file: IO[bytes] = TemporaryFile(dir=Path(path).parent)  # noqa: SIM115 (closed by save and discard)
             try:
@@ -52,13 +51,12 @@ class Video(ABC):
                 self.discard()
                 raise
 
-    def add(self, surface: Surface) -> None:
-        """Add a frame, to be shown for 1/fps s. Raises SandboxError if it cannot be written."""
+    def add(self, surface: Surface, seconds: float | None = None) -> None:
+        """Add a frame, to be shown for some seconds, by default 1/fps. Raises SandboxError if it cannot be written."""
         assert surface.get_size() == self.size
-        frame = Image.frombuffer("RGB", self.size, pygame.image.tobytes(surface, "RGB"))
         with write_errors(self.path):
-            self._write(self._file, frame)
-        self.frames, self._last = self.frames + 1, frame
+            self._write(self._file, surface, seconds or 1 / self.fps)
+        self.frames += 1
 
     def save(self) -> None:
         """End the video and move it to its path. Raises SandboxError if it cannot be written."""
@@ -82,19 +80,12 @@ class Video(ABC):
         else:
             self.discard()
 
-    def _changed(self, frame: Image.Image) -> tuple[int, int, int, int]:
-        """Return the rectangle that changed since the last frame: left, top (both even, for WebP), right, bottom."""
-        if self._last is None:
-            return (0, 0, *self.size)
-        left, top, right, bottom = ImageChops.difference(frame, self._last).getbbox() or (0, 0, 1, 1)
-        return left - left % 2, top - top % 2, right, bottom
-
     @abstractmethod
     def _open(self, file: IO[bytes]) -> None:
         """Write what comes before the frames."""
 
     @abstractmethod
-    def _write(self, file: IO[bytes], frame: Image.Image) -> None:
+    def _write(self, file: IO[bytes], surface: Surface, seconds: float) -> None:
         """Write a frame."""
 
     @abstractmethod
@@ -103,86 +94,51 @@ class Video(ABC):
 
 
 class Gif(Video):
-    """GIF89a at 50 frames a second: its delays are multiples of 1/100 s, so 60 is impossible."""
+    """GIF89a at 50 frames a second: its delays are multiples of 1/100 s, so 60 is impossible.
+
+    After the first, a frame is only the rectangle that changed, in which pixels that did not are transparent.
+    """
 
     fps = 50
 
     def _open(self, file: IO[bytes]) -> None:
-        self._index_of = np.full(1 << 24, TRANSPARENT, np.uint8)  # index in the palette of each RGB colour
+        self._last: NDArray[np.uint32] = np.full(self.size[::-1], 1 << 24, np.uint32)  # which is no colour
         file.write(b"GIF89a" + struct.pack("<HHBBB", *self.size, 0x70, 0, 0))
         file.write(b"\x21\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00")  # repeat for ever
 
-    def _write(self, file: IO[bytes], frame: Image.Image) -> None:
-        place = self._changed(frame)
-        picture = self._with_palette(frame.crop(place))
-        if self._last is not None:  # long runs of one index compress well
-            same = (np.asarray(frame.crop(place)) == np.asarray(self._last.crop(place))).all(axis=2)
-            picture.paste(TRANSPARENT, mask=Image.fromarray(same))
+    def _write(self, file: IO[bytes], surface: Surface, seconds: float) -> None:
+        red, green, blue, _ = surface.get_shifts()
+        frame = pygame.surfarray.pixels2d(surface).T & np.uint32(255 << red | 255 << green | 255 << blue)
+        changed = frame != self._last
+        rows, columns = np.flatnonzero(changed.any(axis=1)), np.flatnonzero(changed.any(axis=0))
+        left, top = (int(columns[0]), int(rows[0])) if len(rows) else (0, 0)
+        right, bottom = (int(columns[-1]) + 1, int(rows[-1]) + 1) if len(rows) else (1, 1)
+        colours, numbers, counts = np.unique(frame[changed], return_inverse=True, return_counts=True)
+        channels = np.stack([colours >> shift & 255 for shift in (red, green, blue)], axis=1).astype(np.uint8)
+        palette, index_of = _palette(channels, counts)
+        indices = np.full(frame.shape, TRANSPARENT, np.uint8)
+        indices[changed] = index_of[numbers]
+        picture = Image.fromarray(indices[top:bottom, left:right])
+        picture.putpalette(palette.tobytes())
         more = {"transparency": TRANSPARENT, "disposal": 1}  # 1: keep the pixels that the next frame leaves out
-        file.writelines(getdata(picture, place[:2], duration=1000 // self.fps, include_color_table=True, **more))
+        duration = 10 * round(100 * seconds)  # ms
+        file.writelines(getdata(picture, (left, top), duration=duration, include_color_table=True, **more))
+        self._last = frame
 
     def _close(self, file: IO[bytes]) -> None:
         file.write(b";")
 
-    def _with_palette(self, frame: Image.Image) -> Image.Image:
-        """Give a picture a palette of its most frequent colours; others, as on smooth edges, become near ones."""
-        pixels = _packed(np.asarray(frame))
-        counted = frame.getcolors(frame.width * frame.height) or []
-        most = np.array([colour for _, colour in sorted(counted, reverse=True)[:MAX_GIF_COLOURS]], np.uint8)
-        palette = Image.new("P", (1, 1))
-        palette.putpalette(most.tobytes())
-        near = frame.quantize(palette=palette, dither=Image.Dither.NONE)  # up to 4 off per channel even if exact
-        keys = _packed(most)
-        self._index_of[keys] = np.arange(len(keys))
-        exact = self._index_of[pixels]
-        self._index_of[keys] = TRANSPARENT
-        picture = Image.fromarray(np.where(exact == TRANSPARENT, np.asarray(near), exact))
-        picture.putpalette(most.tobytes())
-        return picture
 
-
-def _packed(colours: NDArray[np.uint8]) -> NDArray[np.int32]:
-    """Pack red, green and blue into one integer: (..., 3) -> (...)."""
-    wide = colours.astype(np.int32)
-    return (wide[..., 0] << 16) | (wide[..., 1] << 8) | wide[..., 2]
-
-
-class WebP(Video):
-    """Animated WebP, lossless, at 60 frames a second.
-
-    Chunks as in https://developers.google.com/speed/webp/docs/riff_container.
-    """
-
-    fps = 60
-
-    def _open(self, file: IO[bytes]) -> None:
-        width, height = self.size
-        file.write(b"RIFF\0\0\0\0WEBP")
-        file.write(_chunk(b"VP8X", b"\x02\0\0\0" + _uint24(width - 1) + _uint24(height - 1)))  # 2: animated
-        file.write(_chunk(b"ANIM", b"\xff\xff\xff\xff\0\0"))  # repeat for ever
-
-    def _write(self, file: IO[bytes], frame: Image.Image) -> None:
-        left, top, right, bottom = place = self._changed(frame)
-        encoded = io.BytesIO()
-        frame.crop(place).save(encoded, "WEBP", lossless=True, quality=0, method=1)
-        # Durations are whole ms: 17, 16, 17, ..., so that their sum is never more than half a ms off.
-        since, until = (round(1000 * k / self.fps) for k in (self.frames, self.frames + 1))
-        numbers = (left // 2, top // 2, right - left - 1, bottom - top - 1, until - since)
-        picture = encoded.getvalue()[12:]  # without the RIFF header
-        file.write(_chunk(b"ANMF", b"".join(map(_uint24, numbers)) + b"\x02" + picture))  # 2: no blending
-
-    def _close(self, file: IO[bytes]) -> None:
-        length = file.tell() - 8
-        file.seek(4)
-        file.write(struct.pack("<I", length))
-
-
-def _chunk(name: bytes, content: bytes) -> bytes:
-    return name + struct.pack("<I", len(content)) + content + b"\0" * (len(content) % 2)
-
-
-def _uint24(number: int) -> bytes:
-    return number.to_bytes(3, "little")
+def _palette(colours: NDArray[np.uint8], counts: NDArray[np.int64]) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Return a palette, (at most 255, 3), and the index in it of each of some colours, (n, 3): a near one of many."""
+    if len(colours) <= TRANSPARENT:
+        return colours, np.arange(len(colours), dtype=np.uint8)
+    order = np.argsort(-counts, kind="stable")
+    frequent, rest = order[:EXACT], order[EXACT:]
+    near = Image.fromarray(colours[None, rest]).quantize(TRANSPARENT - EXACT, dither=Image.Dither.NONE)
+    index_of = np.empty(len(colours), np.uint8)
+    index_of[frequent], index_of[rest] = np.arange(EXACT), EXACT + np.asarray(near)[0]
+    return np.vstack([colours[frequent], np.reshape(near.getpalette() or (), (-1, 3))]).astype(np.uint8), index_of
 
 
 class Mp4(Video):
@@ -204,7 +160,8 @@ class Mp4(Video):
         self._stream.pix_fmt = "yuv420p"  # the one that every player decodes
         self._stream.options = {"crf": "16", "preset": "veryfast"}
 
-    def _write(self, file: IO[bytes], frame: Image.Image) -> None:
+    def _write(self, file: IO[bytes], surface: Surface, seconds: float) -> None:
+        frame = Image.frombuffer("RGB", self.size, pygame.image.tobytes(surface, "RGB"))
         picture = self._av.VideoFrame.from_image(frame)
         picture.pts, picture.time_base = self.frames, Fraction(1, self.fps)
         self._container.mux(self._stream.encode(picture))
@@ -214,49 +171,64 @@ class Mp4(Video):
         self._container.close()
 
 
-VIDEO_FORMATS: Final[dict[str, type[Video]]] = {".gif": Gif, ".webp": WebP, ".mp4": Mp4}
+VIDEO_FORMATS: Final[dict[str, type[Video]]] = {".gif": Gif, ".mp4": Mp4}
+Waiting = Queue[tuple[Surface, float] | None]  # frames, and how long each is shown, s; None ends the video
 
 
-@dataclass
 class Recorder:
-    """Records the window as a GIF. While the window is paused, nothing is recorded."""
+    """Records the window as a GIF while it is not paused: a thread encodes the frames, and leaves out what is too much.
 
-    _notice: Notice
-    video: Video | None = None  # that is being recorded
+    seconds: that have been recorded so far; None while nothing is being recorded.
+    """
 
-    @property
-    def seconds(self) -> float | None:
-        """The length of what is recorded so far, s; None while nothing is being recorded."""
-        return self.video.frames / self.video.fps if self.video else None
+    def __init__(self, notice: Notice) -> None:
+        self._notice = notice
+        self._thread: Thread | None = None
+        self.seconds: float | None = None
 
     def toggle(self, path: str, size: tuple[int, int]) -> None:
         """Start recording into a file, in a size in px; or stop."""
-        if self.video:
+        if self._thread:
             self.stop()
-        else:
-            with self._notice.reporting():
-                self.video = Gif(path, size)
+            return
+        with self._notice.reporting():
+            self._video, self._waiting, self._error = Gif(path, size), Waiting(MAX_WAITING), ""
+            self._thread = Thread(target=self._encode, daemon=True)
+            self._thread.start()
+            self.seconds, self._unseen = 0.0, 0.0  # s that have passed since the last frame
 
-    def add_frame(self, screen: Surface) -> None:
-        """Record the window as it is now, if it is being recorded; a change of its size ends the recording."""
-        video = self.video
-        if video and video.size != screen.get_size():
-            self.stop()
-        elif video:
+    def _encode(self) -> None:
+        while frame := self._waiting.get():
             try:
-                video.add(screen)
+                if not self._error:
+                    self._video.add(*frame)
             except SandboxError as error:
-                video.discard()
-                self.video = None
-                self._notice.show(str(error), NoticeKind.ERROR)
+                self._error = str(error)
+
+    def add_frame(self, screen: Surface, seconds: float) -> None:
+        """Record the window as it is now, some seconds after the last call; a change of its size ends the recording."""
+        if self.seconds is None:
+            return
+        self.seconds, self._unseen = self.seconds + seconds, self._unseen + seconds
+        hundredths = int(100 * self._unseen + 1e-9)
+        if self._error or self._video.size != screen.get_size():
+            self.stop()
+        elif hundredths >= LEAST and not self._waiting.full():
+            self._waiting.put((screen.copy(), hundredths / 100))
+            self._unseen -= hundredths / 100
 
     def stop(self) -> None:
         """Save the recording, if there is one."""
-        video, self.video = self.video, None
-        if video and not video.frames:
-            video.discard()
-            self._notice.show("nothing was recorded: a window that is paused is not")
-        elif video:
-            with self._notice.reporting():
-                video.save()
-                self._notice.show_saved(video.path)
+        thread, self._thread, self.seconds = self._thread, None, None
+        if thread is None:
+            return
+        self._waiting.put(None)
+        thread.join()
+        if self._error or not self._video.frames:
+            self._video.discard()
+            nothing = "nothing was recorded: a window that is paused is not"
+            self._notice.show(self._error or nothing, NoticeKind.ERROR if self._error else NoticeKind.HINT)
+            return
+        with self._notice.reporting():
+            self._video.save()
+            self._notice.show_saved(self._video.path)

@@ -12,14 +12,13 @@ from sandbox.scene.fields import rgb
 from sandbox.view.case import Case, EngineCase, LedgerLine, OtherContact
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.contact_mark import ContactPicture, draw_contact
-from sandbox.view.controls import Action
+from sandbox.view.controls import RIGHT, Action
 from sandbox.view.layout import Layout
 from sandbox.view.playback import Playback
 from sandbox.view.run_so_far import Marks
-from sandbox.view.saver import Saver
-from sandbox.view.session_view import IT_SHOULD_HAVE, MIN_CHANGE, amount_text
+from sandbox.view.session_view import IT_SHOULD_HAVE, MIN_ERROR, amount_text
 from sandbox.view.theme import chart_palette, palette, theme
-from sandbox.view.toolbars import LEFT, RIGHT, action_button
+from sandbox.view.toolbars import action_button
 from sandbox.view.widgets import Bar, Widget, Words
 from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.group import rows_of
@@ -28,17 +27,17 @@ LISTED: Final = 12  # contacts at once: the newest, or those around the one that
 BUTTONS_IN_ROW: Final = 3
 NOTHING_YET: Final = "Nothing has happened yet."
 COMPARING: Final = "Comparing …"
-FIRST_COMPARING: Final = f"{COMPARING} The first time after an installation, this takes a minute or two."
 LEGEND: Final = (
     "{colours}. Lines are the normal, dashed ones that of first touch. Thin arrows, which end at their ball, are "
     "velocities before the contact, thick ones those after it."
 )
 
+OF_ALL: Final = "in % of the largest kinetic energy of all that is compared"
 OF_SCENE: Final = "What the scene and the mouse took or gave, rightly:"
 SCENES_OWN: Final = tuple(  # labels of the causes that no engine is blamed for
     cause.label for cause in (Cause.ELASTICITY, Cause.FRICTION, Cause.SPIN, Cause.APPLIED)
 )
-MIN_SHARE: Final = 1e-4  # of the energy; smaller ones are written with more than two decimals
+MIN_SHARE: Final = 1e-4  # smaller ones are written with more than two decimals
 
 Row = Sequence[Widget]
 
@@ -49,10 +48,9 @@ class WhyPage:
     do: does an action.
     """
 
-    def __init__(self, playback: Playback, saver: Saver, case: CaseSoFar, do: Callable[[Action], None]) -> None:
+    def __init__(self, playback: Playback, case: CaseSoFar, do: Callable[[Action], None]) -> None:
         self.case = case
         self._playback = playback
-        self._saver = saver
         self._chosen = ""  # engine
         self._gone_to: OtherContact | None = None
         self._lists = False  # whether contacts are listed
@@ -60,13 +58,10 @@ class WhyPage:
         self._made_of: object = None  # what the rows were made of
         self._words: dict[str, Words] = {}  # in the rows, by their text: those that stay keep the keyboard
         self._button = cache(self._make_button)
-        does = "write this comparison as a page, and open it"
-        self._page_button = TextButton("", self.make_page, does, refusal=self._why_no_page)
         self._headline = Words("", bold=True, scale=1.3)
         self._row_of_buttons = [
-            action_button(f"{LEFT} Previous", Action.PREVIOUS_CONTACT, do),
-            action_button(f"Next {RIGHT}", Action.NEXT_CONTACT, do),
-            self._page_button,
+            action_button(Action.PREVIOUS_CONTACT, do),
+            action_button(Action.NEXT_CONTACT, do),
         ]
 
     @property
@@ -136,21 +131,11 @@ class WhyPage:
             self.show(contacts[at])
         return is_there
 
-    def make_page(self) -> None:
-        """Write the report of the run so far."""
-        self.case.make_page(self._saver.free_name(".html"))
-
-    def _why_no_page(self) -> str:
-        if self.case.is_making_page:
-            return "it is being made"
-        return "" if self._playback.session.end else NOTHING_YET
-
     # What it says
 
     def rows(self) -> Sequence[Row]:
         """Return the rows of its widgets, which are made again only if there is something else to say."""
-        case = self._case, self.case.is_making_page, self._status
-        made_of = *case, self.engine, self._gone_to, self.contact, self._lists, theme.is_dark
+        made_of = self._case, self._status, self.engine, self._gone_to, self.contact, self._lists, theme.is_dark
         if made_of != self._made_of:
             self._made_of, self._rows = made_of, self._make_rows()
         self._headline.text = self._headline_text
@@ -169,43 +154,49 @@ class WhyPage:
         if case:
             rows += self._choices(list(case.engines))
             rows.append([self._headline])
-        self._page_button.text = "making it …" if self.case.is_making_page else "Report"
         rows += [words(self._status, theme.dim), self._row_of_buttons]
+        if self.contact:
+            rows += [self._contact_row(self.contact, words), [self._picture(self.contact.difference)]]
+            rows += [words(line, theme.dim) for line in self._details(self.contact)]
         if of_engine and of_engine.ledger:
             rows += self._ledger_rows(of_engine.ledger, words)
         for line in (*of_engine.lines, *case.besides) if case and of_engine else ():
             rows.append(words(line))
-        if count := len(self._contacts):
-            others = f"{count} contacts differ" if count > 1 else "1 contact differs"
-            most = ", and more" if count == MAX_DIFFERENCES else ""
-            newest = "; the newest first:" if self._are_listed else f" {RIGHT}"
-            title = f"{others} from {self._playback.session.reference}{most}{newest}"
-            rows.append(words(title, theme.dim, self._toggle_list))
-        for contact in self._listed if self._are_listed else ():
-            is_shown = contact == self.contact
-            one = words(contact.sentence, do=None if is_shown else partial(self.show, contact))
-            colours = self._playback.scene.colors
-            balls = (ball for ball in contact.difference.balls if ball < len(colours))  # that are still there
-            one[0].marked, one[0].dots = is_shown, tuple(Color(*rgb(colours[ball])) for ball in balls)
-            rows.append(one)
-            if is_shown:
-                rows.append([self._picture(contact.difference)])
-                rows += [words(line, theme.dim) for line in self._details(contact)]
-        if self._are_listed and (left := count - len(self._listed)):
-            rows.append(words(f"and {left} more, which < and > go to", theme.dim))
+        if self._contacts:
+            rows.append(words(f"{self._list_title}{':' if self._lists else f' {RIGHT}'}", theme.dim, self._toggle_list))
+        if self._lists:
+            rows += [self._contact_row(contact, words) for contact in self._listed if contact != self.contact]
+            if left := len(self._contacts) - len(self._listed):
+                rows.append(words(f"and {left} more, which < and > go to", theme.dim))
         return rows
+
+    @property
+    def _list_title(self) -> str:
+        contacts, reference = self._contacts, self._playback.session.reference
+        if len(contacts) == MAX_DIFFERENCES:
+            until = f"up to {contacts[-1].time:.3f} s"
+            return f"The first {MAX_DIFFERENCES} contacts that differ from {reference}, {until}; the last of them first"
+        return f"{len(contacts)} contacts differ from {reference}" if len(contacts) > 1 else "1 contact differs"
+
+    def _contact_row(self, contact: OtherContact, words: Callable[..., list[Words]]) -> Row:
+        """Return the sentence of a contact, after the colours of its balls; a click goes to it."""
+        is_shown, colours = contact == self.contact, self._playback.scene.colors
+        [sentence] = words(contact.sentence, do=None if is_shown else partial(self.show, contact))
+        balls = (ball for ball in contact.difference.balls if ball < len(colours))  # that are still there
+        sentence.marked, sentence.dots = is_shown, tuple(Color(*rgb(colours[ball])) for ball in balls)
+        return [sentence]
 
     @property
     def _headline_text(self) -> str:
         """How much energy is missing, or is too much, in the engine that the page speaks of."""
         view = self._playback.view
-        error, scale = view.energy_errors.get(self.engine, 0.0), view.moment.energy_scale
-        if abs(error) < MIN_CHANGE:
+        error = view.energy_errors.get(self.engine, 0.0)
+        if abs(error) < MIN_ERROR:
             return "The energy is as it should be"
-        amount = amount_text(error, scale, view.moment.scene.units)
+        amount = amount_text(error)
         if view.beside != IT_SHOULD_HAVE:
             return f"{amount} {'less' if error < 0 else 'more'} energy than {view.beside}"
-        of_energy = "" if "energy" in amount else " of the energy"
+        of_energy = "" if "energy" in amount else " of the energy so far"
         return f"{amount}{of_energy} is missing" if error < 0 else f"{amount} too much energy"
 
     def _ledger_rows(
@@ -213,7 +204,7 @@ class WhyPage:
     ) -> Iterator[Row]:
         """Yield the engine's own errors as bars, and then what the scene takes and gives."""
         largest = max(abs(line.share) for line in lines)
-        titles = {False: f"What {self.engine} lost or made, in % of the energy:", True: OF_SCENE}
+        titles = {False: f"What {self.engine} lost or made, {OF_ALL}:", True: OF_SCENE}
         for is_of_scene, title in titles.items():
             some = [line for line in lines if (line.cause in SCENES_OWN) == is_of_scene]
             if some:
@@ -223,12 +214,7 @@ class WhyPage:
                 yield [Bar(line.cause, text, line.share / (largest or 1.0), self._colours[self.engine])]
 
     def _toggle_list(self) -> None:
-        self._lists = not self._are_listed
-
-    @property
-    def _are_listed(self) -> bool:
-        """Whether contacts are listed, as they are while one of them is shown."""
-        return self._lists or self.contact is not None
+        self._lists = not self._lists
 
     @property
     def _status(self) -> str:
@@ -237,7 +223,7 @@ class WhyPage:
         if self.case.error:
             return self.case.error
         if case is None or compared is None:
-            return (COMPARING if self.case.is_warm else FIRST_COMPARING) if session.end else NOTHING_YET
+            return COMPARING if session.end else NOTHING_YET
         edited = f" Times count from the last edit, at {case.since:.2f} s." if case.since else ""
         so_far = "" if self.case.is_current else " so far"
         return f"Compared with {compared.against} up to {compared.clock.time(compared.steps):.2f} s{so_far}.{edited}"

@@ -4,13 +4,13 @@ import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from functools import partial
+from functools import cache
 from pathlib import Path
 from types import FrameType
 from typing import Final
 
 import pygame
-from pygame import Surface
+from pygame import Rect, Surface
 from pygame.event import Event
 
 from sandbox.run.inputs import Input
@@ -18,15 +18,14 @@ from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
 from sandbox.view import Layer, opens_with
 from sandbox.view.balls_page import BallsPage
-from sandbox.view.cards import Cards, Messages
+from sandbox.view.cards import Cards, MassSlider, Messages
 from sandbox.view.case_so_far import CaseSoFar
-from sandbox.view.controls import EDITS, Action, Panel, control_of
-from sandbox.view.display import KeyRepeat, PendingEvents, Stopped, caption, open_window, set_mode
+from sandbox.view.controls import Action, Panel, Topic, action_of
+from sandbox.view.display import PendingEvents, Stopped, caption, open_window, set_mode
 from sandbox.view.editor import Editor
 from sandbox.view.engines_page import EnginesPage, LineUp
 from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, layout_of
-from sandbox.view.mouse_tool import ZOOM_FACTOR, MouseTool
-from sandbox.view.move_tool import Tool
+from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.notice import Guard, Notice
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import fill
@@ -39,7 +38,7 @@ from sandbox.view.toolbars import Header, Timeline, tool_palette
 from sandbox.view.video import Recorder
 from sandbox.view.why_page import WhyPage
 from sandbox.view.widgets import ARROWS, ENTER
-from sandbox.view.widgets.group import Placed, WidgetGroup
+from sandbox.view.widgets.group import Placed, WidgetGroup, items_of
 
 FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
@@ -64,6 +63,8 @@ class Window:
     _window_size: tuple[int, int] | None = None  # before full screen, px
     _outdated = True  # something other than step and status has changed since the window was drawn
     _drawn: tuple[Moment | None, Moment | None, str] = (None, None, "")  # in the panes and charts; and status
+    _drawn_places: list[Placed] | None = None  # of the widgets as they were drawn, until an event
+    _frames = 0  # that have passed
 
     def __init__(
         self,
@@ -77,7 +78,7 @@ class Window:
         self.notice = Notice()
         self.guard = Guard(self.notice)
         self.playback = Playback(SessionView(scene, engines, inputs, beside=beside), self.notice, self.show_progress)
-        self.editor = Editor(self.playback, self.notice, self._replace_engines)
+        self.editor = Editor(self.playback, self.notice)
         self.mouse = MouseTool(self.playback, self.editor, lambda: self.layout)
         self.scenes = SceneLoader(scene, engines, self.begin, self.notice)
         self.line_up = LineUp(self.playback, self.notice, self.use_engines)
@@ -85,23 +86,23 @@ class Window:
         self.recorder = Recorder(self.notice)
         self.showing = opens_with(len(scene.bodies))
         self.messages = Messages(self.playback, self.notice)
-        self.key_repeat = KeyRepeat()
-        self.why = WhyPage(self.playback, self.saver, CaseSoFar(self.notice), self.do)
+        self._keys_down = set[int]()
+        self.why = WhyPage(self.playback, CaseSoFar(), self.do)
         self.widgets = WidgetGroup()
-        self.cards = Cards(self.playback, self.editor, self.mouse, self.scenes, self.widgets, self.messages)
-        self._is_on = self._states()
+        self.cards = Cards(self.playback, self.mouse, self.scenes, self.widgets, self.messages)
         self.header = Header(lambda: self.scene, self.do, self.is_on, lambda: self.recorder.seconds)
-        self.palette = tool_palette(self.mouse, self.do)
+        self.palette = tool_palette(self.mouse, self.playback, self.do)
         self.timeline = Timeline(self.playback, self.do)
+        self._mass = MassSlider(self.playback, self.editor, self.notice)
         pages: dict[Panel, Page] = {
             Panel.SCENE: ScenePage(self.playback, self.editor, self.do),
-            Panel.BALLS: BallsPage(self.playback, self.editor, self.mouse, self.notice),
+            Panel.BALLS: BallsPage(self.playback, self.editor, self.notice),
             Panel.ENGINES: EnginesPage(self.line_up),
             Panel.WHY: self.why,
             Panel.SHOW: ShowPage(self.do, self.is_on),
         }
         self.panel = SidePanel(pages, self.widgets)
-        self.actions = self._actions()
+        self._widths = cache(lambda height: (self.palette.widths(height), *self.timeline.widths(height)))
         self.screen = open_window(caption(scene))
         self._fit_column()
         self._pending = PendingEvents()
@@ -130,88 +131,29 @@ class Window:
             layer for layer in before ^ opens_with(len(scene.bodies)) if (layer in before) == (layer in self.showing)
         }
         self.editor.select(None)
-        self.editor.forget_engines()
         self.mouse.reset()
         self.notice.clear()
         self.guard.try_again()
 
+    def restart(self, *, keep: bool) -> None:
+        """Run the scene again from its start. keep: whether the edits stay."""
+        self.mouse.reset()
+        self.guard.try_again()
+        self.playback.restart(keep=keep)
+
     def use_engines(self, names: Sequence[str]) -> None:
         """Let other engines run instead, from now on in every scene; if one refuses this run, show why."""
-        if self._replace_engines(names):
+        self.mouse.release()
+        if self.playback.use_engines(names):
             self.scenes.engines = names
-            self.editor.forget_engines()
             self.notice.go_stale()  # such as the error of a name typed wrongly before
 
-    def _replace_engines(self, names: Sequence[str]) -> bool:
-        """Let other engines run in this run. Return whether they do."""
-        self.mouse.release()
-        return self.playback.use_engines(names)
+    @property
+    def _is_too_small(self) -> bool:
+        return self.screen.get_size() != self.layout.window
 
     def _fit_column(self) -> None:
         self.panel.fit(is_wide=self.screen.get_width() >= WIDE * self.text_height)
-
-    def _states(self) -> dict[Action, Callable[[], bool]]:
-        return {
-            Action.PAUSE: lambda: self.playback.paused,
-            Action.RECORD: lambda: self.recorder.video is not None,
-            Action.FULL_SCREEN: lambda: self._window_size is not None,
-            Action.HELP: lambda: self.cards.help_open,
-            Action.COLUMN: lambda: self.panel.open is not None,
-            Action.PLAIN: lambda: self.view.plain,
-            Action.THEME: lambda: theme.is_dark,
-        }
-
-    def _actions_of_run(self) -> dict[Action, Callable[[], None]]:
-        """Return what the actions do that are about the run."""
-        return {
-            Action.GO_TO_START: partial(self.playback.seek, 0),
-            Action.STEP_BACK: self.playback.step_back,
-            Action.PAUSE: self.playback.pause,
-            Action.STEP: self.playback.step,
-            Action.GO_TO_END: lambda: self.playback.seek(self.playback.session.end),
-            Action.SECOND_BACK: partial(self.playback.skip, -1),
-            Action.SECOND_FORWARD: partial(self.playback.skip, 1),
-            Action.RESTART: lambda: self.begin(self.scene, self.view.session.names),
-            Action.SLOWER: self.playback.slower,
-            Action.FASTER: self.playback.faster,
-            Action.PICK_SCENE: self.scenes.open_picker,
-            Action.PREVIOUS_SCENE: partial(self.scenes.open_bundled, -1),
-            Action.NEXT_SCENE: partial(self.scenes.open_bundled, 1),
-            Action.NEXT_SEED: self.scenes.next_seed,
-            Action.SAVE_SCENE: lambda: self.saver.save_scene(self.mouse.pane or 0),
-            Action.SAVE_INPUTS: self.saver.save_inputs,
-            Action.COPY_CODE: lambda: self.saver.copy_code(self.mouse.pane or 0),
-            Action.UNDO: self.editor.undo,
-            Action.REDO: self.editor.redo,
-            Action.ADD_BALL: self.mouse.add_ball,
-            Action.DELETE_BALL: self.mouse.delete_ball,
-            Action.NEXT_TOOL: self.mouse.choose_next,
-            Action.USE_IMPULSE: self.line_up.use_impulse,
-            Action.SHOW_ALL: self.mouse.show_all,
-            Action.ZOOM_IN: partial(self.mouse.zoom_by, ZOOM_FACTOR),
-            Action.ZOOM_OUT: partial(self.mouse.zoom_by, 1 / ZOOM_FACTOR),
-        }
-
-    def _actions(self) -> dict[Action, Callable[[], None]]:
-        charts = self._change_chart
-        return self._actions_of_run() | {
-            Action.PREVIOUS_CONTACT: partial(self._show_contact, -1),
-            Action.NEXT_CONTACT: partial(self._show_contact, 1),
-            Action.SELECT_PREVIOUS: lambda: self.editor.select_next(-1, with_walls=self.panel.open is Panel.BALLS),
-            Action.SELECT_NEXT: lambda: self.editor.select_next(1, with_walls=self.panel.open is Panel.BALLS),
-            Action.NEXT_CHART: lambda: charts(self.view.charts.show_next),
-            Action.SCALE: lambda: charts(self.view.charts.toggle_scale),
-            Action.LARGER_TEXT: partial(self._change_text, 1),
-            Action.SMALLER_TEXT: partial(self._change_text, -1),
-            Action.THEME: self._toggle_theme,
-            Action.COLUMN: self.panel.toggle,
-            Action.PLAIN: self._toggle_plain,
-            Action.SAVE_PICTURE: self._save_picture,
-            Action.RECORD: lambda: self.recorder.toggle(self.saver.file_name(".gif"), self.screen.get_size()),
-            Action.FULL_SCREEN: self._toggle_full_screen,
-            Action.HELP: self.cards.toggle_help,
-            Action.ESCAPE: self._escape,
-        }
 
     # Running
 
@@ -226,9 +168,9 @@ class Window:
                     self.on_event(event)
                 self._outdated = self.scenes.reload_if_edited() or self._outdated
                 idle = self.playback.paused and self.playback.shows_current_step and not events
-                idle = idle and self.key_repeat.held is None
-                rate = IDLE_RATE if idle else self.recorder.video.fps if self.recorder.video else FRAME_RATE
-                self.frame(min(clock.tick(rate) / 1000, 4 / FRAME_RATE))
+                self.frame(min(clock.tick(IDLE_RATE if idle else FRAME_RATE) / 1000, 4 / FRAME_RATE))
+                if self._frames % FRAME_RATE == 0:
+                    self.messages.measure(clock.get_fps())
         finally:  # the window can also be closed while a kernel is waited for
             self.recorder.stop()
             self.view.session.stop()
@@ -238,22 +180,21 @@ class Window:
 
     def frame(self, seconds: float) -> None:
         """Let some seconds pass, and draw what has changed."""
-        playback, video = self.playback, self.recorder.video
-        if again := self.key_repeat.due(seconds):
-            with self._stoppable():
-                self._on_press(again)
+        playback, self._frames = self.playback, self._frames + 1
         if playback.paused:
             playback.wait()
         else:
-            self.mouse.move.follow()
-            playback.advance(1 / video.fps if video else seconds, patient=video is not None)
+            if self.mouse.drag:
+                self.mouse.drag.step()
+            playback.advance(seconds)
         self._outdated = self.guard.run(WHY_PAGE, self.why.update) or self._outdated
         self._outdated = self.view.mark(self.why.marks) or self._outdated
+        self._outdated = self.widgets.wait(seconds) or self._outdated
         if self._outdated or not self._is_drawn:
             self.draw()
             pygame.display.flip()
         if not playback.paused:
-            self.recorder.add_frame(self.screen)
+            self.recorder.add_frame(self.screen, seconds)
 
     @property
     def _is_drawn(self) -> bool:
@@ -268,31 +209,26 @@ class Window:
         self._outdated = True
         with self._stoppable():
             self._handle(event)
+        self._drawn_places = None
 
     @contextmanager
     def _stoppable(self) -> Iterator[None]:
         try:
-            with self.guard.reporting(self._part_at_work):
+            with self.guard.reporting():
                 yield
         except Stopped:
-            self.key_repeat.held = None
             self.mouse.reset()
             self.notice.show(STOPPED)
 
-    def _part_at_work(self) -> str:
-        """Return the page whose widget handles an event, or nothing if something else does."""
-        widget = self.widgets.at_work
-        return self._page_name if widget and widget not in dict(self._in_rows) else ""
-
     def _handle(self, event: Event) -> None:
         self.mouse.track(event)
-        self.key_repeat.track(event)
-        if event.type == pygame.KEYDOWN:
-            self.key_repeat.press(event, repeats=self._repeats(event))
-            self._on_press(event)
+        if event.type in (pygame.KEYDOWN, pygame.KEYUP):
+            self._on_key(event)
         elif event.type == pygame.QUIT:
             self.running = False
         elif event.type == pygame.WINDOWSIZECHANGED:
+            if self._is_too_small and not self.is_full_screen:
+                self.screen = set_mode(self.layout.window)
             self._fit_column()
         elif event.type == pygame.DROPFILE:
             self.scenes.open_file(Path(event.file))
@@ -304,86 +240,108 @@ class Window:
             point = self.mouse.point
             if event.type == pygame.MOUSEWHEEL and point and self.layout.panel.collidepoint(point):
                 self.panel.scroll(event.y)
-            elif not self.widgets.on_event(event, self._placed):
+            elif not self.widgets.on_event(event, self._drawn_places or self._placed):
                 self.mouse.on_event(event)
+
+    def _on_key(self, event: Event) -> None:
+        is_new = event.key not in self._keys_down
+        if event.type == pygame.KEYUP:
+            self._keys_down.discard(event.key)
+        elif is_new or self._repeats(event):
+            self._keys_down.add(event.key)
+            self._on_press(event)
 
     def _repeats(self, event: Event) -> bool:
         if self.scenes.picker or self.widgets.is_typed_into or (self.widgets.focus and event.key in ARROWS):
             return event.key not in (*ENTER, pygame.K_ESCAPE)
-        control = control_of(event)
-        return control is not None and control.repeats
+        action = action_of(event)
+        return action is not None and action.value.repeats
 
     def _on_press(self, event: Event) -> None:
         self._outdated = True
-        control = control_of(event)
-        action = control and control.action
+        action = action_of(event)
         if action in ANYWHERE:
             self.do(action)
         elif self.scenes.picker:
             self.scenes.picker.on_event(event)
-        elif self.widgets.on_event(event, self._placed):
+        elif self.widgets.on_event(event, self._drawn_places or self._placed):
             self.panel.show_focus(self.layout.panel, self.layout.text_height)
         elif action:
             if action is not Action.ESCAPE:
                 self.notice.go_stale()
             self.do(action)
 
-    def do(self, action: Action | Layer | Panel) -> None:
-        """Do an action, or show or hide a layer or a page of the column."""
-        if action in EDITS:
+    def do(self, action: Action) -> None:
+        """Do an action."""
+        if action.value.topic is Topic.EDIT:  # it applies to the balls at the current step
             self.playback.settle()
-        if isinstance(action, Layer):
-            self.showing ^= {action}
-        elif isinstance(action, Panel):
-            self.panel.toggle(action)
-        else:
-            self.actions[action]()
+        action.value.do(self)
 
-    def is_on(self, action: Action | Layer | Panel) -> bool:
-        """Return whether a layer or a page is shown, or what an action turns on and off is on."""
-        match action:
-            case Layer():
-                return action in self.showing
-            case Panel():
-                return action is self.panel.open
-            case _:
-                return action in self._is_on and self._is_on[action]()
+    def is_on(self, action: Action) -> bool:
+        """Return whether what an action turns on and off is on."""
+        return action.value.is_on(self)
 
-    def _change_chart(self, change: Callable[[], None]) -> None:
+    # What actions do that are about the window
+
+    def toggle_layer(self, layer: Layer) -> None:
+        """Show a layer, or hide it."""
+        self.showing ^= {layer}
+
+    def change_chart(self, change: Callable[[], None]) -> None:
+        """Change what the chart shows, and show it."""
         self.showing |= {Layer.CHARTS}
         change()
 
-    def _show_contact(self, by: int) -> None:
+    def show_contact(self, by: int) -> None:
         """Show the next contact that differs, or the previous one; first of all, open the page that finds them."""
         self.panel.show(Panel.WHY)
         if not self.why.show_next(by):
             self.notice.show(f"no {'later' if by > 0 else 'earlier'} contact differs, as far as it is compared")
 
-    def _save_picture(self) -> None:
+    def save_picture(self) -> None:
+        """Save a picture of the window."""
         self.draw()  # a window that has just got another size is black
         self.saver.save_picture(self.screen)
 
-    def _toggle_full_screen(self) -> None:
+    def toggle_recording(self) -> None:
+        """Start recording, or stop."""
+        self.recorder.toggle(self.saver.free_name(".gif"), self.screen.get_size())
+
+    @property
+    def is_full_screen(self) -> bool:
+        """Whether the window fills the screen."""
+        return self._window_size is not None
+
+    def toggle_full_screen(self) -> None:
+        """Fill the screen, or be a window again."""
         desktop = pygame.display.get_desktop_sizes()[0]
         size, flags = (self._window_size, pygame.RESIZABLE) if self._window_size else (desktop, pygame.FULLSCREEN)
         self._window_size = None if self._window_size else self.screen.get_size()
         self.screen = set_mode(size, flags)
 
-    def _toggle_plain(self) -> None:
+    def toggle_plain(self) -> None:
+        """Let Pymunk draw as it does by itself, or with smooth edges."""
         self.view.plain = not self.view.plain
 
-    def _toggle_theme(self) -> None:
+    @property
+    def is_dark(self) -> bool:
+        """Whether the dark theme is used."""
+        return theme.is_dark
+
+    def toggle_theme(self) -> None:
+        """Use the other theme."""
         theme.use(dark=not theme.is_dark)
         self.view.recolour()
 
-    def _change_text(self, by: int) -> None:
+    def change_text(self, by: int) -> None:
+        """Make the text larger by some px, or smaller."""
         low, high = TEXT_HEIGHTS
         self.text_height = min(max(self.text_height + by, low), high)
 
-    def _escape(self) -> None:
+    def escape(self) -> None:
         """Close what is open over the panes; if nothing is, close the window, the second time."""
-        if self.cards.close() or self.mouse.copying or self.mouse.tool is not Tool.HAND:
-            self.mouse.choose(Tool.HAND)
+        if self.cards.close() or self.mouse.tool is not self.mouse.hand:
+            self.mouse.choose(self.mouse.hand)
         elif self.notice.text in (QUIT_HINT, UNSAVED_HINT):
             self.running = False
         else:
@@ -417,15 +375,18 @@ class Window:
             Layer.CHARTS in self.showing,
             True,
             self.panel.open is not None,
-            self.palette.widths(self.text_height),
-            *self.timeline.widths(self.text_height),
+            *self._widths(self.text_height),
+            self.mouse.timeline_share,
         )
 
     @property
     def _placed(self) -> list[Placed]:
         """All widgets with their places."""
-        place, text_height = self.layout.panel, self.layout.text_height
-        return self._in_rows + (self.guard.run(self._page_name, self.panel.placed, place, text_height) or [])
+        rows = self._in_rows
+        return [*self._items(rows), *self._mass.placed(self.layout), *rows, *self._in_column]
+
+    def _items(self, rows: Sequence[Placed]) -> list[Placed]:
+        return items_of(rows, self.layout.text_height, Rect((0, 0), self.layout.window))
 
     @property
     def _in_rows(self) -> list[Placed]:
@@ -433,6 +394,11 @@ class Window:
         layout = self.layout
         tools = self.palette.placed(layout.palette, layout.text_height, layout.side)
         return [*self.header.placed(layout), *tools, *self.timeline.placed(layout)]
+
+    @property
+    def _in_column(self) -> list[Placed]:
+        place, text_height = self.layout.panel, self.layout.text_height
+        return self.guard.run(self._page_name, self.panel.placed, place, text_height) or []
 
     @property
     def _page_name(self) -> str:
@@ -446,31 +412,32 @@ class Window:
             self._cursor = cursor
             with suppress(pygame.error):  # a screen in memory has no pointers
                 pygame.mouse.set_cursor(cursor)
-        self.cards.marks_selection = self.panel.open is not Panel.BALLS
         if (ball := self.editor.selected) is not None:
             self.view.charts.follow(self.view.moment.balls[ball])
-        layout, placed = self.layout, self._placed
-        whole = self.screen if self.screen.get_size() == layout.window else Surface(layout.window)
-        self._draw_on(whole, layout, placed)
+        layout = self.layout
+        whole = Surface(layout.window) if self._is_too_small else self.screen
+        self._draw_on(whole, layout)
         if whole is not self.screen:
             self.screen.blit(whole, (0, 0))
         pygame.display.set_caption(caption(self.scene))
         self._drawn = self.view.moment, self.view.charts.moment, self.status
         self._outdated = self.scenes.picker is not None and not self.scenes.picker.is_complete
 
-    def _draw_on(self, surface: Surface, layout: Layout, placed: Sequence[Placed]) -> None:
-        """Draw everything on a surface of the layout's size. placed: the widgets with their places."""
-        guard, menu = self.guard, self.widgets.open_menu(placed)
-        free_point = None if menu else self.mouse.point  # where the mouse is, unless a list is open there
+    def _draw_on(self, surface: Surface, layout: Layout) -> None:
+        """Draw everything on a surface of the layout's size."""
+        guard, column, height = self.guard, self._in_column, layout.text_height
+        rows = [*self._mass.placed(layout), *self._in_rows]
+        self._drawn_places = placed = [*(items := self._items(rows)), *rows, *column]
+        free_point = None if items else self.mouse.point  # unless a list is open there
         fill(surface, theme.ground)
         guard.run("the panes", self.view.draw_panes, surface, layout, self.showing)
         if self.panel.open is Panel.WHY:
             guard.run(WHY_PAGE, self.why.draw_contact, surface, layout)
         guard.run("the mark of the mouse", self.mouse.draw, surface)
         guard.run("the timeline", self.timeline.draw, surface, layout)
+        guard.run(self._page_name, self.panel.draw, surface, layout.panel, height, column)
         guard.run("the chart", self.view.draw_chart, surface, layout, free_point)
-        guard.run(self._page_name, self.panel.draw, surface, layout.panel, layout.text_height)
-        guard.run("the buttons", self.widgets.draw, surface, self._in_rows, layout.text_height)
+        guard.run("the buttons", self.widgets.draw, surface, rows, height)
         guard.run("what lies over the panes", self.cards.draw, surface, layout, placed, free_point)
 
     @property

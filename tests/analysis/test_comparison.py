@@ -11,7 +11,7 @@ from conftest import scene_of
 
 from sandbox.analysis.comparison import Comparison, compare
 from sandbox.analysis.verdict import verdict
-from sandbox.engines import Engine, advance, can_run
+from sandbox.engines import RunningEngine, advance, can_run
 from sandbox.errors import SandboxError
 from sandbox.run.edits import AddBall, DeleteBall, SetGravity, SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
@@ -94,7 +94,7 @@ def test_progress_is_reported_several_times_a_second(monkeypatch: pytest.MonkeyP
     """Engines that take 10 ms a step, at first; then as long as ours."""
     times, pace = [0.0], [0.01]
 
-    def slow_advance(engine: Engine, states: States) -> None:
+    def slow_advance(engine: RunningEngine, states: States) -> None:
         advance(engine, states)
         times.append(times[-1] + len(states.position) * pace[0])
 

@@ -11,13 +11,11 @@ from conftest import scene_of
 
 from sandbox.analysis.comparison import compare, flatten
 from sandbox.judge.causes import Cause
-from sandbox.run.edits import SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.scores.verify import Outcome, verify
-from sandbox.session.session import Session
 from sandbox.space.from_pymunk import from_space
 
 GRAVITY = "gravity = [0, 900]\n"
@@ -139,28 +137,6 @@ def test_the_scale_does_not_depend_on_blocks(monkeypatch: pytest.MonkeyPatch) ->
     whole = compare(scene, ["pymunk", "exact"]).runs["pymunk"].figures
     monkeypatch.setattr("sandbox.analysis.comparison.BLOCK_BYTES", 7 * 32)  # seven states
     assert compare(scene, ["pymunk", "exact"]).runs["pymunk"].figures == whole
-
-
-# In a run that goes on
-
-
-@pytest.mark.parametrize("name", ["bouncing", "truths/bounce-half", "truths/slide-to-roll", "article"])
-def test_a_run_that_goes_on_has_the_scale_of_a_comparison_up_to_there(name: str) -> None:
-    scene = load(name)
-    session = Session(scene, ["pymunk"], reference="exact")
-    scales = [session.shown.energy_scale]
-    for _ in range(60):
-        session.advance()
-        scales.append(session.shown.energy_scale)
-    assert scales[-1] == pytest.approx(compare(scene.changed(seconds=1.0), ["pymunk", "exact"]).energy_scale, rel=1e-12)
-    session.seek(20)
-    assert session.shown.energy_scale == scales[20]
-    session.give(SetVelocity(step=20, ball=0, velocity=(0.0, 0.0)))
-    assert session.samples.energy_scale == session.shown.energy_scale
-    session.undo()
-    for _ in range(40):
-        session.advance()
-    assert session.shown.energy_scale == scales[60]
 
 
 # Expectations

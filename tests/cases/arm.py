@@ -6,7 +6,7 @@ import pymunk
 
 MENDED = "mended" in sys.argv
 space = pymunk.Space()
-last, motors = space.static_body, []
+last = space.static_body
 for k in range(3):
     limb = pymunk.Body()
     limb.position = 140 + 80 * k, 150

@@ -23,8 +23,9 @@ zone.sensor, zone.collision_type = True, 2
 space.add(blast, zone)
 
 
-def push(arbiter, space, data):
+def push(arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
     body = arbiter.shapes[0].body
+    assert body is not None
     if MENDED:
         space.add_post_step_callback(lambda *_: body.apply_impulse_at_local_point((200, -300)), body)
     else:

@@ -8,7 +8,7 @@ MENDED = "mended" in sys.argv
 space = pymunk.Space()
 
 
-def ball(x):
+def ball(x: float) -> tuple[pymunk.Body, pymunk.Circle, pymunk.PivotJoint]:
     body = pymunk.Body()
     body.position = x, 150
     disc = pymunk.Circle(body, 15)

@@ -11,15 +11,15 @@ import pytest
 from conftest import scene_of
 
 from sandbox.analysis.comparison import compare
-from sandbox.engines import FullEngine, advance, create, default_engines, refusal, registry, settings_in
+from sandbox.engines import RunningEngine, advance, create, default_engines, refusal, registry, settings_in
 from sandbox.engines.article import ArticleEngine
+from sandbox.engines.engine import traits_of
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import End, Grab, Input, Move, Release
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load
-from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import CONTACT, Contacts, Floats, State, States
+from sandbox.state import CONTACT, Contacts, State, States
 
 SCENES = {name: load(name) for name in bundled()}
 PAIRS = [(engine, name) for engine in registry() for name, scene in SCENES.items() if refusal(engine, scene) is None]
@@ -32,26 +32,26 @@ def test_every_scene_has_an_engine_and_every_engine_a_scene() -> None:
 
 
 @pytest.fixture(params=list(registry()))
-def engine(request: pytest.FixtureRequest) -> FullEngine:
+def engine(request: pytest.FixtureRequest) -> RunningEngine:
     scene = scene_of("radius = 20\nposition = [200, 300]\nvelocity = [60, -30]", "radius = 20\nposition = [500, 300]")
     return create(request.param, scene, spawn(scene))
 
 
-def test_a_ball_flies_straight_until_it_meets_something(engine: FullEngine) -> None:
+def test_a_ball_flies_straight_until_it_meets_something(engine: RunningEngine) -> None:
     for _ in range(60):
         engine.step()
     assert engine.state().time == 1
     assert engine.state().position[0] == pytest.approx([260, 270], abs=1e-9)
 
 
-def test_a_kick_adds_to_the_velocity_of_one_ball(engine: FullEngine) -> None:
+def test_a_kick_adds_to_the_velocity_of_one_ball(engine: RunningEngine) -> None:
     engine.kick(1, (30.0, 90.0))
     engine.step()
     assert engine.state().velocity == pytest.approx(np.array([[60, -30], [30, 90]]), abs=1e-12)
     assert engine.state().position[1] == pytest.approx([500.5, 301.5], abs=1e-9)
 
 
-def test_later_steps_do_not_change_a_snapshot(engine: FullEngine) -> None:
+def test_later_steps_do_not_change_a_snapshot(engine: RunningEngine) -> None:
     before = engine.state()
     position, velocity = before.position.copy(), before.velocity.copy()
     engine.kick(0, (50.0, 0.0))
@@ -60,7 +60,9 @@ def test_later_steps_do_not_change_a_snapshot(engine: FullEngine) -> None:
     assert np.array_equal(before.velocity, velocity)
 
 
-def test_contacts_are_recorded_when_asked_for_and_returned_once(engine: FullEngine) -> None:
+def test_contacts_are_recorded_when_asked_for_and_returned_once(engine: RunningEngine) -> None:
+    if not traits_of(engine).reports_contacts:
+        pytest.skip("it reports no contacts")
     engine.kick(1, (-2400.0, 0.0))  # 40 px a step
     engine.record_contacts()
     assert engine.contacts().dtype == CONTACT
@@ -170,21 +172,6 @@ class Stranger(Broken): ...
 class Endless(Broken): ...
 
 
-class WritesNan(ArticleEngine):
-    """The article's rule; `advance` writes a number that is not finite."""
-
-    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        super().advance(steps, position, velocity, angle, spin)
-        velocity[-1, 2] = np.inf
-
-
-class LeavesOut(ArticleEngine):
-    """The article's rule; `advance` leaves the last state out."""
-
-    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        super().advance(steps - 1, position[:-1], velocity[:-1], angle[:-1], spin[:-1])
-
-
 @pytest.mark.parametrize(
     ("engine", "message"),
     [
@@ -193,8 +180,6 @@ class LeavesOut(ArticleEngine):
         ("NoArray", "mine: its contacts must be an array of sandbox.state.CONTACT, got None"),
         ("Stranger", "mine: its contacts must name the 3 balls and 4 walls"),
         ("Endless", "mine: its contacts must have finite numbers"),
-        ("WritesNan", "mine: the velocity of ball 2 must be finite, got [inf, inf]"),
-        ("LeavesOut", "mine: the position of ball 0 must be finite, got [nan, nan]"),
         ("Lost", f"mine: {__name__}:Lost cannot be loaded: module {__name__!r} has no attribute 'Lost'"),
     ],
 )
@@ -204,74 +189,6 @@ def test_an_invalid_state_or_contact_of_an_installed_engine_is_an_error(
     install(tmp_path, monkeypatch, mine=f"{__name__}:{engine}")
     with pytest.raises(SandboxError, match=f"^{re.escape(message)}$"):
         compare(load("article").changed(seconds=1.0), ["mine"])
-
-
-class KeepsArrays(ArticleEngine):
-    """The article's rule; it writes to the arrays of a block again later."""
-
-    given: Floats | None = None
-
-    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        if self.given is not None:
-            self.given[:] = -1.0
-        super().advance(steps, position, velocity, angle, spin)
-        self.given = position
-
-
-class Slowed(ArticleEngine):
-    """The article's rule at half the velocity: it replaces `step`, and keeps the `advance` of its base."""
-
-    slowed = False
-
-    def step(self) -> None:
-        if not self.slowed:
-            for ball, velocity in enumerate(self.state().velocity):
-                self.kick(ball, (-velocity[0] / 2, -velocity[1] / 2))
-            self.slowed = True
-        super().step()
-
-
-def test_the_states_of_a_block_are_ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    install(tmp_path, monkeypatch, mine=f"{__name__}:KeepsArrays")
-    scene = load("article")
-    engine, article = (create(name, scene, spawn(scene)) for name in ("mine", "article"))
-    mine, expected = found = States.empty(6, 3), States.empty(6, 3)
-    for begin in (0, 3):
-        for one, states in zip((engine, article), found, strict=True):
-            advance(one, states.rows(slice(begin, begin + 3)))
-    assert np.array_equal(mine.position, expected.position)
-
-
-def test_an_engine_that_replaces_step_is_not_run_by_the_block_of_its_base(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    install(tmp_path, monkeypatch, mine=f"{__name__}:Slowed")
-    scene = load("article")
-    velocity = simulate(scene, "mine", steps=10).velocity
-    assert velocity[10] == pytest.approx(simulate(scene, "article", steps=10).velocity[10] / 2)
-
-
-class Wrapped:
-    """The article's rule in an engine that has only `advance` itself, and all else from the one it wraps.
-
-    Its balls do not turn, so that `advance` takes neither angles nor spins.
-    """
-
-    def __init__(self, scene: Scene, initial: State) -> None:
-        self._wrapped = ArticleEngine(scene, initial)
-
-    def __getattr__(self, name: str) -> object:
-        return getattr(self._wrapped, name)
-
-    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
-        self._wrapped.advance(steps, position, velocity, *np.zeros((2, steps, 3)))
-
-
-def test_an_engine_may_pass_all_but_its_blocks_on_to_another(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    install(tmp_path, monkeypatch, mine=f"{__name__}:Wrapped")
-    scene = load("article")
-    mine, article = (simulate(scene, name, steps=120).position for name in ("mine", "article"))
-    assert np.array_equal(mine, article)
 
 
 @pytest.mark.parametrize("name", list(registry()))
@@ -288,7 +205,7 @@ def test_a_block_of_steps_has_the_states_and_contacts_of_single_steps(name: str)
         for part, expected in zip(states, States.of(state), strict=True):
             assert np.array_equal(part[step], expected[0])
     contacts = block.contacts()
-    assert len(contacts) > 100
+    assert len(contacts) > 100 or not traits_of(block).reports_contacts
     assert contacts.tobytes() == single.contacts().tobytes()
 
 

@@ -24,30 +24,6 @@ from sandbox.state import State, States
 # Two balls
 
 
-@pytest.mark.parametrize("e", [1.0, 0.8, 0.5, 0.0])
-@pytest.mark.parametrize("mass", [1.0, 3.0, 1000.0])
-def test_head_on_balls_part_by_the_law_of_restitution(mass: float, e: float) -> None:
-    scene = box_of(ball([100, 300], [300, 0], mass=mass, elasticity=e), ball([400, 300], [-60, 0], radius=20))
-    state = after(scene, 1)
-    common = (mass * 300 - 60) / (mass + 1)
-    v1, v2 = common - e * 360 / (mass + 1), common + e * 360 * mass / (mass + 1)
-    time = (300 - 30) / 360
-    assert state.velocity[:, 0] == pytest.approx([v1, v2], abs=EXACT)
-    assert state.position[0, 0] == pytest.approx(100 + 300 * time + v1 * (1 - time), abs=EXACT)
-    assert state.position[1, 0] == pytest.approx(400 - 60 * time + v2 * (1 - time), abs=EXACT)
-    assert np.all(state.velocity[:, 1] == 0)
-
-
-@pytest.mark.parametrize("b", [0.0, 5.0, 10.0, 15.0, 19.0, 19.99])
-def test_equal_balls_that_meet_off_centre_part_at_right_angles(b: float) -> None:
-    """The normal is at asin(b / 2r) to the line of flight; the struck ball gets all of the velocity along it."""
-    state = after(box_of(ball([100, 300], [200, 0]), ball([300, 300 + b])), 1.5)
-    angle = math.asin(b / 20)
-    struck = 200 * math.cos(angle)
-    assert state.velocity[1] == pytest.approx([struck * math.cos(angle), struck * math.sin(angle)], abs=EXACT)
-    assert np.dot(*state.velocity) == pytest.approx(0, abs=1e-8)
-
-
 def test_a_contact_has_its_pair_normal_time_impulse_and_depth() -> None:
     (contact,) = contacts_of(box_of(ball([100, 300], [200, 0], mass=2), ball([300, 312], mass=3)), 1.5)
     assert (contact["first"], contact["second"]) == (0, 1)
@@ -57,81 +33,7 @@ def test_a_contact_has_its_pair_normal_time_impulse_and_depth() -> None:
     assert contact["depth"] == pytest.approx(0, abs=1e-12)
 
 
-def test_grazing_balls_do_not_touch() -> None:
-    assert len(contacts_of(box_of(ball([100, 300], [200, 0]), ball([300, 320.0001])), 2)) == 0
-    assert len(contacts_of(box_of(ball([100, 300], [200, 0]), ball([300, 319.9999])), 2)) == 1
-
-
-def test_balls_in_free_fall_meet_as_if_there_were_no_gravity() -> None:
-    parts = ball([100, 300], [200, -400]), ball([300, 310], [-50, -400], radius=15)
-    floating, falling = (contacts_of(box_of(*parts, head=f"gravity = {g}"), 0.715) for g in ([0, 0], [40, 900]))
-    assert len(falling) == len(floating) == 1
-    for field in ("time", "normal", "impulse"):
-        assert falling[field] == pytest.approx(floating[field], rel=1e-12)
-
-
-def test_velocities_of_a_chain_of_fifty_pass_from_ball_to_ball() -> None:
-    grid = "[[balls]]\ngrid = [49, 1]\nspacing = 20.0\nposition = [300, 300]\nradius = 10\n"
-    state = after(box_of(ball([100, 300], [300, 0]), grid, size=(2000, 600)), 2)
-    assert state.velocity[:, 0] == pytest.approx([0.0] * 49 + [300.0], abs=EXACT)
-    assert state.position[-1, 0] == pytest.approx(300 + 48 * 20 + 300 * (2 - 180 / 300), abs=1e-8)
-
-
-def test_inelastic_chain_has_the_velocities_of_successive_impacts() -> None:
-    e = 0.9
-    grid = (
-        f"[[balls]]\ngrid = [5, 1]\nspacing = 20.0\nposition = [300, 300]\nradius = 10\nelasticity = {math.sqrt(e)}\n"
-    )
-    state = after(box_of(ball([100, 300], [300, 0], elasticity=math.sqrt(e)), grid, size=(2000, 600)), 2)
-    assert state.velocity[-1, 0] == pytest.approx(300 * ((1 + e) / 2) ** 5, abs=EXACT)
-    assert state.velocity[:, 0].sum() == pytest.approx(300, abs=EXACT)
-
-
 # Walls
-
-
-@pytest.mark.parametrize("degrees", [0, 15, 30, 45, 60, 89])
-@pytest.mark.parametrize(("of_ball", "of_wall"), [(1.0, 1.0), (0.8, 0.75)])
-def test_arena_wall_reverses_the_normal_velocity(degrees: int, of_ball: float, of_wall: float) -> None:
-    angle = math.radians(degrees)
-    vx, vy = 300 * math.cos(angle), 300 * math.sin(angle)
-    scene = box_of(ball([789, 20], [vx, vy], elasticity=of_ball), elasticity=of_wall, size=(800, 4000))
-    state = after(scene, 2)
-    time, e = 1 / vx, of_ball * of_wall
-    assert state.velocity[0] == pytest.approx([-e * vx, vy], abs=EXACT)
-    assert state.position[0] == pytest.approx([790 - e * vx * (2 - time), 20 + 2 * vy], abs=EXACT)
-
-
-def test_ball_in_a_corner_comes_back_the_way_it_came() -> None:
-    state = after(box_of(ball([50, 50], [-120, -120])), 1)
-    assert state.velocity[0] == pytest.approx([120, 120], abs=EXACT)
-    assert state.position[0] == pytest.approx([90, 90], abs=EXACT)
-
-
-@pytest.mark.parametrize("side", [-1, 1])
-@pytest.mark.parametrize("thickness", [0.0, 4.0])
-def test_wall_thinner_than_a_step_stops_a_fast_ball_from_either_side(thickness: float, side: int) -> None:
-    walls = wall([400, 100], [400, 500], thickness)
-    (contact,) = contacts_of(box_of(walls, ball([400 + side * 300, 300], [-side * 3000, 0])), 0.15)
-    assert (contact["first"], ~contact["second"]) == (0, 4)
-    assert contact["time"] == pytest.approx((300 - 10 - thickness / 2) / 3000)
-    assert contact["normal"] == pytest.approx([-side, 0])
-    assert contact["impulse"] == pytest.approx(6000)
-
-
-def test_slanted_wall_reflects() -> None:
-    state = after(box_of(wall([300, 200], [500, 400], 6), ball([250, 300], [200, 0])), 1)
-    assert state.velocity[0] == pytest.approx([0, 200], abs=EXACT)
-
-
-@pytest.mark.parametrize("offset", [0.0, 6.0, -9.0, 11.9])
-def test_round_end_turns_a_ball_about_the_line_to_its_centre(offset: float) -> None:
-    scene = box_of(wall([400, 300], [600, 300], 4), ball([200, 300 + offset], [200, 0]))
-    (contact,) = contacts_of(scene, 1.2)
-    normal = np.array([math.sqrt(12**2 - offset**2), -offset]) / 12
-    assert contact["normal"] == pytest.approx(normal)
-    assert contact["time"] == pytest.approx((200 - 12 * normal[0]) / 200)
-    assert after(scene, 1.2).velocity[0] == pytest.approx(np.array([200, 0]) - 400 * normal[0] * normal, abs=1e-8)
 
 
 @pytest.mark.parametrize("vx", [0.0, 37.0, 211.0])
@@ -180,24 +82,6 @@ def test_closed_polygon_keeps_its_balls() -> None:
 
 
 # Gravity
-
-
-def test_projectile_flies_on_its_parabola() -> None:
-    state = after(box_of(ball([100, 500], [210, -330]), head="gravity = [15, 500]"), 1)
-    assert state.position[0] == pytest.approx([100 + 210 + 7.5, 500 - 330 + 250], abs=EXACT)
-    assert state.velocity[0] == pytest.approx([225, 170], abs=EXACT)
-
-
-@pytest.mark.parametrize("e", [1.0, 0.8])
-def test_bounces_rise_to_e_squared_of_the_height_before(e: float) -> None:
-    h, g = 400.0, 900.0
-    found = contacts_of(box_of(ball([400, 180], radius=20, elasticity=e), head=f"gravity = [0, {g}]"), 6)
-    fall = math.sqrt(2 * h / g)
-    bounce = np.arange(min(12, len(found)))
-    flights = np.cumsum([0.0, *(2 * fall * e ** np.arange(1, len(bounce)))])
-    assert found["time"][bounce] == pytest.approx(fall + flights, abs=EXACT)
-    leaving = found["impulse"][bounce] * e / (1 + e)
-    assert leaving**2 / (2 * g) == pytest.approx(h * e ** (2 * (bounce + 1)), abs=EXACT)
 
 
 def test_bouncing_ends_in_rest_at_the_limit_of_the_series() -> None:

@@ -12,6 +12,7 @@ from recorded import recorded
 from scene_in_decimal import Disc, Numbers
 
 from sandbox.engines.exact import ExactEngine
+from sandbox.engines.exact.engine import CODE
 from sandbox.engines.machine_code import compile_engines
 from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
@@ -223,17 +224,19 @@ def test_a_ball_in_a_slot_of_its_width_keeps_its_motion_along_it() -> None:
     assert state.velocity[0] == pytest.approx([0, 240], abs=1e-9)
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.5])
-@pytest.mark.parametrize("elasticity", [0.0, 0.5, 0.9])
+@pytest.mark.parametrize(("elasticity", "friction"), [(0.0, 0.0), (0.5, 0.5), (0.9, 0.0)])
 @pytest.mark.parametrize("wider", sample([0.0, 1e-12], 2))
-def test_the_walls_of_a_full_row_carry_its_weight(wider: float, elasticity: float, friction: float) -> None:
+def test_the_walls_of_a_full_row_carry_its_weight(
+    wider: float, elasticity: float, friction: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compile_engines(["exact"])
+    monkeypatch.setattr(CODE, "_loading", 0)
     factors = f"elasticity = {elasticity}\nfriction = {friction}\n"
     scene = parse(
         f"gravity = [0, 900]\nseed = 3\n[arena]\nsize = [{100 + wider!r}, 200]\n{factors}"
-        f"[[balls]]\n{factors}radius = 10\ncount = 13\ninside = [[0, 0], [{100 + wider!r}, 200]]\nspeed = 100\n",
+        f"[[balls]]\n{factors}radius = 10\ncount = 7\ninside = [[0, 0], [{100 + wider!r}, 200]]\nspeed = 100\n",
         "test",
     )
-    compile_engines(["exact"])
     engine = ExactEngine(scene, spawn(scene))
     for _ in range(240):
         engine.step()
@@ -245,7 +248,7 @@ def test_the_walls_of_a_full_row_carry_its_weight(wider: float, elasticity: floa
     contacts = engine.contacts()
     at_wall = contacts[contacts["second"] < 0]
     (nx, ny), j, t = at_wall["normal"].T, at_wall["impulse"], at_wall["tangential"]
-    weight = 13 * 900
+    weight = 7 * 900
     given = j @ nx - t @ ny, j @ ny + t @ nx
     assert given == pytest.approx((-gained[0], weight - gained[1]), abs=1e-9 * weight)
     assert np.abs(engine.state().velocity).max() < 1

@@ -8,7 +8,7 @@ from typing import Any
 import exact_scenes
 import numpy as np
 import pytest
-from exact_scenes import EXACT, after, contacts_of, engine_of, play
+from exact_scenes import EXACT, after, engine_of, play
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -17,7 +17,7 @@ from sandbox.quantity import energy
 from sandbox.scene.files import parse
 from sandbox.scene.model import Arena, Scene, Wall
 from sandbox.scene.spawn import spawn
-from sandbox.state import Contacts, Floats, States
+from sandbox.state import Contacts, States
 
 G = 900.0  # px/s²
 FALLING = f"gravity = [0, {G}]"
@@ -65,79 +65,6 @@ def accounted(scene: Scene, steps: int) -> tuple[States, Contacts]:
 # Impacts
 
 
-def test_bounce_off_a_wall_with_friction() -> None:
-    """J_t = mu J_n = 0.2 x 200: the ball loses 40 of 300 px/s, and its rim gets 80 px/s."""
-    scene = box_of(ball([400, 100], [300, -100]), friction=0.2)
-    state = after(scene, 1)
-    assert state.velocity[0] == pytest.approx([260, 100], abs=EXACT)
-    assert state.spin[0] * 10 == pytest.approx(-80, abs=EXACT)
-    assert state.position[0] == pytest.approx([400 + 300 * 0.9 + 26, 20], abs=EXACT)
-    assert state.angle[0] == pytest.approx(-8 * 0.1, abs=EXACT)
-    (contact,) = contacts_of(scene, 1)
-    assert [contact[key] for key in ("impulse", "tangential", "slip")] == pytest.approx([200, 40, 300])
-
-
-PAIRS = [  # both balls' mass, radius, velocity and spin; the angle of the normal; elasticity; friction
-    ((1, 10, (300, 50), 0), (1, 10, (-100, 20), 0), 0.4, 1.0, 0.1),
-    ((1, 10, (300, 50), 0), (1, 10, (-100, 20), 0), 0.4, 1.0, 2.0),
-    ((3, 25, (200, 300), 12), (0.5, 8, (-40, -250), -40), 1.9, 0.6, 0.15),
-    ((3, 25, (200, 300), 12), (0.5, 8, (-40, -250), -40), 1.9, 0.6, 1.0),
-    ((0.2, 5, (-90, -80), -70), (40, 30, (0, 0), 0), -2.4, 0.3, 0.3),
-    ((0.2, 5, (-90, -80), -70), (40, 30, (0, 0), 0), -2.4, 0.0, 0.9),
-    ((1, 10, (50, 0), 30), (1, 10, (0, 0), -30), 0.0, 1.0, 0.5),
-]
-
-
-@pytest.mark.parametrize("pair", PAIRS)
-def test_impact_of_two_discs_is_that_of_coulombs_law(pair: Any) -> None:
-    """The law is fixed by: restitution, angular momentum about the point of contact, and sticking or J_t = mu J_n."""
-    *who, angle, e, mu = pair
-    n, t = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)])
-    mass, radius, velocity, spin = (np.array([one[k] for one in who], float) for k in range(4))
-    arm = np.array([-1, 1]) * radius
-    place = np.array([2000, 300]) + arm[:, None] * n - velocity / 30  # where they are 1/30 s before
-    factors = {"elasticity": math.sqrt(e), "friction": math.sqrt(mu)}
-    more = ({"radius": r, "mass": m, "spin": w} | factors for r, m, w in zip(radius, mass, spin, strict=True))
-    scene = box_of(*(ball(x, v, **rest) for x, v, rest in zip(place, velocity, more, strict=True)))
-    state = after(scene, 3 / 60)
-    (contact,) = contacts_of(scene, 3 / 60)
-    assert contact["time"] == pytest.approx(1 / 30)
-
-    def figures(v: Floats, w: Floats) -> tuple[float, float, Floats, float]:
-        """Return the closing speed, the slip, each disc's angular momentum about the contact, and the energy."""
-        about_contact = mass * radius**2 / 2 * w + mass * arm * (v @ t)
-        kinetic = float(mass @ (v**2).sum(axis=1) + mass * radius**2 / 2 @ w**2) / 2
-        return (v[0] - v[1]) @ n, (v[0] - v[1]) @ t + radius @ w, about_contact, kinetic
-
-    closing, slip, turning, kinetic = figures(velocity, spin)
-    closing_after, slip_after, turning_after, kinetic_after = figures(state.velocity, state.spin)
-    assert closing > 0
-    assert mass @ state.velocity == pytest.approx(mass @ velocity, rel=EXACT)
-    assert closing_after == pytest.approx(-e * closing, abs=1e-8)
-    assert turning_after == pytest.approx(turning, rel=1e-8, abs=1e-6)
-    normal, tangential = (mass[1] * (state.velocity[1] - velocity[1]) @ along for along in (n, t))
-    m_n = 1 / (1 / mass).sum()
-    if abs(slip) * m_n / 3 < mu * normal:
-        assert slip_after == pytest.approx(0, abs=1e-8)
-    else:
-        assert tangential == pytest.approx(math.copysign(mu * normal, slip), rel=1e-8)
-    found = [contact[key] for key in ("impulse", "tangential", "slip")]
-    assert found == pytest.approx([normal, tangential, slip], rel=1e-8, abs=1e-8)
-    heat = abs(tangential * slip) - tangential**2 / (2 * m_n / 3)
-    assert kinetic - kinetic_after == pytest.approx(m_n * (1 - e**2) * closing**2 / 2 + heat, rel=1e-8, abs=1e-5)
-
-
-def test_disc_between_two_rough_walls_carries_its_spin_from_one_to_the_other() -> None:
-    """Each impact sticks. The first leaves 2/3 of the speed, and a spin for which each other one leaves a third."""
-    scene = box_of(ball([300, 300], [300, 580]), friction=3.0)
-    engine = engine_of(scene)
-    for bounce in range(8):
-        state = play(engine, 60)
-        speed = 200 / 3**bounce
-        assert state.velocity[0] == pytest.approx([speed, 580 * (-1) ** (bounce + 1)], abs=EXACT)
-        assert abs(state.spin[0] * 10) == pytest.approx(speed, abs=EXACT)
-
-
 def test_round_end_rubs_as_a_face_does() -> None:
     """A third of the rim's speed remains as spin, and a third becomes speed sideways."""
     scene = box_of(wall([400, 300], [600, 300], 5.0, thickness=4.0), ball([200, 300], [200, 0], spin=9.0))
@@ -180,79 +107,6 @@ def sliding(v: float, rim: float, mu: float, g_t: float, g_n: float, time: float
     return way, v, turned, rim
 
 
-@pytest.mark.parametrize("mu", [0.05, 0.2, 1.0])
-@pytest.mark.parametrize("v", [300.0, 720.0])
-def test_slide_to_roll(v: float, mu: float) -> None:
-    """A disc that is thrown without spin rolls with 2/3 of its speed from v/(3 mu g) on."""
-    scene = box_of(ball([200, 590], [v, 0]), friction=mu, head=FALLING)
-    time, rolls = 6.0, v / (3 * mu * G)
-    state = after(scene, time)
-    way = v * rolls - mu * G * rolls**2 / 2 + 2 / 3 * v * (time - rolls)
-    assert state.velocity[0] == pytest.approx([2 / 3 * v, 0], abs=EXACT)
-    assert state.position[0] == pytest.approx([200 + way, 590], abs=EXACT)
-    assert state.spin[0] * 10 == pytest.approx(2 / 3 * v, abs=EXACT)
-    assert state.angle[0] * 10 == pytest.approx(mu * G * rolls**2 + 2 / 3 * v * (time - rolls), abs=EXACT)
-
-
-@pytest.mark.parametrize("rim", [-900.0, -600.0, -300.0, 900.0])
-def test_backspin_and_topspin(rim: float) -> None:
-    """The angular momentum about the floor gives the end: it rolls with (2 v + r w)/3, back if r w < -2 v."""
-    scene = box_of(ball([2000, 590], [300, 0], spin=rim / 10), friction=0.4, head=FALLING)
-    state = after(scene, 2)
-    end = (600 + rim) / 3
-    assert state.velocity[0] == pytest.approx([end, 0], abs=EXACT)
-    assert state.spin[0] * 10 == pytest.approx(end, abs=EXACT)
-    time = abs(300 - rim) / (3 * 0.4 * G)
-    assert state.position[0, 0] == pytest.approx(2000 + (300 + end) / 2 * time + end * (2 - time), abs=EXACT)
-
-
-SLOPES = [math.tan(math.radians(15)), 0.75, 1.0]  # its tangent
-
-
-def on_slope(slope: float, mu: float, speed: float = 0.0, side: int = 1) -> tuple[Scene, Floats, Floats]:
-    """Return a scene of a disc on a slope, thrown down it, where it is, and the direction down the slope."""
-    angle = math.atan(slope)
-    down = np.array([side * math.cos(angle), math.sin(angle)])
-    middle = np.array([2000.0, 300.0])
-    place = middle + 11 * np.array([side * down[1], -side * down[0]])
-    span = 290 / down[1] * down
-    slab = wall(middle - span, middle + span, mu, thickness=2.0)
-    return box_of(slab, ball(place, speed * down), head=FALLING), place, down
-
-
-@pytest.mark.parametrize("side", [-1, 1])
-@pytest.mark.parametrize("slope", SLOPES)
-@pytest.mark.parametrize("of_threshold", [0.3, 0.99, 1.01, 3.0])
-def test_disc_on_a_slope_rolls_or_slips(slope: float, of_threshold: float, side: int) -> None:
-    """It rolls with 2/3 g sin(a) if tan(a) <= 3 mu, and slips with g (sin(a) - mu cos(a)) beyond."""
-    angle, mu, time = math.atan(slope), of_threshold * slope / 3, 0.5
-    scene, place, down = on_slope(slope, mu, side=side)
-    state = after(scene, time)
-    g_t, g_n = G * math.sin(angle), G * math.cos(angle)
-    a, spun = (2 / 3 * g_t, 2 / 3 * g_t) if of_threshold > 1 else (g_t - mu * g_n, 2 * mu * g_n)
-    assert state.position[0] == pytest.approx(place + a * time**2 / 2 * down, abs=EXACT)
-    assert state.velocity[0] == pytest.approx(a * time * down, abs=EXACT)
-    assert side * state.spin[0] * 10 == pytest.approx(spun * time, abs=EXACT)
-    assert side * state.angle[0] * 10 == pytest.approx(spun * time**2 / 2, abs=EXACT)
-
-
-@pytest.mark.parametrize("mu", [0.1, 0.2, 0.3, 0.6])
-@pytest.mark.parametrize("slope", SLOPES)
-def test_disc_thrown_up_a_slope(slope: float, mu: float) -> None:
-    """It slips, and then rolls up and back if tan(a) <= 3 mu; otherwise it slips the other way from there on."""
-    angle = math.atan(slope)
-    scene, place, down = on_slope(slope, mu, -400.0)
-    engine = engine_of(scene)
-    for step in range(1, 55):
-        engine.step()
-        state = engine.state()
-        way, v, turned, rim = sliding(-400, 0, mu, G * math.sin(angle), G * math.cos(angle), step / 60)
-        assert state.position[0] == pytest.approx(place + way * down, abs=EXACT)
-        assert state.velocity[0] == pytest.approx(v * down, abs=EXACT)
-        assert state.angle[0] * 10 == pytest.approx(turned, abs=EXACT)
-        assert state.spin[0] * 10 == pytest.approx(rim, abs=EXACT)
-
-
 @pytest.mark.parametrize("mu", [0.02, 0.1])
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.6])
 def test_bounces_come_to_rest_while_the_disc_slips(e: float, mu: float) -> None:
@@ -272,26 +126,6 @@ def test_bounces_come_to_rest_while_the_disc_slips(e: float, mu: float) -> None:
     assert state.position[0] == pytest.approx([x + way, 590], abs=EXACT)
     assert state.velocity[0] == pytest.approx([v, 0], abs=EXACT)
     assert state.spin[0] * 10 == pytest.approx(rim, abs=EXACT)
-
-
-def test_disc_that_rolls_against_a_wall_climbs() -> None:
-    """At the wall its rim slips up at its own speed: sticking leaves a third as spin, and a third as speed upwards."""
-    scene = box_of(ball([3890, 590], [200, 0], spin=20.0), friction=0.5, head=FALLING)
-    state = after(scene, 0.6)
-    assert state.velocity[0] == pytest.approx([-200, -200 / 3 + G * 0.1], abs=EXACT)
-    assert state.spin[0] * 10 == pytest.approx(200 / 3, abs=EXACT)
-    assert state.position[0] == pytest.approx([3990 - 20, 590 - 20 / 3 + G * 0.1**2 / 2], abs=EXACT)
-
-
-def test_disc_rolls_off_an_edge_and_keeps_its_spin() -> None:
-    """Faster than sqrt(g R), it leaves the end at once."""
-    shelf = wall([100, 300], [500, 300], 0.5, thickness=2.0)
-    scene = box_of(shelf, ball([400, 289], [150, 0], spin=15.0), head=FALLING)
-    state, time = after(scene, 1), 1 - 100 / 150
-    assert state.velocity[0] == pytest.approx([150, G * time], abs=EXACT)
-    assert state.position[0] == pytest.approx([550, 289 + G * time**2 / 2], abs=EXACT)
-    assert state.spin[0] == pytest.approx(15, abs=EXACT)
-    assert state.angle[0] == pytest.approx(15, abs=EXACT)
 
 
 @pytest.mark.parametrize("v", [20.0, 50.0])
@@ -337,32 +171,6 @@ def test_kick_into_the_air_keeps_the_spin() -> None:
     state = play(engine, 30)
     assert state.position[0] == pytest.approx([2200, 590 - 225 + 112.5], abs=EXACT)
     assert [state.spin[0], state.angle[0]] == pytest.approx([20, 20], abs=EXACT)
-
-
-def test_rolling_cue_stops_and_goes_on_with_a_third_of_its_speed() -> None:
-    """It hands all of its speed to a smooth ball, and keeps its spin."""
-    scene = box_of(ball([1000, 590], [300, 0], spin=30.0), ball([1320, 590], friction=0.0), friction=0.2, head=FALLING)
-    engine = engine_of(scene)
-    play(engine, 60)
-    assert engine.state().velocity.tolist() == [[0, 0], [300, 0]]
-    state = play(engine, 120)
-    rolls = 300 / (3 * 0.2 * G)
-    assert state.velocity == pytest.approx(np.array([[100, 0], [300, 0]]), abs=EXACT)
-    assert state.spin * 10 == pytest.approx([100, 0], abs=EXACT)
-    assert state.position[0, 0] == pytest.approx(1300 + 50 * rolls + 100 * (2 - rolls), abs=EXACT)
-
-
-def test_disc_rolls_into_a_rough_one() -> None:
-    """The rims stick at once: J_t = 300/6 lifts one disc, and presses the other down. So the floor's J_n is 50 too, and
-    its friction takes 50 px/s of the second disc's 300, and all of the spin that it has just got.
-    """
-    scene = box_of(
-        ball([1000, 590], [300, 0], spin=30.0), ball([1320, 590]), friction=1.0, elasticity=0.0, head=FALLING
-    )
-    state = after(scene, 61 / 60)
-    assert state.velocity == pytest.approx(np.array([[0, -50 + 15], [250 - 15, 0]]), abs=EXACT)
-    assert state.spin * 10 == pytest.approx([200, 30], abs=EXACT)
-    accounted(scene, 400)
 
 
 # Corners

@@ -56,12 +56,11 @@ def test_a_bounce_with_friction_takes_from_the_speed_and_gives_twice_that_to_the
 
 
 def test_box2d_gives_half_of_the_friction_in_an_elastic_bounce() -> None:
-    """It clamps friction before it adds restitution; and it has the point of contact in the middle of the gap."""
+    """It clamps friction before it adds restitution."""
     pytest.importorskip("pyb2d3")
-    state, contacts = after("box2d", bounce(0.2))
+    state, _ = after("box2d", bounce(0.2))
     assert state.velocity[0] == pytest.approx([280, 100], abs=1e-3)
     assert 10 * state.spin[0] == pytest.approx(-40, abs=4)
-    assert contacts["tangential"].sum() == pytest.approx(2 * 20, abs=1e-3)
 
 
 @pytest.mark.parametrize("engine", [name for name in registry() if name not in ("article", "exact")])

@@ -70,14 +70,6 @@ BAD_INPUTS = {
         '{"do": ' + "[" * 700 + "]" * 700 + "}",
         f'must be an object with "do" as one of {KINDS}, got {{"do": {"[" * 30}...',
     ),
-    "nothing-to-change": (
-        '{"step": 9, "do": "change", "ball": 1}',
-        "must contain x, y, vx, vy, spin, radius, mass, elasticity, friction or color",
-    ),
-    "nothing-to-change-of-a-wall": (
-        '{"step": 9, "do": "change-wall", "wall": 0}',
-        "must contain from, to, thickness, elasticity or friction",
-    ),
     "no-such-wall": (
         '{"step": 9, "do": "delete-wall", "wall": 0}',
         "the scene has no walls of its own, got wall 0",

@@ -1,12 +1,11 @@
 """Every step of a run is sampled, against the reference, and what a hand gives is not what an engine makes."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 import pytest
 from conftest import scene_of
-from moments import ENERGY_SCALE, moment, run
+from moments import run, sample
 
 from sandbox.errors import SandboxError
 from sandbox.run.edits import AddBall, SetVelocity
@@ -14,7 +13,7 @@ from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.run.lockstep import AVERAGED_STEPS
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
-from sandbox.session.samples import CAPACITY, Quantity, Samples, Series, change_of_energy, share_of_energy
+from sandbox.session.samples import CAPACITY, Quantity, Samples, Series
 from sandbox.session.session import Session
 
 THROW: list[Input] = [Grab(step=3, ball=0, at=(300, 300)), Move(step=6, at=(500, 250)), Release(step=20)]
@@ -26,9 +25,9 @@ def scene() -> Scene:
 
 
 def sampled(scene: Scene, *steps: dict[str, float]) -> Samples:
-    samples = Samples(list(steps[0]), "exact", ENERGY_SCALE)
+    samples = Samples(list(steps[0]), "exact")
     for step, velocity in enumerate(steps):
-        samples.add(moment(scene, step, **velocity))
+        sample(samples, scene, step, **velocity)
     return samples
 
 
@@ -59,19 +58,20 @@ def test_earlier_steps_are_not_sampled_again_until_the_series_is_cut() -> None:
 
 def test_energy_gap_and_momentum_are_what_the_formulas_say(scene: Scene) -> None:
     samples = sampled(scene, *[{"pymunk": 90.0, "exact": 60.0}] * 2)
-    assert samples.of(Quantity.ENERGY)[1].tolist() == pytest.approx([100 * (1.5**2 - 1), 0])
+    assert samples.of(Quantity.ENERGY)[1].tolist() == samples.of(Quantity.KINETIC)[1].tolist() == [4050, 1800]
     assert samples.of(Quantity.GAP)[1].tolist() == [30, 0]
     assert samples.of(Quantity.MOMENTUM)[1].tolist() == [90, 60]
 
 
-def test_the_energy_of_each_engine_and_by_how_much_it_is_off_are_shares_of_the_same_scale(scene: Scene) -> None:
+def test_an_error_is_a_share_of_what_the_reference_has_had_and_stays_when_it_gets_more(scene: Scene) -> None:
     """Half of the speed is a quarter of the energy, of which the reference has lost 19 % by itself: 0.9² = 0.81."""
     steps = [{"article": 60.0, "exact": 60.0}, *[{"article": 30.0, "exact": 54.0}] * 3]
-    samples = sampled(scene, *steps)
-    assert samples.energies()[[0, 2]] == pytest.approx(np.array([[100.0, 100.0], [25.0, 81.0]]))
-    assert samples.energy_error(2) == pytest.approx({"article": -56.0, "exact": 0.0})
-    assert samples.energy_error(0) == {"article": 0.0, "exact": 0.0}
-    assert samples.energy_error(99) == samples.energy_error(2)
+    samples = sampled(
+        scene, *steps, *[{"article": 120.0, "exact": 120.0}] * 2, *[{"article": 60.0, "exact": 120.0}] * 2
+    )
+    for step, error in enumerate([0.0, -56.0, -56.0, -56.0, 0.0, 0.0, -75.0, -75.0]):
+        assert samples.error_at(step) == pytest.approx({"article": error, "exact": 0.0})
+    assert samples.error_at(99) == samples.error_at(7)
 
 
 def test_an_engine_that_loses_what_the_reference_loses_a_step_later_is_not_accused(scene: Scene) -> None:
@@ -79,39 +79,38 @@ def test_an_engine_that_loses_what_the_reference_loses_a_step_later_is_not_accus
     later = [late[0], late[1], late[1], *late[2:]]
     early = [late[0], {"pymunk": 30.0, "exact": 60.0}, late[2]]
     for steps, accused in ((late, 0.0), (early, 0.0), (later, 75.0)):
-        energy = sampled(scene, *steps, steps[-1]).of(Quantity.ENERGY)[:, 0]
-        assert np.abs(energy).max() == pytest.approx(accused)
+        for end in range(1, len(steps) + 2):  # nor while the later step is not done yet
+            errors = sampled(scene, *[*steps, steps[-1]][:end]).errors()[:, 0]
+            assert np.abs(errors).max() <= accused
+        assert np.abs(errors).max() == pytest.approx(accused)
+
+
+def test_the_energy_of_balls_on_the_ground_is_0_and_a_throw_adds_to_it() -> None:
+    balls = "radius = 20\npositions = [[200, 580], [300, 380]]"
+    scene = scene_of(balls, more="gravity = [0, 900]\nseconds = 9")
+    session = run(Session(scene, ["impulse", "exact"], [SetVelocity(step=20, ball=0, velocity=(100, 0))]), 40)
+    energy = session.samples.of(Quantity.ENERGY)
+    assert energy[:20, 1] == pytest.approx(900 * 200)
+    assert energy[20:, 1] == pytest.approx(900 * 200 + 100**2 / 2)
 
 
 def test_while_there_is_no_reference_nothing_is_measured_against_it(scene: Scene) -> None:
-    samples = Samples(["pymunk", "exact"], "exact", ENERGY_SCALE)
+    samples = Samples(["pymunk", "exact"], "exact")
     for step in range(3):
-        samples.add(moment(scene, step, pymunk=60.0))
-    assert np.isnan(samples.of(Quantity.ENERGY)).all()
+        sample(samples, scene, step, pymunk=60.0)
+    assert np.isnan(samples.errors()).all()
     assert np.isnan(samples.of(Quantity.GAP)).all()
     assert samples.of(Quantity.MOMENTUM)[:, 0].tolist() == [60, 60, 60]
-
-
-@pytest.mark.parametrize(
-    ("energy", "work", "change"),
-    [(1800, 0, 0), (900, 0, -50), (3600, 1800, 0), (1800, 1800, -100), (900, -900, 0), (450, -900, -25)],
-)
-def test_what_a_hand_gives_is_no_change_of_an_engine_s_own(energy: float, work: float, change: float) -> None:
-    own = change_of_energy(energy, ENERGY_SCALE, work)
-    assert share_of_energy(own, ENERGY_SCALE) == pytest.approx(change)
-    assert share_of_energy(own, 0.0) == pytest.approx(energy - ENERGY_SCALE - work)
 
 
 @pytest.mark.parametrize("inputs", [THROW, [SetVelocity(step=4, ball=0, velocity=(700, 90))],
     [AddBall(step=4, position=(90, 90), radius=9)]], ids=["throw", "velocity", "add"])  # fmt: skip
 def test_engines_that_keep_energy_keep_it_whatever_a_hand_does(scene: Scene, inputs: Sequence[Input]) -> None:
     session = run(Session(scene, ["impulse", "exact"], inputs), 60)
-    shown = session.shown
-    for name, energy in shown.energy.items():
-        assert abs(change_of_energy(energy, session.samples.energy_at_start, shown.work[name])) < 1e-9
-    if inputs is not THROW:
-        assert shown.work["exact"] == pytest.approx(shown.energy["exact"] - session.samples.energy_at_start)
-    assert abs(shown.work["impulse"]) > 1 or isinstance(inputs[0], AddBall)
+    assert np.abs(session.samples.errors()).max() < 1e-9
+    own = session.samples.of(Quantity.OWN)
+    assert own == pytest.approx(own[0, 0])
+    assert abs(session.shown.engines["impulse"].work) > 1 or isinstance(inputs[0], AddBall)
 
 
 def test_the_time_that_steps_took_is_sampled_in_ms(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -158,73 +157,20 @@ def test_without_a_reference_that_stops_the_run_goes_on_to_the_same_bits() -> No
         run(Session(load("article"), ["pymunk", "exact"]), 60)
 
 
-# What walls and spins take part in
-
-
-def test_momentum_angular_momentum_and_height_of_two_balls_are_their_closed_forms() -> None:
-    heavy = "radius = 10\nmass = 2\nposition = [100, 200]\nvelocity = [30, 40]\nspin = 3"
-    light = "radius = 20\nmass = 4\nposition = [500, 50]\nvelocity = [-10, 5]\nspin = -1"
-    samples = Session(scene_of(heavy, light), ["impulse"]).samples  # the arena is 800 x 600 px
-    p = 2 * np.array([30, 40]) + 4 * np.array([-10, 5])
-    flight = 2 * ((100 - 400) * 40 - (200 - 300) * 30) + 4 * ((500 - 400) * 5 - (50 - 300) * -10)
-    spin = 2 * 10**2 / 2 * 3 + 4 * 20**2 / 2 * -1
-    assert samples.of(Quantity.MOMENTUM)[0, 0] == pytest.approx(math.hypot(*p))
-    assert samples.of(Quantity.ANGULAR_MOMENTUM)[0, 0] == pytest.approx(flight + spin)
-    assert samples.of(Quantity.HEIGHT)[0, 0] == pytest.approx(600 - (2 * 200 + 4 * 50) / 6)
-
-
-def to_and_fro() -> Scene:
-    """Make a ball of 2 kg that meets the left or the right wall each second, at 100 px/s."""
-    ball = "radius = 10\nmass = 2\nposition = [60, 25]\nvelocity = [100, 0]"
-    return scene_of(ball, size="[120, 50]", more="seconds = 9")
-
-
-@pytest.mark.parametrize("engine", ["pymunk", "article", "impulse", "exact"])
-def test_the_pressure_of_a_ball_between_two_walls_is_its_momentum_a_second(engine: str) -> None:
-    samples = run(Session(to_and_fro(), [engine], reference="exact"), 6 * 60).samples
-    column = samples.engines.index(engine)
-    # A wall gives 2 m v in each of its contacts, and there is one a second: 400 kg px/s², over 4 times the height.
-    expected = 2 * 2 * 100 / (4 * 50)
-    at_six = samples.rate(Quantity.WALL_IMPULSE, 6.0)[-1, column]
-    assert at_six == pytest.approx(expected)
-    assert samples.rate(Quantity.CONTACTS, 2.0)[-1, column] == pytest.approx(1.0)
-
-
-def test_a_rate_is_not_known_in_the_first_second_and_then_covers_the_time_there_is() -> None:
-    samples = run(Session(to_and_fro(), ["exact"]), 4 * 60).samples
-    rate = samples.rate(Quantity.CONTACTS, 3.0)[:, 0]
-    assert np.isnan(rate[:60]).all()
-    assert rate[60] == 1  # the one at 0.5 s
-    assert rate[240] == pytest.approx(3 / 3)
-    assert np.array_equal(samples.rate(Quantity.CONTACTS, 3.0, 200)[:, 0], rate[200:])
-
-
-def test_only_a_gas_has_a_pressure_in_theory() -> None:
-    session = run(Session(load("gas-100"), ["exact"]), 1)
-    scene, states = session.start, session.shown.states["exact"]
-    kinetic = np.sum(scene.bodies.mass * np.sum(states.velocity**2, axis=1)) / 2
-    eta = np.pi * np.sum(scene.bodies.radius**2) / (800 * 600)
-    henderson = 1 + 2 * eta * (1 - 7 * eta / 16) / (1 - eta) ** 2
-    assert session.samples.pressure_in_theory() == pytest.approx(kinetic * henderson / (800 * 600))
-    assert np.isnan(Session(to_and_fro(), ["exact"]).samples.pressure_in_theory()).all()
-
-
 def test_an_engine_that_reports_no_contacts_is_not_said_to_have_none(scene: Scene) -> None:
-    samples = Samples(["mine", "exact"], "exact", ENERGY_SCALE, silent=["mine"])
+    samples = Samples(["mine", "exact"], "exact", silent=["mine"])
     for step in range(90):
-        samples.add(moment(scene, step, mine=60.0, exact=60.0))
-    for quantity in (Quantity.CONTACTS, Quantity.WALL_IMPULSE):
-        assert np.isnan(samples.rate(quantity, 1.0)[-1]).tolist() == [True, False]
+        sample(samples, scene, step, mine=60.0, exact=60.0)
+    assert np.isnan(samples.of(Quantity.CONTACTS)[-1]).tolist() == [True, False]
 
 
-def test_what_nobody_has_asked_for_yet_is_found_in_the_history() -> None:
+def test_another_ball_is_sampled_as_far_back_as_the_history_goes() -> None:
     asked_late, asked_early = (Session(load("bouncing"), ["impulse", "exact"]) for _ in range(2))
-    asked_early.samples.of(Quantity.HEIGHT)
+    asked_early.samples.follow(1)
     for session in (asked_late, asked_early):
         run(session, 50)
-    height = asked_late.samples.of(Quantity.HEIGHT)
-    assert np.array_equal(height, asked_early.samples.of(Quantity.HEIGHT))
-    run(asked_late, 1)
-    mass = asked_late.start.bodies.mass
-    y = asked_late.shown.states["exact"].position[:, 1]
-    assert asked_late.samples.of(Quantity.HEIGHT)[-1, 1] == pytest.approx(600 - np.average(y, weights=mass))
+    assert asked_late.samples.follow(1)
+    assert not asked_late.samples.follow(1)
+    y = asked_late.samples.of(Quantity.Y)
+    assert np.array_equal(y, asked_early.samples.of(Quantity.Y))
+    assert y[-1, 1] == asked_late.shown.states["exact"].position[1, 1]

@@ -21,8 +21,8 @@ from pygame.event import Event
 from sandbox.run.inputs import End, Start, load_inputs, write_inputs
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
-from sandbox.view.controls import CONTROLS, Control, Panel
-from sandbox.view.move_tool import Tool
+from sandbox.view.controls import Action, Panel
+from sandbox.view.layout import MIN_SIZE
 from sandbox.view.window import Window
 
 SCENES: Final = ("article", "bouncing", "newtons-cradle", "oblique", "head-on", "funnel", "break-shot", "mine.toml")
@@ -59,6 +59,7 @@ OTHERS: Final = (
     pygame.FINGERMOTION, pygame.JOYBUTTONDOWN, pygame.USEREVENT, pygame.CLIPBOARDUPDATE,
 )  # fmt: skip
 
+LOOKING = (Action.GO_TO_START, Action.STEP_BACK, Action.PAUSE, Action.STEP, Action.GO_TO_END)
 fractions = st.floats(0, 1)
 numbers = st.integers(0, 60)
 buttons = st.sampled_from([1, 1, 1, 1, 2, 3, 6, 7])
@@ -114,9 +115,10 @@ class Monkey(RuleBasedStateMachine):
             self.window.frame(seconds)
             Monkey.passed += seconds
 
-    @rule(control=st.sampled_from(CONTROLS), times=st.integers(1, 3))
-    def use(self, control: Control, times: int) -> None:
+    @rule(action=st.sampled_from(Action), times=st.integers(1, 3))
+    def use(self, action: Action, times: int) -> None:
         for _ in range(times):
+            control = action.value
             self.key(*(control.keys or (0,))[:1], control.typed[-1:], pygame.KMOD_LSHIFT if control.shift else 0)
 
     @rule(key=st.sampled_from(CODES), typed=texts, mod=st.sampled_from([0, pygame.KMOD_LSHIFT, pygame.KMOD_LCTRL]))
@@ -124,12 +126,13 @@ class Monkey(RuleBasedStateMachine):
         self.send(pygame.KEYDOWN, key=key, unicode=typed, mod=mod)
         self.send(pygame.KEYUP, key=key, unicode=typed, mod=mod)
 
-    @rule(control=st.sampled_from(CONTROLS), frames=st.integers(1, 40))
-    def hold(self, control: Control, frames: int) -> None:
+    @rule(action=st.sampled_from(Action), frames=st.integers(1, 40))
+    def hold(self, action: Action, frames: int) -> None:
+        control = action.value
         mod = (pygame.KMOD_LSHIFT if control.shift else 0) | (pygame.KMOD_LCTRL if control.ctrl else 0)
         self.send(pygame.KEYDOWN, key=(*control.keys, 0)[0], unicode=control.typed[-1:], mod=mod)
         self.wait(1 / 30, frames)
-        self.send(pygame.KEYUP, key=0, unicode="", mod=0)
+        self.send(pygame.KEYUP, key=(*control.keys, 0)[0], unicode="", mod=0)
 
     @rule(what=places, which=numbers, x=fractions, y=fractions)
     def move(self, what: str, which: int, x: float, y: float) -> None:
@@ -186,12 +189,12 @@ class Monkey(RuleBasedStateMachine):
         self.wait(1 / 60, 10)
         self.window.playback.seek(round(back * self.window.view.session.end))
 
-    @rule(tool=st.sampled_from(Tool), what=places, which=numbers, x=fractions, y=fractions, value=values)
-    def inspect(self, tool: Tool, what: str, which: int, x: float, y: float, value: str) -> None:
+    @rule(tool=st.integers(0, 4), what=places, which=numbers, x=fractions, y=fractions, value=values)
+    def inspect(self, tool: int, what: str, which: int, x: float, y: float, value: str) -> None:
         """Drag with a tool of the inspector, then type a value into a field of what that selected."""
         window = self.window
         window.scenes.close_picker()
-        window.playback.paused, window.panel.open, window.mouse.move.tool = True, Panel.BALLS, tool
+        window.playback.paused, window.panel.open, window.mouse.tool = True, Panel.BALLS, window.mouse.tools[tool]
         self.drag(what, which, x, y, 2, 1)
         self.let_go(1)
         self.move("panel", which, 0.5, 0.5)
@@ -223,7 +226,7 @@ class Monkey(RuleBasedStateMachine):
         SystemWindow.from_display_module().size = size
         for event in pygame.event.get():
             self.window.on_event(event)
-        assert self.window.screen.get_size() == size
+        assert self.window.screen.get_size() == tuple(map(max, size, MIN_SIZE))
 
     @rule(name=st.sampled_from([*FILES, "missing.toml", "", "."]))
     def drop(self, name: str) -> None:
@@ -259,13 +262,13 @@ class Monkey(RuleBasedStateMachine):
             assert replay.position[-1, window.view.moment.balls].tobytes() == state.position.tobytes()
             assert replay.velocity[-1, window.view.moment.balls].tobytes() == state.velocity.tobytes()
 
-    @rule(charts=fractions, which=numbers, keys=st.lists(st.sampled_from(CONTROLS[:5])))
-    def looking_records_no_inputs(self, charts: float, which: int, keys: list[Control]) -> None:
+    @rule(charts=fractions, which=numbers, keys=st.lists(st.sampled_from(LOOKING)))
+    def looking_records_no_inputs(self, charts: float, which: int, keys: list[Action]) -> None:
         self.let_go(1)
         before = list(self.window.view.session.inputs)
         if not self.window.scenes.picker:
-            for control in keys:
-                self.window.do(control.action)
+            for action in keys:
+                self.window.do(action)
             self.drag("charts", 0, charts, 0.5, 0, 1)
             self.let_go(1)
         self.move("ball", which, 0.5, 0.5)
@@ -294,8 +297,7 @@ class Monkey(RuleBasedStateMachine):
     @invariant()
     def nothing_is_held_while_the_button_is_up(self) -> None:
         if 1 not in self.down:
-            assert (self.window.mouse.holds, self.window.mouse.scrubbing, self.window.widgets.held) == (
-                False,
+            assert (self.window.mouse.holds, self.window.widgets.held) == (
                 False,
                 None,
             )

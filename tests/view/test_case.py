@@ -90,7 +90,7 @@ def test_contacts_are_at_the_steps_that_contain_them() -> None:
     assert contacts
     for one in contacts:
         [moment] = session.moments(one.step, one.step)
-        of_step = moment.contacts["pymunk"]
+        of_step = moment.engines["pymunk"].contacts
         assert (of_step["first"] == one.difference.first).any()
         assert moment.time - 1 / 60 < one.time <= moment.time + 1e-9
 

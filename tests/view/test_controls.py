@@ -9,30 +9,35 @@ from window_driver import button, click, hover, pixels, press, run
 
 from sandbox.state import CONTACT
 from sandbox.view import Layer
-from sandbox.view.controls import CONTROLS, Action, Control, Panel, control_of
+from sandbox.view.controls import HELP, Action, Panel, Topic, action_of
 from sandbox.view.layout import MIN_SIZE
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS
+from sandbox.view.side_panel import LAYERS
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
 
 
-def test_every_action_and_layer_has_one_control(window: Window) -> None:
-    actions = [control.action for control in CONTROLS if isinstance(control.action, Action)]
-    assert actions == list(Action)
-    assert set(window.actions) == set(Action)
-    layers = [control.action for control in CONTROLS if isinstance(control.action, Layer)]
-    assert layers == [layer for layer in Layer if layer is not Layer.MOMENTUM]  # which only recordings have
-    assert {*BELOW_BALLS, *ABOVE_BALLS, Layer.CHARTS} == set(Layer)
+def test_the_help_has_every_action_and_ten_first() -> None:
+    assert [len([row for row in HELP if row[0] is topic]) for topic in (Topic.FIRST, *Topic)][:1] == [10]
+    assert len(HELP) == len(Action) + len(Topic)
 
 
-def test_each_key_finds_its_control() -> None:
-    for control in CONTROLS:
+def test_every_action_can_be_done_and_twice(window: Window) -> None:
+    for action in (*Action, *Action):
+        window.do(action)
+        window.draw()
+    window.recorder.stop()
+
+
+def test_each_key_finds_its_action() -> None:
+    for action in Action:
+        control = action.value
         for key in control.keys:
             mod = (pygame.KMOD_LSHIFT if control.shift else 0) | (pygame.KMOD_LCTRL if control.ctrl else 0)
-            assert control_of(Event(pygame.KEYDOWN, key=key, unicode="", mod=mod)) == control
+            assert action_of(Event(pygame.KEYDOWN, key=key, unicode="", mod=mod)) is action
         for character in control.typed:
-            assert control_of(Event(pygame.KEYDOWN, key=0, unicode=character.upper(), mod=0)) == control
+            assert action_of(Event(pygame.KEYDOWN, key=0, unicode=character.upper(), mod=0)) is action
 
 
 @pytest.mark.parametrize("size", [MIN_SIZE, (1024, 640)])
@@ -54,8 +59,8 @@ def test_help_fits_is_drawn_over_everything_and_hidden_again(
     assert len(tips) == 1  # only while the help is hidden
 
 
-@pytest.mark.parametrize("control", [c for c in CONTROLS if isinstance(c.action, Layer)], ids=lambda c: c.action)
-def test_key_and_button_show_and_hide_the_same_layer(window: Window, control: Control) -> None:
+@pytest.mark.parametrize("action", LAYERS, ids=lambda action: action.name)
+def test_key_and_button_show_and_hide_the_same_layer(window: Window, action: Action) -> None:
     run(window, 30)
     window.view.session.lockstep.engines["pymunk"].engine.kick(0, (30.0, 90.0))
     window.playback.step()
@@ -70,11 +75,15 @@ def test_key_and_button_show_and_hide_the_same_layer(window: Window, control: Co
     window.mouse.point = None
     window.panel.show(Panel.SHOW)
     before = shown()
-    press(window, control.typed)
+    press(window, action.value.typed)
     by_key = shown()
     assert (by_key != before).any()
-    press(window, control.typed)
+    press(window, action.value.typed)
     assert np.array_equal(shown(), before)
-    click(window, button(window, control.action))
+    click(window, button(window, action))
     window.widgets.over = window.mouse.point = None
     assert np.array_equal(shown(), by_key)
+
+
+def test_every_layer_is_drawn() -> None:
+    assert {*BELOW_BALLS, *ABOVE_BALLS, Layer.CHARTS} == set(Layer)

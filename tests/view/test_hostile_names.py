@@ -28,13 +28,13 @@ def test_the_window_shows_any_name_and_saves_into_its_folder(monkeypatch: pytest
         window.on_event(Event(pygame.DROPFILE, file=f"none-{file}"))
         assert window.scenes.error.startswith("none-")
         window.frame(0)
-        window.actions[Action.ESCAPE]()
+        window.do(Action.ESCAPE)
         window.on_event(Event(pygame.DROPFILE, file=file))
         assert window.scene.file == Path(file)
         assert Start(scene=window.scene.name, seed=0, rate=60).model_dump_json()
         window.frame(0)
         for action in (Action.SAVE_SCENE, Action.SAVE_PICTURE, Action.RECORD, Action.RECORD):
-            window.actions[action]()
+            window.do(action)
             assert window.notice.text.startswith("saved ") or action == Action.RECORD
             window.frame(0)
     window.scenes.open_picker()

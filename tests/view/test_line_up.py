@@ -21,7 +21,6 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn
 from sandbox.view.engines_page import MAX_PANES, SCALES, are_same, in_force, meaning_of, normal, scale_of, with_setting
-from sandbox.view.notice import NoticeKind
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -81,18 +80,15 @@ def used(window: Window) -> Window:
     return window
 
 
-def test_engines_added_exchanged_moved_and_removed_run_as_if_they_had_from_the_start(used: Window) -> None:
+def test_engines_added_and_removed_run_as_if_they_had_from_the_start(used: Window) -> None:
     line_up, here = used.line_up, step(used)
     line_up.add("pymunk(substeps=4)")
     assert names(used) == ["pymunk", "impulse", "pymunk(substeps=4)"]
     check_replay(used)
-    line_up.exchange(1, "exact")
-    line_up.move(2, -2)
-    assert names(used) == ["pymunk(substeps=4)", "pymunk", "exact"]
-    check_replay(used)
+    line_up.add("exact")
     line_up.remove(1)
-    line_up.move(0, 1)
-    assert names(used) == ["exact", "pymunk(substeps=4)"]
+    line_up.remove(0)
+    assert names(used) == ["pymunk(substeps=4)", "exact"]
     assert step(used) == here == used.view.session.end
     check_replay(used)
     run(used, 20)
@@ -151,15 +147,9 @@ def test_a_drag_ends_where_the_engines_change(window: Window) -> None:
     ("spec", "reason"),
     [
         ("article", "article: a second radius and a second mass"),
-        ("pymunk", "pymunk runs already, in another pane"),
         ("pymunk(iterations=10)", "pymunk runs already, in another pane"),
         ("pymnk", "did you mean pymunk?"),
-        ("pymunk(substep=2)", "did you mean substeps?"),
-        ("exact(substeps=2)", "exact takes no settings"),
         ("mine.py:Other", "has no class or function 'Other'"),
-        ("nothing.py:Mine", "nothing.py"),
-        ("mine.py:Still", "Still: gravity would move its balls"),
-        ("", "no engine ''"),
     ],
 )
 def test_an_engine_that_is_refused_changes_nothing(used: Window, spec: str, reason: str, working_folder: Path) -> None:
@@ -173,35 +163,24 @@ def test_an_engine_that_is_refused_changes_nothing(used: Window, spec: str, reas
     check_replay(used)
 
 
-def test_an_edit_to_come_that_an_engine_refuses_changes_nothing() -> None:
-    window = Window(scene_of("radius = 20\nposition = [200, 300]\nvelocity = [60, 0]"), ["pymunk"])
-    run(window, 40)
-    window.playback.give(SetGravity(step=40, gravity=(0.0, 90.0)))
-    run(window, 10)
-    window.playback.seek(8)
-    before = everything(window)
-    window.line_up.add("article")
-    assert "article: gravity" in window.notice.text
-    assert everything(window) == before
-    [article] = [choice for choice in window.line_up.choices if choice.spec == "article"]
-    assert "gravity" in article.refusal
-
-
-def test_what_a_new_engine_refuses_is_not_redone() -> None:
+@pytest.mark.parametrize("spec", ["article", "mine.py:Still"])
+def test_an_engine_that_cannot_run_an_edit_stands_still_from_there_on(spec: str, working_folder: Path) -> None:
+    (working_folder / "mine.py").write_text(MINE)
     window = Window(scene_of("radius = 20\nposition = [200, 300]\nvelocity = [60, 0]"), ["pymunk"])
     run(window, 20)
     window.playback.give(SetGravity(step=20, gravity=(0.0, 90.0)))
-    run(window, 5)
+    run(window, 10)
+    window.line_up.add(spec)
+    pane = window.view.panes[1]
+    assert (step(window), pane.is_suspended, len(given(window))) == (30, True, 1)
+    assert "gravity" in pane.stands
+    assert "--engines" not in pane.stands
+    window.draw()
     window.playback.undo()
-    window.line_up.add("article")
-    assert names(window) == ["pymunk", "article"]
-    run(window, 7)
+    run(window, 3)
+    assert (window.view.panes[1].is_suspended, window.view.panes[1].stands) == (False, "")
     window.playback.redo()
-    assert "article: gravity" in window.notice.text
-    assert (step(window), given(window)) == (27, [])
-    check_replay(window)
-    window.playback.redo()
-    assert "there is nothing to redo" in window.notice.text
+    assert (window.view.panes[1].is_suspended, step(window)) == (True, 20)
 
 
 def test_the_last_pane_stays_and_there_is_a_most(window: Window) -> None:
@@ -238,7 +217,8 @@ def test_every_engine_can_be_chosen_or_says_why_not(window: Window, monkeypatch:
 
 
 def test_the_chosen_engines_run_after_a_restart_in_other_scenes_and_in_the_saved_command(window: Window) -> None:
-    window.line_up.exchange(0, "pymunk(iterations=30, substeps=4)")
+    window.line_up.tune(0, "iterations", 30)
+    window.line_up.tune(0, "substeps", 4)
     press(window, "r")
     wanted = ["pymunk(iterations=30, substeps=4)", "impulse"]
     assert names(window) == wanted
@@ -257,14 +237,6 @@ def test_progress_is_shown_while_the_engines_run_again(window: Window, monkeypat
     assert len(lines) == 99
     assert "catching up: 99 steps to go, Esc stops" in lines[0]
     assert np.array_equal(window.view.panes[2].state.position[0], window.view.moment.states["exact"].position[0])
-
-
-def test_the_error_of_a_name_typed_wrongly_goes_when_the_right_one_runs(window: Window) -> None:
-    window.line_up.add("exakt")
-    assert window.notice.kind is NoticeKind.ERROR
-    assert window.notice.text
-    window.line_up.add("exact")
-    assert not window.notice.text
 
 
 PLAIN = scene_of("radius = 20\nposition = [200, 300]")

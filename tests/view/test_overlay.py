@@ -52,21 +52,10 @@ def test_a_velocity_arrow_ends_where_the_ball_would_be(scale: float) -> None:
     assert overlay.surface.get_at(middle) == Color("black")
 
 
-def test_a_momentum_arrow_is_longer_for_a_heavier_ball(scene: Scene) -> None:
-    overlay = overlay_of(scene)
-    overlay.momentum()
-    colour = palette("white").momentum
-    heavy = overlay.surface.subsurface((500, 200, 200, 300))
-    rows = [y for y in range(300) if any(heavy.get_at((x, y)) == colour for x in range(80, 120))]
-    assert max(rows) + 200 == pytest.approx(300 + 100 * 3 / 2 * ARROW_SECONDS, abs=2)
-    assert heavy.get_at((100, 105)) == colour
-
-
 def test_a_ball_at_rest_has_no_arrow() -> None:
     scene = scene_of("radius = 20\nposition = [200, 300]")
     overlay = overlay_of(scene)
     overlay.velocity()
-    overlay.momentum()
     assert (pygame.surfarray.array3d(overlay.surface) == GREY).all()
 
 

@@ -1,19 +1,19 @@
 """The scene picker, by keys and by mouse."""
 
 import os
-from itertools import count
 from pathlib import Path
 
 import pygame
 import pytest
 from pygame.event import Event
-from window_driver import SMALL_SCENE, click, colours, drag, hover, pixels, press, run, step
+from window_driver import SMALL_SCENE, click, colours, drag, press
 
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import bundled, load
-from sandbox.view.offscreen import Previews
-from sandbox.view.scene_picker import ScenePicker
+from sandbox.view.layout import MIN_SIZE
+from sandbox.view.scene_picker import ScenePicker, Tile
 from sandbox.view.theme import theme
+from sandbox.view.widgets import Words
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -71,13 +71,6 @@ def test_what_the_chosen_scene_is_about_is_shown(window: Window, monkeypatch: py
     assert written == [load(entry.name).about for entry in picker.found[:2]]
 
 
-def test_escape_closes_the_picker_and_the_run_continues(window: Window) -> None:
-    run(window, 3)
-    press(window, "open", *"xyzzy", "Enter", "Esc")
-    assert window.scenes.picker is None
-    assert (step(window), window.running, window.scene.name) == (3, True, "test")
-
-
 @pytest.mark.parametrize("size", [(1024, 640), (1280, 800), (3840, 2160)])
 def test_every_scene_can_be_reached_by_keys_and_no_previews_overlap(size: tuple[int, int], window: Window) -> None:
     window.screen = pygame.display.set_mode(size)
@@ -103,7 +96,7 @@ def test_a_click_runs_a_scene_and_its_preview_shows_it(window: Window) -> None:
     window.draw()
     [(_, place)] = picker.places()
     assert tuple(window.screen.get_at((place.x + 3, place.y + place.height // 3)))[:3] == rgb("#14532d")
-    assert tuple(window.screen.get_at((place.x - 3, place.bottom)))[:3] == tuple(theme.hover)[:3]
+    assert tuple(window.screen.get_at((place.x - 1, place.centery)))[:3] == tuple(theme.hover)[:3]
     drag(window, place.center, place.center)
     assert window.scene.name == "break-shot"
 
@@ -112,7 +105,9 @@ def test_scenes_are_listed_by_topic_under_its_name(window: Window, tmp_path: Pat
     (tmp_path / "mine.toml").write_text(f'topic = "Gases"\n{SMALL_SCENE}')
     (tmp_path / "other.toml").write_text(SMALL_SCENE)
     picker = open_picker(window)
-    headings = {row.heading: picker.found[row.indices.start].name for row in picker.rows if row.heading}
+    placed = picker._placed
+    texts = [widget.entry.name if isinstance(widget, Tile) else getattr(widget, "text", "") for widget, _ in placed]
+    headings = {text: texts[k + 1] for k, text in enumerate(texts) if isinstance(placed[k][0], Words) and text}
     assert headings == {
         "Gases": "mine.toml",
         f"In {tmp_path.name}": "other.toml",
@@ -122,44 +117,59 @@ def test_scenes_are_listed_by_topic_under_its_name(window: Window, tmp_path: Pat
         "Chance": "galton-board",
     }
     assert [entry.topic for entry in picker.found if entry.name in bundled()].count("Gases") == 3
-    heading, place, tiles = picker._placed_rows()[0]
-    assert heading == "Gases"
-    assert {*colours(window.screen.subsurface(place))} & {tuple(theme.ink)[:3]}
-    assert place.bottom <= tiles[0][1].y
+    press(window, *"gas")  # of what is typed, the best first
+    assert not any(isinstance(widget, Words) and widget.text for widget, _ in picker._placed)
 
 
 def test_a_click_on_the_tick_lists_the_truths(window: Window) -> None:
     picker = open_picker(window)
     assert not any(entry.is_truth for entry in picker.found)
-    click(window, picker.tick.center)
+    click(window, picker.tick_place.center)
     assert sum(entry.is_truth for entry in picker.found) == len(bundled("truths"))
     assert picker.found[picker.chosen].is_truth
     assert picker.view.contains(dict(picker.places())[picker.chosen])
     window.draw()
-    assert tuple(theme.accent)[:3] in colours(window.screen.subsurface(picker.tick))
+    assert tuple(theme.accent)[:3] in colours(window.screen.subsurface(picker.tick_place))
 
 
-def test_the_wheel_and_the_bar_scroll_by_rows(window: Window) -> None:
+def test_the_wheel_scrolls_no_further_than_the_scenes(window: Window) -> None:
     picker = open_picker(window)
     press(window, "Tab")
     window.draw()
-    for _ in range(99):
-        window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=1))
-    assert picker.places()[0][0] == 0
-    window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=-1))
-    assert picker.places()[0][0] == picker.rows[1].indices.start
-    assert picker.bar
-    drag(window, picker.bar.center, (picker.bar.centerx, picker.view.bottom))
-    assert picker.places()[-1][0] == len(picker.found) - 1
-    hover(window, (picker.bar.centerx, picker.view.y))  # the button is no longer held
-    assert picker.places()[-1][0] == len(picker.found) - 1
+    for notches, index in ((1, 0), (-1, len(picker.found) - 1)):
+        for _ in range(99):
+            window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=notches))
+        assert index in dict(picker.places())
+        window.draw()
+    right = picker.view.right + 2
+    bar = [
+        tuple(theme.dim)[:3] == tuple(window.screen.get_at((right, y)))[:3]
+        for y in (picker.view.y + 2, picker.view.bottom - 2)
+    ]
+    assert bar == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("typed", "first"),
+    [("1000", "gas-1000"), ("cradle", "newtons-cradle"), ("bouncing", "bouncing"), ("curl", "curling")],
+)
+def test_a_name_comes_before_a_title_and_a_title_before_other_text(window: Window, typed: str, first: str) -> None:
+    picker = open_picker(window)
+    press(window, *typed)
+    assert picker.found[0].name == first
+
+
+@pytest.mark.parametrize("size", [MIN_SIZE, (640, 90), (1024, 640)])
+def test_a_click_where_nothing_is_found_closes_the_picker(window: Window, size: tuple[int, int]) -> None:
+    window.screen = pygame.display.set_mode(size)
+    open_picker(window)
+    press(window, *"zq")
     window.draw()
-    assert tuple(window.screen.get_at(picker.bar.center))[:3] == tuple(theme.dim)[:3]
+    click(window, (size[0] // 2, size[1] - 5))
+    assert window.scenes.picker is None
 
 
-def test_pictures_are_drawn_a_few_a_frame_until_all_are_there(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
-    seconds = count()
-    monkeypatch.setattr(window.scenes, "_previews", Previews(lambda: float(next(seconds))))
+def test_pictures_are_drawn_one_a_frame_until_all_are_there(window: Window) -> None:
     press(window, "p")
     press(window, "/")
     frames = 0
@@ -168,31 +178,9 @@ def test_pictures_are_drawn_a_few_a_frame_until_all_are_there(window: Window, mo
         frames += 1
         assert frames < 99
     assert window.scenes.picker
-    assert frames >= len(window.scenes.picker.places())  # each takes longer than its share
+    assert frames >= len(window.scenes.picker.places())
     _, place = window.scenes.picker.places()[0]
     assert rgb("red") in colours(window.screen.subsurface(place))
-
-
-def test_a_picture_is_drawn_anew_when_its_file_changes(window: Window, tmp_path: Path) -> None:
-    file = tmp_path / "mine.toml"
-    file.write_text(SMALL_SCENE)
-    _, place = open_picker(window).places()[0]
-    before = pixels(window.screen.subsurface(place))
-    file.write_text(SMALL_SCENE.replace("[9, 9]", "[60, 60]"))
-    os.utime(file, ns=(1, 1))
-    window.draw()
-    assert (pixels(window.screen.subsurface(place)) != before).any()
-
-
-def test_scenes_of_the_folder_come_first_and_other_toml_files_are_left_out(window: Window, tmp_path: Path) -> None:
-    (tmp_path / "mine.toml").write_text(SMALL_SCENE)
-    (tmp_path / "broken.toml").write_text("[[balls]]\n")
-    (tmp_path / "pyproject.toml").write_text("[project]\n")
-    picker = open_picker(window)
-    assert [entry.name for entry in picker.found][:3] == ["broken.toml", "mine.toml", next(iter(bundled()))]
-    window.draw()
-    press(window, *"mine.toml", "Enter")
-    assert window.scene.arena.size == (90, 90)
 
 
 def test_other_things_in_the_folder_do_not_stop_the_picker(window: Window, tmp_path: Path) -> None:
@@ -204,11 +192,3 @@ def test_other_things_in_the_folder_do_not_stop_the_picker(window: Window, tmp_p
     picker = open_picker(window)
     own = [entry.name for entry in picker.found if entry.name.endswith(".toml")]
     assert own == ["bytes.toml", "no-unicode-\N{REPLACEMENT CHARACTER}.toml"]
-
-
-def test_typed_text_may_be_unprintable_or_very_long(window: Window) -> None:
-    press(window, "/", "\ufe0f")
-    window.draw()
-    press(window, "Back", *"long" * 300, "\u0301", "\U0001f600", "\ud83d")
-    window.draw()
-    assert window.scenes.picker

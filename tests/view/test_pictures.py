@@ -13,14 +13,13 @@ from typing import Final
 import numpy as np
 import pygame
 import pytest
-from window_driver import WorkerHere, hover, mouse, point, press, run
+from window_driver import WorkerHere, hover, mouse, point, press, run, use
 
 from sandbox.scene.files import load
 from sandbox.view import Layer
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Panel
-from sandbox.view.instruments import Instrument
-from sandbox.view.move_tool import Tool
+from sandbox.view.instruments import SPEEDS
 from sandbox.view.window import Window
 
 DOCS: Final = Path(__file__).parents[2] / "docs"
@@ -34,7 +33,7 @@ def window_of(scene: str, engines: list[str] | None, steps: int, *, compared: bo
     window.screen = pygame.display.set_mode(SIZE)
     window.showing |= {Layer.GHOSTS} | ({Layer.NUMBERS} if len(window.scene.bodies) <= 30 else set())
     window.panel.show(Panel.SCENE)
-    window.why.case = CaseSoFar(window.notice, WorkerHere())
+    window.why.case = CaseSoFar(WorkerHere())
     press(window, "p")
     run(window, steps)
     for _ in range(2 if compared else 0):  # to compare, and to note what was found
@@ -46,8 +45,7 @@ def window_of(scene: str, engines: list[str] | None, steps: int, *, compared: bo
 def default_window() -> Window:
     """At 5 s of 12, of which all are in the chart."""
     window = window_of("article", None, 720)
-    for _ in range(7):
-        press(window, "PageUp")
+    window.playback.seek(300)
     window.playback.settle()
     return window
 
@@ -56,7 +54,7 @@ def balls() -> Window:
     """A ball is selected, and moved by the mouse."""
     window = window_of("billiards", ["pymunk", "exact"], 40)
     press(window, "k")
-    window.mouse.choose(Tool.MOVE)
+    use(window, "Move")
     x, y = window.view.panes[0].state.position[0].tolist()
     hover(window, point(window, x, y))
     mouse(window, pygame.MOUSEBUTTONDOWN, point(window, x, y))
@@ -67,7 +65,7 @@ def balls() -> Window:
 def gas() -> Window:
     """A gas with the histogram of its speeds, which has no marks."""
     window = window_of("gas-1000", None, 240, compared=False)
-    window.view.charts.show(Instrument.SPEEDS)
+    window.view.charts.show(SPEEDS)
     return window
 
 

@@ -1,6 +1,5 @@
 """Time passes, is paused, and goes back and forward."""
 
-import math
 from pathlib import Path
 from typing import Final
 
@@ -46,16 +45,6 @@ def test_time_passes_at_the_scene_s_rate_times_the_speed(window: Window) -> None
     assert window.playback.speed == 0.01
 
 
-def test_a_step_key_does_one_step_at_the_fastest_speed_too(window: Window) -> None:
-    press(window, "p")
-    window.playback.set_speed(math.inf)
-    press(window, "o")
-    window.playback.advance(0.0)
-    assert window.view.session.lockstep.steps == 1
-    window.playback.advance(1 / 60)
-    assert window.view.session.lockstep.steps > 1
-
-
 def test_slow_frames_slow_time_down_and_never_enlarge_a_step(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # every frame is too slow
     window.playback.advance(10.0)
@@ -66,21 +55,6 @@ def test_slow_frames_slow_time_down_and_never_enlarge_a_step(window: Window, mon
     assert window.view.session.lockstep.steps == 2
     expected = simulate(window.scene, "pymunk", steps=2)
     assert np.array_equal(window.view.panes[0].state.position, expected.position[2])
-
-
-def test_speeds_range_from_a_hundredth_to_as_fast_as_possible(window: Window) -> None:
-    press(window, *["-"] * 20)
-    for _ in range(101):
-        window.playback.advance(1.0)
-    assert step(window) == pytest.approx(60, abs=1)
-    press(window, *["+"] * 20)
-    assert window.playback.speed == math.inf
-    steps = [step(window)]
-    for _ in range(10):  # as many steps as fit between two frames, which are few where the machine is busy
-        window.playback.advance(1e-9)
-        steps.append(step(window))
-    assert max(np.diff(steps)) > 2
-    assert "fastest" in window.status
 
 
 def test_keys_go_back_and_forward_and_the_panes_show_those_steps(window: Window) -> None:
@@ -94,12 +68,6 @@ def test_keys_go_back_and_forward_and_the_panes_show_those_steps(window: Window)
         assert colour_at(window, x, y + 6, pane) == rgb(window.scene.colors[2])
     press(window, *["Right"] * 10)
     assert shown(window) == end
-    press(window, "PageUp")
-    assert step(window) == 30
-    press(window, "PageUp")
-    assert step(window) == 0
-    press(window, "PageDown", "PageDown", "PageDown")
-    assert (step(window), shown(window)) == (90, end)
     press(window, "Home")
     assert step(window) == 0
     press(window, "End")
@@ -181,16 +149,6 @@ def test_an_edit_in_the_past_removes_later_samples_from_the_charts(window: Windo
     assert window.view.session.samples.times[-1] == pytest.approx(25 / 60)
 
 
-def test_after_a_jump_in_time_trails_include_the_steps_before(window: Window) -> None:
-    run(window, 100)
-    window.playback.seek(50)
-    places = window.view.panes[0].trail.positions()
-    assert np.array_equal(places, simulate(window.scene, "pymunk", steps=50).position)
-    press(window, ".", "Delete")
-    assert window.view.panes[0].trail.positions().shape[1:] == (2, 2)
-    window.draw()
-
-
 def test_a_window_marks_what_the_last_steps_show(memory_screen: None) -> None:
     """A ball hits two others at once in step 50."""
     balls = (
@@ -198,19 +156,19 @@ def test_a_window_marks_what_the_last_steps_show(memory_screen: None) -> None:
         "radius = 20\npositions = [[300, 279], [300, 321]]",
     )
     window = Window(scene_of(*balls), ["pymunk", "exact"])
-    window.why.case = CaseSoFar(window.notice, WorkerHere())
-    run(window, 50)
+    window.why.case = CaseSoFar(WorkerHere())
+    run(window, 51)
     window.playback.paused = True
     for _ in range(3):
         window.frame(1 / 60)
-    assert window.view.charts.marks.trust.undecided == pytest.approx(0.8298, abs=1e-4)
+    assert window.view.charts.marks.trust.undecided == pytest.approx(50 / 60)
 
 
 # While engines run again before something can be done
 
 
 def key(typed: str, code: int = 0) -> Event:
-    return Event(pygame.KEYDOWN, key=code, unicode=typed, mod=0)
+    return Event(pygame.KEYDOWN, key=code or ord(typed), unicode=typed, mod=0)
 
 
 ESC: Final = key("", pygame.K_ESCAPE)
@@ -250,7 +208,7 @@ def test_engines_that_take_too_long_to_come_here_are_given_up(behind: Window) ->
 
 
 def test_an_undo_that_is_not_waited_for_is_finished_in_the_next_frames(behind: Window) -> None:
-    press(behind, "a")
+    behind.editor.set_gravity(500)
     run(behind, 30)
     pygame.event.post(ESC)
     press(behind, "undo")
@@ -299,10 +257,10 @@ def test_a_reference_that_reaches_its_limit_says_why_and_the_run_goes_on(
     assert time == pytest.approx(7 / 60)
     assert "limit of 0 contacts" in why
     pymunk, *shown = window.view.panes
-    assert pymunk.failure is None
+    assert not pymunk.stands
     if shown:
         assert shown[0].state.position[0].tolist() == pytest.approx([400 + 3600 * 6 / 60, 300])
-        assert str(shown[0].failure) == why
+        assert shown[0].stands.endswith(why)
         assert np.isnan(window.view.session.samples.of(Quantity.GAP)[:, 0]).tolist() == [False] * 7 + [True] * 4
     else:
         assert window.notice.text.startswith(why)

@@ -50,11 +50,6 @@ def test_a_number_keeps_its_unit_where_a_line_is_broken(unit: str) -> None:
     assert unit not in first_words
 
 
-def test_a_line_may_be_broken_between_a_number_and_a_word_that_begins_like_a_unit() -> None:
-    broken = [wrapped("the ball has 12 steps left", width, 16) for width in range(200)]
-    assert any(line.startswith("steps") for lines in broken for line in lines)
-
-
 def test_a_text_that_the_usual_font_lacks_is_written_in_a_font_of_the_system_that_has_it() -> None:
     if not pygame.font.match_font("dejavusans"):
         pytest.skip("needs the font DejaVu Sans")

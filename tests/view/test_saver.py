@@ -88,7 +88,7 @@ def test_a_file_name_that_is_too_long_is_reported(tmp_path: Path) -> None:
     press(window, "s")
     assert "cannot be written: File name too long" in window.status
     press(window, "F9")
-    window.frame(1 / 60)
+    window.frame(1 / 20)
     press(window, "F9")
     assert "cannot be written: File name too long" in window.status
     assert list(tmp_path.iterdir()) == [file]
@@ -98,8 +98,8 @@ def test_a_recording_is_what_the_window_shows_at_the_scene_s_pace(window: Window
     window.frame(1 / 60)
     press(window, "F9")
     assert window.is_on(Action.RECORD)
-    for _ in range(25):  # half a second of it, however long it takes
-        window.frame(3.0)
+    for _ in range(30):
+        window.frame(1 / 60)
     press(window, "p")
     window.frame(1 / 60)  # is not recorded
     last = pixels(window.screen)
@@ -107,12 +107,15 @@ def test_a_recording_is_what_the_window_shows_at_the_scene_s_pace(window: Window
     press(window, "F9")
     [file] = tmp_path.iterdir()
     with Image.open(file) as video:
-        assert (file.suffix, getattr(video, "n_frames", 0)) == (".gif", 25)
-        video.seek(24)
+        lasts = []
+        for number in range(getattr(video, "n_frames", 0)):
+            video.seek(number)
+            lasts.append(video.info["duration"])
         recorded = np.asarray(video.convert("RGB")).swapaxes(0, 1)
-    assert window.view.session.lockstep.steps == pytest.approx(30, abs=1)
-    panes = slice(window.layout.top, window.layout.strip.y)
-    assert (recorded[:, panes] != last[:, panes]).any(axis=2).mean() < 0.015
+    assert sum(lasts) == pytest.approx(500, abs=20)  # ms, however many frames the encoder had time for
+    assert min(lasts) >= 40
+    panes = slice(window.layout.top, window.layout.status.y)
+    assert (recorded[:, panes] != last[:, panes]).any(axis=2).mean() < 0.02
     assert window.status.endswith(f"saved {file.name} in {tmp_path}")
 
 
@@ -126,10 +129,10 @@ def test_a_recording_of_a_paused_window_leaves_no_file(window: Window, tmp_path:
 
 def test_a_resized_window_ends_the_recording(window: Window, tmp_path: Path) -> None:
     press(window, "F9")
-    window.frame(1 / 60)
+    window.frame(1 / 20)
     window.screen = pygame.display.set_mode((700, 500))
     window.frame(1 / 60)
-    assert window.recorder.video is None
+    assert window.recorder.seconds is None
     [file] = tmp_path.iterdir()
     with Image.open(file) as video:
         assert video.size != (700, 500)

@@ -8,14 +8,9 @@ from conftest import scene_of
 from pymunk.pygame_util import DrawOptions
 from window_driver import colour_at, pixels, point, press, run
 
-from sandbox.analysis.comparison import compare
 from sandbox.analysis.reference import Trust
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.scene.fields import rgb
-from sandbox.scene.files import load
-from sandbox.scene.units import PIXELS
-from sandbox.view.layout import Layout
-from sandbox.view.offscreen import draw_picture
 from sandbox.view.run_so_far import Marks
 from sandbox.view.session_view import AS_IT_SHOULD_BE, energy_in_words
 from sandbox.view.window import Window
@@ -49,17 +44,16 @@ def test_beyond_the_horizon_an_energy_that_depends_on_the_path_is_only_compared(
 
 
 @pytest.mark.parametrize(
-    ("error", "scale", "words"),
+    ("error", "words"),
     [
-        (-58, 1.0, "58 % less than it should have"),
-        (-423, 1.0, "4.2 times the kinetic energy less than it should have"),
-        (423, 1.0, "423 % more than it should have"),
-        (-423, 0.0, "423 kg px²/s² less than it should have"),
-        (0, 1.0, AS_IT_SHOULD_BE),
+        (-58, "58 % less than it should have"),
+        (-423, "4.2 times the kinetic energy less than it should have"),
+        (423, "423 % more than it should have"),
+        (0, AS_IT_SHOULD_BE),
     ],
 )
-def test_no_more_than_all_of_something_is_missing(error: float, scale: float, words: str) -> None:
-    assert energy_in_words(error, scale, PIXELS, "it should have") == words
+def test_no_more_than_all_of_something_is_missing(error: float, words: str) -> None:
+    assert energy_in_words(error, "it should have") == words
 
 
 def shows_line(window: Window, x: float, y: float, pane: int = 0) -> bool:
@@ -96,18 +90,15 @@ def test_balls_that_cannot_turn_have_the_line_of_their_angle_in_every_pane_alike
         assert not shows_line(window, 182, 300, pane)
 
 
-def test_a_picture_without_a_window_shows_the_end_of_each_run() -> None:
-    scene = load("head-on")
-    comparison = compare(scene)
-    picture = draw_picture(comparison)
-    layout = Layout(picture.get_size(), scene.arena.size, len(comparison.runs))
-    for pane, engine in enumerate(comparison.runs.values()):
-        for ball, (x, y) in enumerate(engine.final.position):
-            place = layout.arenas[pane].move(round(x * layout.scale), round((y + 8) * layout.scale)).topleft
-            assert tuple(picture.get_at(place))[:3] == rgb(scene.colors[ball])
-
-
 def test_ghosts_are_the_outlines_of_the_other_pane_s_balls(window: Window) -> None:
+    window.draw()
+    before = pixels(window.screen)
+    press(window, "g")
+    window.draw()
+    assert (pixels(window.screen) != before).any()  # the note in the titles
+    inside = window.layout.arenas[0]
+    assert (pixels(window.screen.subsurface(inside)) == before[inside.x : inside.right, inside.y : inside.bottom]).all()
+    press(window, "g")
     window.view.session.lockstep.engines["pymunk"].engine.kick(0, (0.0, 600.0))
     run(window, 6)  # the panes' first balls are 60 px apart now
     window.draw()
@@ -118,7 +109,7 @@ def test_ghosts_are_the_outlines_of_the_other_pane_s_balls(window: Window) -> No
     angles = np.linspace(0, math.tau, 200, endpoint=False)
     ring = [colour_at(window, 206 + 20 * math.cos(angle), 300 + 20 * math.sin(angle)) for angle in angles]
     coloured = np.mean([colour != (255, 255, 255) for colour in ring])
-    assert 0.4 < coloured < 0.9  # it is dashed
+    assert 0.3 < coloured < 0.9  # it is dashed
     assert colour_at(window, 206, 310) == (255, 255, 255)  # but not filled
 
 
@@ -132,6 +123,6 @@ def test_inner_walls_have_their_thickness_at_any_slope_in_every_pane(
     window.draw()
     ink, length = (0, 0, 0), math.dist(*ends)  # black on white
     for pane in range(2):
-        for across, colour in ((-13, (255, 255, 255)), (-8, ink), (8, ink), (13, (255, 255, 255))):
+        for across, colour in ((-13, (255, 255, 255)), (-7, ink), (7, ink), (13, (255, 255, 255))):
             x, y = 400 - (y1 - y0) / length * across, 150 + (x1 - x0) / length * across
             assert colour_at(window, x, y, pane) == colour

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pygame
 import pytest
-from pygame import Color, Rect
+from pygame import Color
 from pygame.event import Event
-from window_driver import CODES, SMALL_SCENE, button, click, colours, given, press, slider, step, tool
+from window_driver import CODES, SMALL_SCENE, button, click, colours, given, point, press, step, tool
 
 from sandbox.scene.files import load
 from sandbox.view.controls import Action
@@ -18,7 +18,6 @@ from sandbox.view.layout import MIN_SIZE
 from sandbox.view.notice import Guard, NoticeKind
 from sandbox.view.theme import DARK, GREEN, LIGHT, VERMILLION, readable
 from sandbox.view.widgets.buttons import Menu
-from sandbox.view.widgets.fields import Slider
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -48,20 +47,16 @@ def test_one_escape_too_many_does_not_quit(window: Window) -> None:
 
 
 def test_a_held_key_repeats_and_pause_does_not(window: Window) -> None:
-    def hold(key: str, frames: int) -> None:
-        code = CODES[key]
-        window.on_event(Event(pygame.KEYDOWN, key=code, unicode="", mod=0))
-        for _ in range(frames):
-            window.frame(1 / 30)
-        window.on_event(Event(pygame.KEYUP, key=code, mod=0))
-        window.frame(1.0)
+    def hold(key: str, presses: int) -> None:
+        for _ in range(presses):
+            window.on_event(Event(pygame.KEYDOWN, key=CODES[key], unicode="", mod=0))
+        window.on_event(Event(pygame.KEYUP, key=CODES[key], mod=0))
 
-    hold("Right", 30)
-    done = step(window)
-    assert 18 <= done <= 21  # once, and 30 times a second after 0.4 s
+    hold("Right", 20)
+    assert step(window) == 20
     hold("Left", 1)
-    assert step(window) == done - 1
-    hold("Space", 60)
+    assert step(window) == 19
+    hold("Space", 3)
     assert not window.playback.paused
 
 
@@ -88,8 +83,8 @@ def test_notices_of_success_and_error_look_different(window: Window) -> None:
 
 def test_the_length_of_a_recording_is_on_its_button(window: Window) -> None:
     press(window, "F9")
-    for _ in range(25):
-        window.frame(1 / 50)
+    for _ in range(5):
+        window.frame(0.1)
     assert "    0.5 s    " in window.status
     assert tool(window, "Stop 0.5 s")
     window.recorder.stop()
@@ -117,25 +112,6 @@ def test_a_part_that_fails_switches_itself_off_and_the_run_goes_on(
     assert not window.guard.failed
 
 
-def test_a_page_whose_widget_fails_is_switched_off_and_all_else_still_works(
-    window: Window, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    monkeypatch.setattr(Guard, "strict", False)
-    widget, place = slider(window, "gravity")
-
-    def fail(*_: object) -> None:
-        raise ZeroDivisionError("in the slider")
-
-    monkeypatch.setattr(type(widget), "press", fail)
-    click(window, place.center)
-    window.frame(1 / 60)
-    assert window.guard.failed == ("the page Scene",)
-    assert "ZeroDivisionError: in the slider" in caplog.text
-    assert not any(isinstance(one, Slider) for one, _ in window._placed)
-    click(window, button(window, Action.PAUSE))
-    assert window.playback.paused
-
-
 def test_an_action_that_fails_is_reported_and_the_window_stays_open(
     window: Window, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -144,8 +120,8 @@ def test_an_action_that_fails_is_reported_and_the_window_stays_open(
     def fail() -> None:
         raise ZeroDivisionError("in an action")
 
-    monkeypatch.setitem(window.actions, Action.RESTART, fail)
-    monkeypatch.setitem(window.actions, Action.PAUSE, fail)
+    monkeypatch.setattr(window, "restart", fail)
+    monkeypatch.setattr(window.playback, "pause", fail)
     press(window, "r")
     click(window, button(window, Action.PAUSE))
     assert window.notice.text == "That failed, and the run goes on: in an action"
@@ -184,33 +160,22 @@ def test_closing_with_edits_that_are_not_saved_asks(window: Window) -> None:
     assert "edits" not in window.status
 
 
-def test_the_size_of_the_text_changes(window: Window) -> None:
-    window.on_event(Event(pygame.KEYDOWN, key=pygame.K_PLUS, unicode="+", mod=pygame.KMOD_LCTRL))
-    assert (window.layout.text_height, window.playback.speed) == (15, 1.0)
-    window.on_event(Event(pygame.KEYDOWN, key=pygame.K_MINUS, unicode="-", mod=pygame.KMOD_LCTRL))
-    assert window.layout.text_height == 14
-
-
 def test_a_menu_is_used_by_mouse_alone_and_by_keys_alone(window: Window) -> None:
-    def open_menu() -> tuple[Menu, Rect]:
-        found = next((w, at) for w, at in window._placed if isinstance(w, Menu) and "fast" in w.does)
-        window.draw()
-        return found
-
-    menu, place = open_menu()
+    menu, place = next((w, at) for w, at in window._placed if isinstance(w, Menu) and "fast" in w.does)
     click(window, place.center)
     assert menu.is_open
     window.draw()
-    where = menu.list_place(place, window.layout.text_height, window.screen.get_rect())
-    assert window.screen.get_rect().contains(where)
-    click(window, (where.x + 20, where.y + 10))
+    assert window.screen.get_rect().contains(pygame.Rect(tool(window, "0.01\N{MULTIPLICATION SIGN}"), (1, 1)))
+    click(window, tool(window, "0.01\N{MULTIPLICATION SIGN}"))
     assert (window.playback.speed, menu.is_open) == (0.01, False)
     window.widgets.focus = menu
-    press(window, "Enter", "Down", "Enter")
-    assert window.playback.speed == 0.02
-    press(window, "Enter", "Esc")
+    press(window, "Enter", "Tab")
+    assert menu.is_open
+    press(window, "Esc")
     assert not menu.is_open
-    assert window.running
+    click(window, place.center)
+    click(window, point(window, 400, 300))
+    assert (given(window), menu.is_open, window.running) == ([], False, True)
 
 
 def test_full_screen_is_left_while_the_picker_is_open(window: Window) -> None:

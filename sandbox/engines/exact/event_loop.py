@@ -12,7 +12,7 @@ from sandbox.engines.exact.contact import bounce, collapses, collide, wakes
 from sandbox.engines.exact.event_queue import crosses
 from sandbox.engines.exact.grid import enter, leave
 from sandbox.engines.exact.prediction import predict, update_prediction
-from sandbox.engines.exact.records import NONE, STATIC
+from sandbox.engines.exact.records import NONE
 from sandbox.engines.exact.support import MAX_SUPPORTS
 from sandbox.engines.exact.world import World
 
@@ -41,42 +41,53 @@ class Stop(NamedTuple):
 def simulate(world: World, since: float, until: float, jams_from: float, max_events: int, log: Log) -> Stop:
     """Process the events until a time (s), or until something else than an event is due.
 
-    since: s, the start of the step; jams_from: s, before which no jam is examined;
-    max_events: after which it stops.
+    since: s, the start of the step; jams_from: s, before which no jam is examined; max_events: after which it stops.
     """
-    root, collisions = world.node[0], 0
+    earliest, collisions = world.node[0], 0
     for events in range(max_events):
-        now, i, j = root.time, root.disc, NONE
+        now, i = earliest.time, earliest.disc
         if now > until:
             return Stop(UP_TO_DATE, NONE, until, collisions, events)
         if log.filled[0] + MAX_ROWS_PER_EVENT > len(log.row):
             return Stop(UNFINISHED, NONE, now, collisions, events)
+        partner, jams = world.event[i].partner, False
         if crosses(world, i):
             _enter_next_cell(world, i, now)
             continue
+        if partner >= 0 and world.disc[partner].serial != world.event[i].partner_serial:
+            predict(world, i, now)  # the partner has changed course: a new prediction is due, and no contact
+            continue
+        reason, disc = _interruption(world, i, partner, now)
+        if reason != UNFINISHED:
+            return Stop(reason, disc, now, collisions, events)
 
-        # A contact with a disc that has since changed course is not due: only a new prediction is.
-        partner, jams = world.event[i].partner, False
-        if partner < 0 or world.disc[partner].serial == world.event[i].partner_serial:
-            if collapses(world, i, now) or (partner >= 0 and collapses(world, partner, now)):
-                seed = i if collapses(world, i, now) else partner
-                return Stop(COLLAPSE, seed, now, collisions, events)
-            if partner < 0:
-                jams = bounce(world, i, ~partner, since, now, log)
-            elif world.has_gravity and (wakes(world, i, partner, now) or wakes(world, partner, i, now)):
-                island = i if world.event[i].carrier == STATIC else partner
-                return Stop(WAKE, island, now, collisions, events)
-            else:
-                i, j = (i, partner) if world.event[i].ball < world.event[partner].ball else (partner, i)
-                jams = collide(world, i, j, since, now, log)
-                collisions += 1
-
-        predict(world, i, now)
-        if j != NONE:
-            predict(world, j, now)
+        if partner < 0:
+            jams = bounce(world, i, ~partner, since, now, log)
+            predict(world, i, now)
+        else:
+            first, second = (i, partner) if world.event[i].ball < world.event[partner].ball else (partner, i)
+            jams = collide(world, first, second, since, now, log)
+            collisions += 1
+            predict(world, first, now)
+            predict(world, second, now)
         if jams and now >= jams_from:
             return Stop(JAM, NONE, now, collisions, events + 1)
-    return Stop(UNFINISHED, NONE, root.time, collisions, max_events)
+    return Stop(UNFINISHED, NONE, earliest.time, collisions, max_events)
+
+
+@kernel
+def _interruption(world: World, i: int, partner: int, now: float) -> tuple[int, int]:
+    """Return why a contact is left to `engine`, and of which disc, or UNFINISHED: it is resolved here."""
+    if collapses(world, i, now):
+        return COLLAPSE, i
+    if partner >= 0 and collapses(world, partner, now):
+        return COLLAPSE, partner
+    if partner >= 0 and world.has_gravity:
+        if wakes(world, i, partner, now):
+            return WAKE, i
+        if wakes(world, partner, i, now):
+            return WAKE, partner
+    return UNFINISHED, NONE
 
 
 @kernel

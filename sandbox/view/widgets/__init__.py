@@ -8,7 +8,7 @@ import pygame
 from pygame import Color, Rect, Surface
 from pygame.event import Event
 
-from sandbox.view.primitives import dot, shortened, text_width, wrapped, write
+from sandbox.view.primitives import dot, first_lines, text_width, wrapped, write
 from sandbox.view.theme import theme
 
 ENTER: Final = (pygame.K_RETURN, pygame.K_KP_ENTER)
@@ -18,10 +18,10 @@ ARROWS: Final = {pygame.K_LEFT: -1, pygame.K_DOWN: -1, pygame.K_RIGHT: 1, pygame
 class Widget:
     """Something that shows a state and can be pressed. It is given its place at each call, since windows change.
 
-    width: in heights of the toolbar; in a row of the side panel, relative to its neighbours. takes_keys: the keyboard
-    can be on it. takes_text: it is typed into once it has been pressed. follows_mouse: it is pressed again at each
-    move of the mouse that holds it. does: what it is for. refusal: why it cannot be used now, or nothing. seen_in: the
-    part of the window outside of which it is scrolled out of sight; None if it never is.
+    width: in a row of the side panel, relative to its neighbours. takes_keys: the keyboard can be on it. takes_text:
+    it is typed into once it has been pressed. follows_mouse: it is pressed again at each move of the mouse that holds
+    it. does: what it is for. refusal: why it cannot be used now, or nothing. seen_in: the part of the window outside
+    of which it is scrolled out of sight; None if it never is.
     """
 
     width: float = 5.0
@@ -34,17 +34,12 @@ class Widget:
 
     @property
     def tip(self) -> str:
-        """The text below it while the mouse or the keyboard is on it."""
+        """The text beside it while the mouse or the keyboard is on it."""
         return self.refusal() or self.does
-
-    @property
-    def look(self) -> object:
-        """What is drawn, here all of its values; something else if the widget must be drawn again."""
-        return [value for value in vars(self).values() if not callable(value)]
 
     def natural_width(self, text_height: int) -> int:
         """Return the width that it has in a row of the window, px."""
-        return round(1.75 * text_height * self.width)
+        raise NotImplementedError
 
     def height(self, width: int, text_height: int) -> int:
         """Return the height that it needs in the side panel, px. width, text_height: px."""
@@ -69,9 +64,21 @@ class Widget:
 
 
 class Pressable(Widget):
-    """A widget that does something when it is pressed, or when Enter is while the keyboard is on it."""
+    """A widget that does something when it is pressed, or when Enter is while the keyboard is on it.
 
-    do: Callable[[], None] | None
+    text: on it; said: returns it, if it changes. widest: the longest text that it will have in a row of the window, so
+    that it does not move its neighbours.
+    """
+
+    text: str
+    do: Callable[[], object] | None
+    said: Callable[[], str] | None
+    widest: str
+
+    @property
+    def label(self) -> str:
+        """The text at present."""
+        return self.said() if self.said else self.text
 
     def act(self) -> None:
         """Do it, unless it is refused."""
@@ -99,81 +106,60 @@ def draw_ground(surface: Surface, place: Rect, colour: Color, text_height: int, 
 
 @dataclass(eq=False)
 class Words(Pressable):
-    """A text that is broken into lines. do: what a click on it does; marked: it stands out as the chosen one.
+    """A text: in the column of as many lines as it needs, in a row of the window one line.
 
-    colour: by default, that of all text. scale: of the text. dots: colours of the balls that it is about.
+    do: what a click on it does; marked: it stands out as the chosen one. colour: by default, that of all text. scale:
+    of the text. dots: colours of the balls or the engine that it is about.
     """
 
     text: str
     colour: Color | None = None
-    do: Callable[[], None] | None = None
+    do: Callable[[], object] | None = None
     marked: bool = False
     bold: bool = False
     scale: float = 1.0
     dots: tuple[Color, ...] = ()
     width: float = 5.0
+    said: Callable[[], str] | None = None
+    widest: str = ""
+    does: str = ""
 
     @property
     def takes_keys(self) -> bool:  # type: ignore[override]
         """Whether something is done."""
         return self.do is not None
 
+    def natural_width(self, text_height: int) -> int:
+        """Return the width of its text, px."""
+        height = round(self.scale * text_height)
+        return text_width(self.widest or self.label, height, bold=self.bold) + text_height + 2
+
     def height(self, width: int, text_height: int) -> int:
         """Return the height of its lines, px."""
-        return len(self._lines(width, text_height)) * self._step(text_height) + text_height // 3
-
-    def _lines(self, width: int, text_height: int) -> tuple[str, ...]:
         room = width - (1 + len(self.dots)) * text_height
-        return wrapped(self.text, room, round(self.scale * text_height), bold=self.bold)
+        lines = wrapped(self.label, room, round(self.scale * text_height), bold=self.bold)
+        return len(lines) * self._step(text_height) + text_height // 3
 
     def _step(self, text_height: int) -> int:
         return round(1.35 * self.scale * text_height)
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
-        """Draw its lines in the middle of its height; on a ground of its own if it can be pressed."""
+        """Draw those lines that have room, in the middle of its height; on a ground of its own if it can be pressed."""
         if self.do:
             draw_ground(surface, place, theme.raised, text_height, hot=hot)
         if self.marked:
             surface.fill(theme.accent, (place.x, place.y, max(2, text_height // 4), place.height))
-        top = place.y + (place.height - self.height(place.width, text_height)) // 2 + text_height // 6
-        line = Rect(place.x + text_height // 2, top, place.width - text_height, self._step(text_height))
-        for colour in self.dots:
-            disc = dot(max(2, text_height // 3), colour, theme.dim)
-            surface.blit(disc, disc.get_rect(center=(line.x + text_height // 3, line.centery)))
-            line.x += text_height
-            line.width -= text_height
-        for text in self._lines(place.width, text_height):
-            write(surface, text, line, self.colour or theme.ink, round(self.scale * text_height), bold=self.bold)
-            line.y += line.height
-
-
-@dataclass(eq=False)
-class Label(Widget):
-    """Says something. said: what; scale: of its text."""
-
-    said: Callable[[], str]
-    bold: bool = False
-    dim: bool = False
-    scale: float = 1.0
-    widest: str = ""
-
-    takes_keys = False
-
-    @property
-    def look(self) -> object:
-        """The text."""
-        return self.said()
-
-    def natural_width(self, text_height: int) -> int:
-        """Return the width of its text, px."""
-        height = round(self.scale * text_height)
-        return text_width(self.widest or self.said(), height, bold=self.bold) + text_height // 2
-
-    def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
-        """Draw the text."""
-        height = round(self.scale * text_height)
-        text = shortened(self.said(), max(place.width, 1), height)
-        write(surface, text, place, theme.dim if self.dim else theme.ink, height, bold=self.bold)
+        height, step, gap = round(self.scale * text_height), self._step(text_height), text_height // 2
+        line = Rect(place.x + gap, place.y, max(1, place.width - 2 * gap), step)
+        lefts = [line.x + k * text_height for k in range(len(self.dots))]
+        line.x, line.width = line.x + len(lefts) * text_height, max(1, line.width - len(lefts) * text_height)
+        lines = first_lines(self.label, line.width, height, max(1, place.height // step), bold=self.bold)
+        line.y += (place.height - step * len(lines)) // 2
+        for left, colour in zip(lefts, self.dots, strict=True):
+            dot(surface, colour, theme.dim, (left + text_height // 3, line.centery), text_height // 3)
+        for text in lines:
+            write(surface, text, line, self.colour or theme.ink, height, bold=self.bold)
+            line.y += step
 
 
 @dataclass(eq=False)

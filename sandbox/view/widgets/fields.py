@@ -37,11 +37,6 @@ class Field(Widget):
 
     takes_text = True
 
-    @property
-    def look(self) -> object:
-        """The value, and what is typed."""
-        return self.name, self.value(), self.unit, self.typed, self.refusal()
-
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
         """Draw name, value and unit, smaller if need be; what is typed has a cursor behind it."""
         draw_ground(surface, place, theme.raised, text_height, hot=hot)
@@ -122,11 +117,6 @@ class Slider(Widget):
         value = self.value() if self.dragged is None else self.values[self.dragged]
         return f"{value:g}{self.unit}"
 
-    @property
-    def look(self) -> object:
-        """The value shown."""
-        return self.value(), self.unit, self.dragged
-
     def height(self, width: int, text_height: int) -> int:
         """Return the height of its text and its track, px."""
         return round(2.5 * text_height)
@@ -142,8 +132,7 @@ class Slider(Widget):
         bar = Rect(track.x, track.centery - THICKNESS // 2, track.width, THICKNESS)
         pygame.draw.rect(surface, theme.line, bar, border_radius=THICKNESS // 2)
         pygame.draw.rect(surface, theme.accent, (bar.x, bar.y, x - bar.x, THICKNESS), border_radius=THICKNESS // 2)
-        knob = dot(round(text_height * (0.55 if hot else 0.45)), theme.accent, theme.accent)
-        surface.blit(knob, knob.get_rect(center=(x, track.centery)))
+        dot(surface, theme.accent, theme.accent, (x, track.centery), text_height * (0.55 if hot else 0.45))
 
     def press(self, place: Rect, point: tuple[int, int]) -> None:
         """Drag the knob to a point of the track."""

@@ -1,7 +1,8 @@
 """Widgets together: they share the mouse and the keyboard, and stand in rows."""
 
-from collections.abc import Callable, Container, Sequence
-from typing import TypeVar
+from collections.abc import Sequence
+from itertools import accumulate, pairwise
+from typing import Final
 
 import pygame
 from pygame import Rect, Surface
@@ -9,40 +10,23 @@ from pygame.event import Event
 
 from sandbox.view.layout import BETWEEN, in_rows
 from sandbox.view.primitives import card
+from sandbox.view.theme import theme
 from sandbox.view.widgets import Widget
 from sandbox.view.widgets.buttons import Menu
+from sandbox.view.widgets.fields import Slider
 
+TIP_SECONDS: Final = 4.0  # that a tip is shown
 Placed = tuple[Widget, Rect]
-Result = TypeVar("Result")
 
 
 class WidgetGroup:
-    """Which widget the mouse is over, which one it holds down, and which one the keyboard is on.
-
-    at_work: the widget that handles an event; it remains so if that fails.
-    """
+    """Which widget the mouse is over, which one it holds down, and which one the keyboard is on."""
 
     def __init__(self) -> None:
         self.over: Widget | None = None
         self.held: Widget | None = None
         self.focus: Widget | None = None
-        self.at_work: Widget | None = None
-        self._text_height = 14
-        self._within = Rect(0, 0, 1, 1)
-
-    def fit(self, within: Rect, text_height: int) -> None:
-        """Set where lists may be, and the height of their text, px."""
-        self._within, self._text_height = within, text_height
-
-    @staticmethod
-    def open_menu(placed: Sequence[Placed]) -> Menu | None:
-        """Return the menu whose list is open."""
-        return next((widget for widget, _ in placed if isinstance(widget, Menu) and widget.is_open), None)
-
-    def draw_list(self, surface: Surface, placed: Sequence[Placed]) -> None:
-        """Draw the list of the menu that is open."""
-        if menu := self.open_menu(placed):
-            menu.draw_list(surface, dict(placed)[menu], self._text_height)
+        self._tip_seconds = 0.0  # that the tip is still shown
 
     @property
     def is_typed_into(self) -> bool:
@@ -55,79 +39,99 @@ class WidgetGroup:
 
     def on_event(self, event: Event, placed: Sequence[Placed]) -> bool:
         """Handle an event. Return whether a widget uses it. placed: all widgets that are shown, with their places."""
-        self.at_work, places = None, dict(placed)
-        self._forget_all_but(places)
-        menu = self.open_menu(placed)
-        if menu and self._let(menu, menu.on_event, event, places[menu], self._text_height, self._within):
+        places = dict(placed)
+        if self.focus not in places:
+            self._move_focus(None)
+        self.over = self.over if self.over in places else None
+        self.held = self.held if self.held in places else None
+        menu = next((widget for widget in places if isinstance(widget, Menu) and widget.is_open), None)
+        if menu and event.type == pygame.KEYDOWN and event.key == pygame.K_ESCAPE:
+            menu.is_open = False
             return True
         if event.type == pygame.KEYDOWN:
             return self._on_key(event, placed)
         if event.type == pygame.MOUSEMOTION:
-            self.over = widget_at(event.pos, placed)
+            over = widget_at(event.pos, placed)
+            if over is not self.over:
+                self.over, self._tip_seconds = over, 0.0 if any(event.buttons) else TIP_SECONDS
             if self.held is not None and self.held.follows_mouse:
-                self._let(self.held, self.held.press, places[self.held], event.pos)
+                self.held.press(places[self.held], event.pos)
             return self.held is not None
-        if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
-            self.held = pressed = widget_at(event.pos, placed)
-            self._move_focus(pressed if pressed and pressed.takes_text else None)
-            if pressed:
-                self._let(pressed, pressed.press, places[pressed], event.pos)
-            return pressed is not None
+        if event.type == pygame.MOUSEBUTTONDOWN:
+            self._tip_seconds = 0.0
+            return event.button == 1 and self._on_press(event.pos, placed, menu)
         if event.type == pygame.WINDOWLEAVE:
             self.over = None
         if event.type == pygame.WINDOWFOCUSLOST or (event.type == pygame.MOUSEBUTTONUP and event.button == 1):
             held, self.held = self.held, None
             if held:
-                self._let(held, held.release)
+                held.release()
         return False
 
-    def _let(self, widget: Widget, do: Callable[..., Result], *given: object) -> Result:
-        self.at_work = widget
-        result = do(*given)
-        self.at_work = None
-        return result
-
-    def _forget_all_but(self, shown: Container[Widget | None]) -> None:
-        if self.focus not in shown:
-            self._move_focus(None)
-        self.over = self.over if self.over in shown else None
-        self.held = self.held if self.held in shown else None
+    def _on_press(self, point: tuple[int, int], placed: Sequence[Placed], menu: Menu | None) -> bool:
+        self.held = pressed = widget_at(point, placed)
+        self._move_focus(pressed if pressed and pressed.takes_text else None)
+        if pressed:
+            pressed.press(dict(placed)[pressed], point)
+        if menu and pressed is not menu:
+            menu.is_open = False
+        return pressed is not None or menu is not None
 
     def _move_focus(self, widget: Widget | None) -> None:
         if self.focus is not None and self.focus is not widget:
-            self._let(self.focus, self.focus.leave)
+            self.focus.leave()
         self.focus = widget
 
     def _on_key(self, event: Event, placed: Sequence[Placed]) -> bool:
-        if self.focus is not None and self._let(self.focus, self.focus.key, event):
+        if self.focus is not None and self.focus.key(event):
             return True
         if event.key == pygame.K_TAB:
             widgets, by = [w for w, _ in placed if w.takes_keys], -1 if event.mod & pygame.KMOD_SHIFT else 1
             here = min(0, -by) if self.focus is None else widgets.index(self.focus)
             self._move_focus(widgets[(here + by) % len(widgets)])
+            self._tip_seconds = TIP_SECONDS
             return True
         if self.focus is not None and event.key == pygame.K_ESCAPE:
             self._move_focus(None)
             return True
         return False
 
+    def wait(self, seconds: float) -> bool:
+        """Let some seconds pass. Return whether a tip has left in them."""
+        was_shown = self._tip_seconds > 0
+        self._tip_seconds -= seconds
+        return was_shown and self._tip_seconds <= 0
+
+    # Drawing
+
     def draw(self, surface: Surface, placed: Sequence[Placed], text_height: int) -> None:
         """Draw widgets at their places."""
         for widget, place in placed:
-            widget.draw(surface, place, text_height, hot=self.is_hot(widget))
+            if widget.seen_in is None or widget.seen_in.colliderect(place):
+                surface.set_clip(widget.seen_in)
+                widget.draw(surface, place, text_height, hot=self.is_hot(widget))
+        surface.set_clip(None)
 
-    def draw_tip(self, surface: Surface, placed: Sequence[Placed], text_height: int) -> None:
-        """Draw the tip of the widget that the mouse or the keyboard is on, but not over what is typed."""
+    def draw_tip(self, surface: Surface, placed: Sequence[Placed], titles: Sequence[Rect], text_height: int) -> None:
+        """Draw the tip of the widget that the mouse or the keyboard is on, off sliders, titles, and what is typed."""
         hot = None if self.is_typed_into else self.over or self.focus
-        if hot and hot.tip and (place := dict(placed).get(hot)):
+        place = next((place for widget, place in placed if widget is hot), None)
+        if hot and hot.tip and place and self._tip_seconds > 0:
+            sliders = [where for widget, where in placed if isinstance(widget, Slider)]
             lines = [[line] for line in hot.tip.splitlines()]
-            card(surface, lines, place.bottomleft, text_height, surface.get_rect())
+            card(surface, lines, place, text_height, surface.get_rect(), [*titles, *sliders, place])
 
 
 def widget_at(point: tuple[int, int], placed: Sequence[Placed]) -> Widget | None:
     """Return the widget at a point of the screen."""
     under = (widget for widget, place in placed if place.collidepoint(point))
     return next((widget for widget in under if widget.seen_in is None or widget.seen_in.collidepoint(point)), None)
+
+
+def items_of(placed: Sequence[Placed], text_height: int, within: Rect) -> list[Placed]:
+    """Return the items of the menu that is open, with their places inside another."""
+    menus = ((widget, place) for widget, place in placed if isinstance(widget, Menu))
+    return [item for menu, place in menus for item in menu.listed(place, text_height, within)]
 
 
 class WidgetRow:
@@ -159,3 +163,26 @@ class WidgetRow:
 def rows_of(widgets: Sequence[Widget], per_row: int = 2) -> list[Sequence[Widget]]:
     """Return widgets in rows of the column."""
     return [widgets[k : k + per_row] for k in range(0, len(widgets), per_row)]
+
+
+def stacked(rows: Sequence[Sequence[Widget]], width: int, text_height: int, gap: int = 0) -> tuple[list[Placed], int]:
+    """Return widgets with their places, row by row from the point 0, 0, and the height of all rows, px."""
+    gap = gap or max(4, text_height // 3)
+    placed: list[Placed] = []
+    y = 0
+    for row in rows:
+        room, whole = width - gap * (len(row) - 1), sum(widget.width for widget in row)
+        ends = [round(room * end / whole) for end in accumulate((widget.width for widget in row), initial=0.0)]
+        widths = [end - start for start, end in pairwise(ends)]
+        height = max(widget.height(w, text_height) for widget, w in zip(row, widths, strict=True))
+        lefts = accumulate((w + gap for w in widths), initial=0)
+        placed += [(widget, Rect(x, y, w, height)) for widget, w, x in zip(row, widths, lefts, strict=False)]
+        y += height + gap
+    return placed, y
+
+
+def draw_scroll_bar(surface: Surface, body: Rect, height: int, scrolled: float, text_height: int) -> None:
+    """Draw at the right of a place which part of its content is seen. height: of the content; scrolled: px of it."""
+    if height > body.height:
+        top, share = body.y + scrolled / height * body.height, body.height / height
+        surface.fill(theme.dim, Rect(body.right + 2, top, max(2, text_height // 5), share * body.height))
