@@ -15,7 +15,6 @@ from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 
 SANDBOX: Final = (sys.executable, "-m", "sandbox")
-COMPARE: Final = ("compare", "article", "--seconds", "0.1")
 
 
 def comparison(rounds: int) -> Iterator[Figure]:
@@ -39,7 +38,7 @@ def run_each(scene: Scene, engines: Sequence[str]) -> None:
 
 def start(rounds: int) -> Iterator[Figure]:
     """Measure programs from start to end."""
-    for name, arguments in (("--version", ("--version",)), ("compare", COMPARE)):
+    for name, arguments in (("--version", ("--version",)), ("compare", ("compare", "article", "--seconds", "0.1"))):
         command = (*SANDBOX, *arguments)
         run(command)  # compiles kernels that are not cached yet
         yield figure(f"start {name}", f"sandbox {' '.join(arguments)}", [run(command) for _ in range(rounds)], "s")

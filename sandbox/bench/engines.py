@@ -19,7 +19,6 @@ from sandbox.scene.spawn import spawn
 RMS_SPEED: Final = 200  # px/s, of a gas: 3.3 px a step; time-stepped engines need less than the radius
 STEPS: Final = 20  # of the article's engine, from the start: later its gas has cooled into heaps
 COLLISIONS: Final = 100_000  # in a round of the exact engine
-HALF: Final = 0.5  # fraction of the box that the exact engine's discs cover
 
 
 def gas(n: int, eta: float) -> Scene:
@@ -63,7 +62,7 @@ def first_steps(scene: Scene) -> float:
 def exact(rounds: int) -> Iterator[Figure]:
     """Measure collisions between discs that cover half of their box, per second."""
     for n in (100, 1_000, 10_000, 100_000):
-        engine = ExactEngine(scene := gas(n, HALF), spawn(scene))
+        engine = ExactEngine(scene := gas(n, 0.5), spawn(scene))
         engine.step()  # compiles, and leaves the initial order
         rates = [_collisions_per_second(engine) for _ in range(rounds)]
         yield figure(f"exact n={n}", f"{n:,} discs: collisions", rates, "/s")

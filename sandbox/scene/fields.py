@@ -169,13 +169,13 @@ def partial(model: type[M], given: object) -> M:
 
 
 def _valid(model: type[Model], name: str, value: object) -> Any:
-    """Return the value of a key, or of a list of tables those parts that are valid, or else None."""
+    """Return the value of a key, or None if it is not valid; of a list of tables, each without its errors."""
+    inner, *_ = (*get_args(model.model_fields[name].annotation), None)
+    if isinstance(inner, type) and issubclass(inner, Model) and isinstance(value, list | tuple):
+        return tuple(each if isinstance(each, inner) else partial(inner, each) for each in value)
     try:
         return _adapter(model, name).validate_python(value)
     except ValidationError:
-        inner, *_ = (*get_args(model.model_fields[name].annotation), None)
-        if isinstance(inner, type) and issubclass(inner, Model) and isinstance(value, list | tuple):
-            return tuple(partial(inner, each) for each in value)
         return None
 
 

@@ -94,15 +94,10 @@ class Result:
         by_error = sorted(self.scores, key=relative_error, reverse=True)
         return [line for score in by_error for line in _lines(score)] or [self.message]
 
-    def document(self) -> "Judged | Unjudged | Refusal | Breakage | NotRun":
-        """Return what `--json` writes."""
-        match self.outcome:
-            case Outcome.REFUSED:
-                return Refusal(refused=self.message)
-            case Outcome.BROKE:
-                return Breakage(broke=self.message)
-            case Outcome.NOT_RUN:
-                return NotRun(not_run=self.message)
+    def document(self) -> "Judged | Unjudged | dict[str, str]":
+        """Return what `--json` writes; of an engine that was not scored why, as `refused`, `broke` or `not_run`."""
+        if self.outcome in (Outcome.REFUSED, Outcome.BROKE, Outcome.NOT_RUN):
+            return {self.outcome.name.lower(): self.message}
         skipped = [Skip(at=score.expect.at, because=score.skipped) for score in self.scores if score.skipped]
         if self.outcome is Outcome.SKIPPED:
             return Unjudged(skipped=skipped)
@@ -199,34 +194,13 @@ class Unjudged:
 
 
 @dataclass(frozen=True)
-class Refusal:
-    """Why the engine cannot run the scene."""
-
-    refused: str
-
-
-@dataclass(frozen=True)
-class Breakage:
-    """The exception that the engine raised."""
-
-    broke: str
-
-
-@dataclass(frozen=True)
-class NotRun:
-    """In which scene the engine broke before."""
-
-    not_run: str
-
-
-@dataclass(frozen=True)
 class Scores:
     """The document that `sandbox verify --json` writes; docs/formats.md explains the keys.
 
     scenes: scene -> engine -> result; tally: engine -> outcome -> number of scenes.
     """
 
-    scenes: dict[str, dict[str, Judged | Unjudged | Refusal | Breakage | NotRun]]
+    scenes: dict[str, dict[str, Judged | Unjudged | dict[str, str]]]
     tally: dict[str, dict[str, int]]
 
 

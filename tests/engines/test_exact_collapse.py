@@ -12,6 +12,8 @@ from recorded import recorded
 from scene_in_decimal import Disc, Numbers
 
 from sandbox.engines.exact import ExactEngine
+from sandbox.engines.exact.engine import CODE
+from sandbox.engines.machine_code import compile_engines
 from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
@@ -222,10 +224,13 @@ def test_a_ball_in_a_slot_of_its_width_keeps_its_motion_along_it() -> None:
     assert state.velocity[0] == pytest.approx([0, 240], abs=1e-9)
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.5])
-@pytest.mark.parametrize("elasticity", [0.0, 0.5, 0.9])
+@pytest.mark.parametrize(("elasticity", "friction"), [(0.0, 0.0), (0.5, 0.5), (0.9, 0.0)])
 @pytest.mark.parametrize("wider", sample([0.0, 1e-12], 2))
-def test_the_walls_of_a_full_row_carry_its_weight(wider: float, elasticity: float, friction: float) -> None:
+def test_the_walls_of_a_full_row_carry_its_weight(
+    wider: float, elasticity: float, friction: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compile_engines(["exact"])
+    monkeypatch.setattr(CODE, "_loading", 0)
     factors = f"elasticity = {elasticity}\nfriction = {friction}\n"
     scene = parse(
         f"gravity = [0, 900]\nseed = 3\n[arena]\nsize = [{100 + wider!r}, 200]\n{factors}"
@@ -233,7 +238,7 @@ def test_the_walls_of_a_full_row_carry_its_weight(wider: float, elasticity: floa
         "test",
     )
     engine = ExactEngine(scene, spawn(scene))
-    for _ in range(120):
+    for _ in range(240):
         engine.step()
     engine.record_contacts()
     before = scene.bodies.mass @ engine.state().velocity

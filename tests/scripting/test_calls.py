@@ -85,7 +85,6 @@ ANY: Any = sandbox  # so that mypy accepts wrong arguments
 KINDS = ", ".join(INPUT_KINDS)
 SCENE = "a scene must be the name of a bundled scene or a file, got"
 NO_SCENE = "no scene 'articel': neither a file nor a bundled scene; did you mean article?"
-NAMES = "must be the name of one or a list of names, got"
 SOURCES = "must be names, classes or functions, got"
 WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "scene is a number": (lambda: ANY.compare(3), f"{SCENE} 3"),
@@ -123,7 +122,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
         "inputs[0]: ball must be at most 1, got 9",
     ),
     "nothing to verify": (lambda: ANY.verify([]), "scenes must contain at least one, got an empty list"),
-    "verify with numbers": (lambda: ANY.verify("oblique", [1]), f"engines {NAMES} [1]"),
+    "verify with numbers": (lambda: ANY.verify("oblique", [1]), f"engines {SOURCES} 1"),
     "no seeds": (lambda: ANY.sweep("oblique", seeds=[]), "seeds must contain at least one, got an empty list"),
     "settings are a list": (
         lambda: ANY.sweep("oblique", settings=[1]),

@@ -46,15 +46,6 @@ def chain(mass: float, iterations: int, dt: float = DT, seconds: float = 2) -> D
     return watched(space, round(seconds / dt), dt=dt)
 
 
-def fine_chain() -> Diagnosis:
-    return chain(1, 300, DT / 4, seconds=1)
-
-
-def coarse_chain() -> Diagnosis:
-    """It cracks like a whip, too fast for its steps."""
-    return chain(1, 300)
-
-
 def heavy_chain() -> Diagnosis:
     return chain(500, 10)
 
@@ -65,10 +56,6 @@ def pendulum() -> Diagnosis:
     pivot.position = 300, 0
     space.add(pymunk.PinJoint(pivot, ball(space, 400, 0)))
     return watched(space, 120)
-
-
-def lax_chain() -> Diagnosis:
-    return chain(1, 2)
 
 
 def tower(iterations: int) -> Diagnosis:
@@ -95,15 +82,6 @@ def shot(speed: float = 840) -> Diagnosis:
     wall(space, *FLOOR)
     ball(space, 0, 193 - speed / 20, velocity=(0, speed), elasticity=0.5)
     return watched(space, 5)
-
-
-def shot_hard() -> Diagnosis:
-    return shot(1500)
-
-
-def shot_into_each_other() -> Diagnosis:
-    """50 px in a step, from which they are 10 px deep in each other: as far as if they had passed."""
-    return shot_at(1500, 110, steps=2)
 
 
 def runs_through_a_wall() -> Diagnosis:
@@ -137,23 +115,11 @@ def shot_through_each_other() -> Diagnosis:
     return shot_at(1500, 25)
 
 
-def shot_past_each_other() -> Diagnosis:
-    """Balls of radius 10, of which one leaves the other's way within the step: their centres pass 22.4 px apart."""
-    return shot_at(1500, 25, aside=6000)
-
-
 def shot_at(speed: float, distance: float, aside: float = 0, steps: int = 1) -> Diagnosis:
     space = world(gravity=0)
     ball(space, 0, 0, velocity=(speed, 0))
     ball(space, distance, 0, velocity=(-speed, aside))
     return watched(space, steps)
-
-
-def slow_shot() -> Diagnosis:
-    space = world(gravity=0)
-    wall(space, *FLOOR)
-    ball(space, 0, 128, velocity=(0, 200), elasticity=0.5)
-    return watched(space, 30)
 
 
 def lands_flat() -> Diagnosis:
@@ -163,19 +129,6 @@ def lands_flat() -> Diagnosis:
     plank = box(space, 0, 194.8 - 3 * 4.9, (60, 10))
     plank.velocity = 0, 4.9 / DT
     return watched(space, 60)
-
-
-def kicked_into_another() -> Diagnosis:
-    """By 11.7 px in a step, once."""
-    space = world(gravity=0)
-    kicked = box(space, 0, 0)
-    box(space, 20.5, 0)
-
-    def kick(number: int) -> None:
-        if number == 5:
-            kicked.velocity = 700, 0
-
-    return watched(space, 60, kick)
 
 
 def overlapping() -> Diagnosis:
@@ -207,15 +160,6 @@ def deadened_by_handler() -> Diagnosis:
 
 def counted_by_handler() -> Diagnosis:
     return handled(lambda _: None, "pre_solve")
-
-
-def hits_two() -> Diagnosis:
-    """Its bounces differ from its elasticity, as it meets two balls at once: no fault of a handler."""
-    space = world(gravity=0)
-    ball(space, 0, 0, velocity=(200, 0), elasticity=0.9)
-    for y in (-10.5, 10.5):
-        ball(space, 40, y, elasticity=0.9)
-    return watched(space, 20)
 
 
 def teleported() -> Diagnosis:
@@ -268,18 +212,6 @@ def thrust_and_turned() -> Diagnosis:
     return thrust(push)
 
 
-def put_back() -> Diagnosis:
-    """A game that puts a ball back once."""
-    space = world()
-    body = ball(space, 0, 0)
-
-    def move(number: int) -> None:
-        if number == 20:
-            body.position = 0, 0
-
-    return watched(space, 40, move)
-
-
 def fallen() -> Diagnosis:
     space = world()
     ball(space, 0, 0)
@@ -305,11 +237,6 @@ def lies() -> Diagnosis:
     return watched(space, 90)
 
 
-def pulled_together() -> Diagnosis:
-    """The same, while the joint still speeds it up."""
-    return off_its_law(5)
-
-
 def off_its_law(steps: int = 60) -> Diagnosis:
     """A ball on a pin joint that is to be 100 px shorter than it is."""
     space = world(gravity=0)
@@ -330,30 +257,20 @@ def mouse() -> Diagnosis:
 
 
 FAULTS: Sequence[tuple[Callable[[], Diagnosis], set[str]]] = (
-    (fine_chain, set()),
-    (coarse_chain, {"joint-stretched"}),
-    (lax_chain, {"joint-stretched"}),
     (heavy_chain, {"joint-stretched"}),
     (pendulum, set()),
     (crushed, {"sinks-in", "deep-at-once"}),
     (carried, set()),
     (shot, {"deep-at-once"}),
-    (shot_hard, {"deep-at-once"}),
-    (shot_into_each_other, {"deep-at-once"}),
     (runs_through_a_wall, {"passed-through", "overlap"}),
-    (slow_shot, set()),
     (swatted, {"passed-through"}),
     (batted, set()),
     (shot_through_each_other, {"passed-through"}),
-    (shot_past_each_other, set()),
     (lands_flat, {"deep-at-once"}),
-    (kicked_into_another, {"deep-at-once"}),
     (overlapping, {"overlap"}),
     (deadened_by_handler, set()),
     (counted_by_handler, set()),
-    (hits_two, set()),
     (teleported, {"moved-by-hand"}),
-    (put_back, set()),
     (pushed, {"pushed-by-hand"}),
     (thrust_at_a_point_of_the_space, {"wrong-point"}),
     (kicked_at_a_point_of_the_body, {"wrong-point"}),
@@ -363,7 +280,6 @@ FAULTS: Sequence[tuple[Callable[[], Diagnosis], set[str]]] = (
     (shaken, {"jitters"}),
     (lies, set()),
     (off_its_law, {"joint-stretched"}),
-    (pulled_together, {"joint-stretched"}),
     (mouse, set()),
 )
 
