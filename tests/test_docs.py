@@ -285,7 +285,10 @@ def test_the_set_up_lines_are_those_that_ci_runs() -> None:
 
 
 def test_the_keys_are_those_of_the_window() -> None:
-    rows = "".join(f"`{keys}` | {does}\n" for _, keys, does in HELP)
+    grouped = itertools.groupby(HELP, key=lambda row: row[0])
+    rows = "".join(
+        f"**{topic}** |\n" + "".join(f"`{keys}` | {does}\n" for _, keys, does in of) for topic, of in grouped
+    )
     check_text(ROOT / "docs" / "window.md", "key | does\n---|---\n", "\n", rows)
 
 
