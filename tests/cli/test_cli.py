@@ -25,7 +25,7 @@ def test_without_a_display_it_says_so_compares_and_saves_a_picture(command: Comm
     assert title.startswith("Head-on: 2 balls, 3 s at 60 steps a second, seed 0; reference: exact")
     assert ["energy", "change", "0", "%", "-50", "%", "0", "%"] in [line.split() for line in table]
     assert last == "Picture of the end: head-on-0-000180.png"
-    assert pygame.image.load("head-on-0-000180.png").get_size() == (1280, 560)
+    assert pygame.image.load("head-on-0-000180.png").get_size() == (1280, 720)
     scene = load("head-on")
     assert load_inputs(Path("inputs.jsonl"), scene) == [Start(scene="head-on", seed=0, rate=60), End(step=180)]
 
