@@ -1,7 +1,6 @@
 """pydantic's validation errors, worded for the author of a scene."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import partial
 from importlib.metadata import version
 from typing import Final, get_args, get_origin
 
@@ -17,7 +16,7 @@ NUMBER, TABLE = KINDS = ("<number>", "<table>")  # tags of values that may be ei
 
 def invalid(*problems: Problem) -> PydanticCustomError:
     """Return an error for a validator to raise: several problems, each with its path from the validated value."""
-    return PydanticCustomError("problems", "{problems}", {"problems": problems})
+    return PydanticCustomError("problems", "several problems", {"problems": problems})
 
 
 _MESSAGES: Final[Mapping[str, str]] = {
@@ -72,7 +71,7 @@ def _message(detail: ErrorDetails, path: KeyPath, model: type[BaseModel]) -> Mes
     fields = {str(field.validation_alias or name): field for name, field in model.model_fields.items()}
     given = detail["input"]
     if detail["type"] == "extra_forbidden":
-        return partial(_unknown, str(path[-1]), fields)
+        return lambda: _unknown(str(path[-1]), fields)  # pydantic formats what it is given: a lambda is short
     if detail["type"] == "missing":
         meaning = (fields[str(path[-1])].description or "").rstrip(".")
         return f"is missing ({meaning})" if meaning else "is missing"

@@ -28,7 +28,7 @@ from sandbox.engines import BUILT_IN, REFERENCE, Engines, Source, check_name, na
 from sandbox.errors import EngineError, LimitReached, Refused, SandboxError
 from sandbox.quantity import length
 from sandbox.run.lockstep import Lockstep
-from sandbox.scene.model import MAX_STEPS, Scene
+from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import State, States
 from sandbox.text import printable, xml_text
@@ -253,13 +253,9 @@ def _checked(scene: Scene, tolerance: float | None) -> Scene:
     """Return the scene with seconds that reach the last step that is needed, of which there is at least one.
 
     tolerance: of its expectations, if not None.
-    Raises SandboxError if that is too late for any run, or if the balls do not fit.
+    Raises SandboxError if the balls do not fit.
     """
     spawn(scene)
-    for number, expect in enumerate(scene.expect):
-        if expect.at * scene.rate > MAX_STEPS:
-            most = f"{MAX_STEPS / scene.rate:g} at this rate"
-            raise SandboxError(scene.at_key(("expect", number, "at"), f"must be at most {most}, got {expect.at:g}"))
     last = math.ceil(max(expect.at for expect in scene.expect) * scene.rate - SAME_TIME)
     changes = {} if tolerance is None else {"tolerance": tolerance}
     changed = [each.model_copy(update=changes) for each in scene.expect]

@@ -49,6 +49,7 @@ class Cause(StrEnum):
     FRICTION = "friction", "friction"
     SURFACE = "surface", "surface velocities"
     JOINTS = "joints", "joints", True  # all but motors and springs
+    LIMITED_JOINTS = "limited_joints", "joints with a max_force"  # which may give way, as friction does
     MOTORS = "motors", "motors"
     SPRINGS = "springs", "springs with a law of the program"
     SPRING_DAMPING = "spring_damping", "dampers of springs"
@@ -560,7 +561,9 @@ class _StepWork:
         self._work[Cause.SPRING_DAMPING] += work[is_damper].sum()
         self._work[Cause.SPRINGS] += work[is_spring].sum()
         self._work[Cause.MOTORS] += work[is_motor].sum()
-        self._work[Cause.JOINTS] += work[~(is_damper | is_spring | is_motor)].sum()
+        is_joint, is_limited = ~(is_damper | is_spring | is_motor), np.isfinite(joints.rows["max_force"])
+        self._work[Cause.JOINTS] += work[is_joint & ~is_limited].sum()
+        self._work[Cause.LIMITED_JOINTS] += work[is_joint & is_limited].sum()
 
     def _energy(self, motion: _Motion) -> float:
         """Return the kinetic energy of all bodies in a motion."""

@@ -625,3 +625,7 @@ class Still:
 def test_step_and_state_make_an_engine() -> None:
     kind: type[sandbox.Engine] = Still
     assert len(simulate(load("head-on"), kind, steps=3).time) == 4
+
+
+def test_a_scene_is_shown_in_one_short_line() -> None:
+    assert repr(load("plinko")) == "<Scene plinko: 200 balls, 8 s at 60 steps a second>"
