@@ -2,7 +2,5 @@
 
 from pathlib import Path
 
-PROGRAMS = sorted(Path(__file__).parent.glob("*.py"))
-collect_ignore = [path.name for path in PROGRAMS if path.stem not in ("conftest", "test_cases")]
-    path.name for path in Path(__file__).parent.glob("*.py") if path.stem not in ("conftest", "test_cases")
-]
+FILES = sorted(Path(__file__).parent.glob("*.py"))
+collect_ignore = [path.name for path in FILES if path.stem not in ("conftest", "test_cases")]
