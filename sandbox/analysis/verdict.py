@@ -13,6 +13,7 @@ from sandbox.analysis.gas import TheoryRow
 from sandbox.engines import REFERENCE, TUNED, settings_in
 from sandbox.judge.causes import Cause
 from sandbox.judge.thresholds import NEGLIGIBLE
+from sandbox.judge.words import OF_STEPS
 from sandbox.quantity import length
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension
@@ -22,6 +23,7 @@ NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller error count
 ROUNDING: Final = 1e-6  # of any figure in the table, px or %; less is written as 0
 SEEN_AT_START: Final = 1e-3  # of a radius, far above what an engine that computes in float32 loses
 MAX_CAUSES: Final = 3  # of an engine
+FURTHER_ON: Final = 0.1  # of an error in energy, by which it is smaller at the end if it is said to be the worst
 SHARE_SHOWN: Final = 0.01  # of an engine's error, below which a further cause is not said
 IN_FLIGHT: Final = (Cause.GRAVITY, Cause.DAMPING, Cause.UNREPORTED, Cause.TELEPORTED)  # of steps, not of contacts
 REMEDIES: Final = {  # said once, of Pymunk
@@ -79,7 +81,8 @@ def _lines(comparison: Comparison, name: str, remedies: dict[Cause, str]) -> Ite
     if run.apart is not None and run.apart:
         yield f"Within a ball's radius of {_short(comparison)} until {run.apart:.2f} s."
     elif run.apart is None and comparison.trusted_until != 0:
-        until = "to the end" if comparison.trusted_until is None else "as long as paths can be compared"
+        end = comparison.trusted_until
+        until = "to the end" if end is None else f"until {end:.2f} s, as long as paths can be compared"
         yield f"Within a ball's radius of {_short(comparison)} {until}."
     yield from _besides(comparison, name)
 
@@ -132,13 +135,18 @@ def _energy(comparison: Comparison, run: Run) -> Iterator[str]:
     error = run.figures.energy_error
     if error is None:
         return
+    known = np.isfinite(run.energy_gap)
+    until = "" if known.all() else f"until {comparison.time[known.argmin()]:.2f} s"
     if error <= NEGLIGIBLE_ENERGY:
-        known = np.isfinite(comparison.runs[comparison.against].energy_gap)
-        until = "" if known.all() else f" until {comparison.time[known][-1]:.2f} s"
-        yield f"Energy as it should be{until}."
+        yield f"Energy as it should be {until}".rstrip() + "."
         return
-    share = run.energy_gap[int(np.argmax(np.abs(run.energy_gap) >= error * (1 - NEGLIGIBLE)))]
-    yield f"{percent(-share)} of the energy is missing." if share < 0 else f"{percent(share)} too much energy."
+    share, last = (
+        run.energy_gap[np.argmax(np.abs(run.energy_gap) >= error * (1 - NEGLIGIBLE))],
+        run.energy_gap[known][-1],
+    )
+    what = f"{percent(-share)} of the energy is missing" if share < 0 else f"{percent(share)} too much energy"
+    worst_at = " at worst" if abs(last - share) > FURTHER_ON * error else ""
+    yield f"{until.capitalize()}, {what}{worst_at}.".removeprefix(", ")
     runs = (run, comparison.runs[comparison.against])
     given, expected = (each.energy_by_cause.get(Cause.APPLIED, 0.0) for each in runs)
     if abs(given - expected) > NEGLIGIBLE_ENERGY * run.energy_scale:
@@ -150,18 +158,20 @@ def _causes(comparison: Comparison, name: str, remedies: dict[Cause, str]) -> It
     """Yield what an engine suffers most from, with remedies that are not said yet, and how much is unknown."""
     run, is_tuned = comparison.runs[name], settings_in(name)[0] == TUNED
     known = [each for each in run.causes if each.cause != Cause.UNKNOWN]
-    unknown = sum(each.share for each in run.causes if each.cause == Cause.UNKNOWN)
+    unknown = [each for each in run.causes if each.cause == Cause.UNKNOWN]
+    is_known = sum(each.share for each in unknown) <= SHARE_SHOWN
     for number, each in enumerate(known[:MAX_CAUSES]):
-        if each.share < SHARE_SHOWN and (number or unknown > SHARE_SHOWN):
+        if each.share < SHARE_SHOWN and (number or not is_known):
             break
         remedy = remedies.pop(each.cause, "") if is_tuned else ""
         steps = f"{counted(each.contacts, 'step')} of a ball"
         times = steps if each.cause in IN_FLIGHT else counted(each.contacts, "contact")
         yield f"{times}: {each.sentence[0].lower()}{each.sentence[1:]} {remedy}".rstrip()
-    if unknown > SHARE_SHOWN and is_heap(comparison):
-        yield f"{percent(unknown)} of its error is where many touch at once, as in a heap, which is not judged."
-    elif unknown > SHARE_SHOWN:
-        yield f"{percent(unknown)} of its error fits no single cause."
+    crowded = sum(each.share for each in unknown if each.sentence == OF_STEPS["several"])
+    if crowded > SHARE_SHOWN:
+        yield f"{percent(crowded)} of its error is in steps with several contacts at once, which are not judged."
+    if (single := sum(each.share for each in unknown) - crowded) > SHARE_SHOWN:
+        yield f"{percent(single)} of its error fits no single cause."
     if Cause.SOFT in run.energy_by_cause:
         yield "Its contacts are soft and last several steps, so they are not judged."
 
@@ -193,7 +203,7 @@ def _besides(comparison: Comparison, name: str) -> Iterator[str]:
     if missed := [score for score in run.scores if score.missed]:
         furthest = worst(missed)
         deviation, dimension = furthest.missed[0], furthest.missed[0].quantity.dimension
-        off = scene.units.text(dimension, "{:.2g}", deviation.error)
+        off = scene.units.text(dimension, "{:.4g}", deviation.error)
         [tolerance] = scene.units.scaled(dimension, furthest.expect.tolerance)
         whole = counted(run.figures.expected, "expectation")
         yield f"Misses {len(missed)} of {whole}: {deviation.quantity.label} by up to {off} (tolerance {tolerance:g})."

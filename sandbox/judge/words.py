@@ -52,7 +52,8 @@ def of_flight(units: Units, law: FlightLaw, kept: float) -> str:
     if law.name.startswith("gravity"):
         when, where = ("after", "beyond") if law.name == "gravity after" else ("before", "short of")
         off = units.text(Dimension.LENGTH, "{:.3g}", law.values[0])
-        return f"Gravity moves balls in steps, at the velocity {when} each: it ends {off} {where} the parabola."
+        pulled = f"Balls in flight move at the velocity {when} gravity's pull"
+        return f"{pulled}, and end each step {off} {where} the parabola."
     if law.name == "shifted":
         return f"Every step puts each ball {units.text(Dimension.LENGTH, '({:.3g}, {:.3g})', *law.values)} further."
     return FLIGHTS[law.name].format(*law.values)
@@ -88,7 +89,7 @@ def _of_law(scene: Scene, law: str, values: Floats) -> str:
         return ""
     said = BY_NAME[law].sentence.format(v=value, d=abs(np.degrees(value)))
     if law == "impulse" and (diameter := _diameter(scene, value)):
-        return f"{said[:-1]} (divided by the diameter, {diameter})."
+        return f"{said[:-1]} (divided by the diameter, {diameter}, not by the inverse masses)."
     if len(values) > 1 and np.ptp(values) > ALIKE * abs(value) and "{" in BY_NAME[law].sentence:
         shown = np.degrees(values) if "{d" in BY_NAME[law].sentence else values
         return f"{said[:-1]} (the median; {shown.min():.3g} to {shown.max():.3g} in all)."

@@ -127,7 +127,7 @@ class Advice(Sequence[TriedSettings]):
     >>> import sandbox
     >>> advice = sandbox.advise("oblique")
     >>> advice
-    <Advice: 7 trials, best substeps=4>
+    <Advice: 6 trials, best substeps=4>
     >>> advice.best.changes, advice[0].gap_rms > advice.best.gap_rms
     ({'substeps': 4}, True)
     """
