@@ -83,12 +83,6 @@ def write_text(path: str | Path, text: str) -> None:
         file.write(text.encode())
 
 
-def is_replaceable(path: str | Path) -> bool:
-    """Return whether a path is a regular file or does not exist yet. Raises SandboxError if it cannot be written."""
-    with write_errors(path):
-        return _file_behind(path) is not None
-
-
 def check_outputs(outputs: Mapping[str, str | None], read: Iterable[str | Path | None] = ()) -> None:
     """Check, before anything runs, that each output can be written. Raises SandboxError if one cannot.
 

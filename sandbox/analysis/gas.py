@@ -96,11 +96,6 @@ def compressibility(eta: float) -> float:
     return 1 + 2 * eta * contact_value(eta)
 
 
-def fluid_pressure(radius: Floats, kinetic: float, size: Sequence[float]) -> float:
-    """Return the pressure of a fluid of discs, E Z / A, kg/s². kinetic: E, kg px²/s²."""
-    return compressibility(packing_fraction(radius, size)) * kinetic / math.prod(size)
-
-
 def enskog_rate(n: int, radius: float, size: Sequence[float], mean_square_speed: float) -> float:
     """Return the rate of contacts between n equal discs, 1/s: n 2r (n/A) g √(π kT/m), where 2kT/m is <v²>, px²/s².
 

@@ -15,7 +15,6 @@ from sandbox.text import console, counted, json_text, printable
 
 HEADLESS_SECONDS: Final = 20.0  # of a Space's time, as nobody closes a window
 _OPTIONS: Final = ("--headless", "--seconds", "--json", "--try", "--no-tries")
-_ENDS: Final = {"time is up": "the time was up", "interrupted": "Ctrl-C", "os._exit": "os._exit"}
 
 
 def warn_of_misplaced_options(program: Program) -> None:

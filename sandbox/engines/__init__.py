@@ -186,19 +186,12 @@ def create(source: Source, scene: Scene, initial: State, name: str | None = None
     name = name or _name_of(source)
     if isinstance(source, str):
         base, scene = resolved(source, scene)
-        _check_steps(base, scene)
         if base in _BUILT_IN:
             return cast("RunningEngine", _load(base)(scene, initial))
         source = _load(base)
     from sandbox.engines.checked import build  # noqa: PLC0415 (only engines that are not built in need it)
 
     return build(name, source, scene, initial)
-
-
-def _check_steps(base: str, scene: Scene) -> None:
-    """Raise Refused if the steps of a scene have lengths that the engine of a name does not take."""
-    if scene.is_timed and base != REFERENCE:
-        raise Refused(f"{base}: cannot repeat recorded steps, {scene.clock}; use scene.changed(rate={scene.rate})")
 
 
 def can_run(name: str, *scenes: Scene) -> bool:
@@ -214,7 +207,6 @@ def refusal(name: str, scene: Scene, *, builds: bool = False) -> str | None:
     base, _ = settings_in(name)
     engine = _load(base)
     try:
-        _check_steps(base, scene)
         if hasattr(engine, "check"):
             cast("CheckingEngine", engine).check(scene)
         elif builds:

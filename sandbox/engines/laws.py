@@ -76,23 +76,6 @@ def time_to_touch(
 
 
 @kernel
-def time_since_touch(depth: float, closing: float, speed: float, reach: float) -> float:
-    """Return how long ago two bodies that overlap touched, s, if they have moved straight since; `inf` if they part.
-
-    depth: px, negative if they are still apart; closing: px/s; speed: px/s, of one relative to the other; reach: px,
-    between the centres of two discs that touch, infinite for a straight wall. The root t of |r - v t| = reach.
-    """
-    if closing <= 0:
-        return NEVER
-    if reach == NEVER:
-        return depth / closing
-    distance = reach - depth
-    past, b = depth * (reach + distance), distance * closing
-    discriminant = b * b + speed * speed * past
-    return past / (b + math.sqrt(discriminant)) if discriminant >= 0 else NEVER
-
-
-@kernel
 def _time_to_touch_falling(
     rx: float, ry: float, vx: float, vy: float, ax: float, ay: float, reach: float, limit: float
 ) -> float:

@@ -1,4 +1,4 @@
-"""Engines in the place of others: with other numbers inside, from a recording, or standing still after a failure."""
+"""Engines in the place of others: with other numbers inside, or standing still after a failure."""
 # ruff: noqa: D102 (the interface of an engine documents the methods)
 
 from collections.abc import Callable
@@ -6,12 +6,11 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 
-from sandbox.engines.engine import RunningEngine, Traits, advance, traits_of
+from sandbox.engines.engine import RunningEngine, advance, traits_of
 from sandbox.errors import EngineError, LimitReached
-from sandbox.scene.clock import Clock
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import Contacts, Damping, Floats, State, States, no_contacts
+from sandbox.state import Contacts, Floats, State, States, no_contacts
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -57,45 +56,6 @@ class RenumberedEngine:
 
     def kick(self, ball: int, dv: Vector) -> None:
         self._engine.kick(self._last - ball, dv)
-
-
-class RecordedEngine:
-    """Repeats a run that was recorded with the same kicks.
-
-    states: of steps + 1 rows; contacts: in order of time; clock: of the steps; damping: in flight. The contacts of a
-    step are all solved together.
-    """
-
-    def __init__(self, states: States, contacts: Contacts, clock: Clock, damping: Damping) -> None:
-        self._states, self._contacts, self._clock = states, contacts, clock
-        self.traits = Traits(damping=damping)
-        ends = clock.times(np.arange(len(states.position)))
-        self._until = np.searchsorted(contacts["time"], ends, side="right")  # contacts, after each step
-        self._steps = 0
-        self._returned = 0
-
-    def step(self) -> None:
-        self._steps += 1
-
-    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        rows = slice(self._steps + 1, self._steps + 1 + steps)
-        for ours, recorded in zip((position, velocity, angle, spin), self._states.rows(rows), strict=True):
-            ours[:] = recorded
-        self._steps += steps
-
-    def state(self) -> State:
-        return self._states.state(self._steps, self._clock.time(self._steps)).copy()
-
-    def record_contacts(self) -> None:
-        """Start to return contacts, from this step on."""
-        self._returned = int(self._until[self._steps])
-
-    def contacts(self) -> Contacts:
-        since, self._returned = self._returned, int(self._until[self._steps])
-        return self._contacts[since : self._returned].copy()
-
-    def kick(self, ball: int, dv: Vector) -> None:
-        """Do nothing: what the kick did is recorded."""
 
 
 class StoppingEngine:

@@ -52,8 +52,7 @@ class Cause(IntEnum):
     ROUNDING = 22, "rounding"
     UNKNOWN = 23, "unknown"
     SOFT = 24, "contacts that last several steps"
-    START = 25, "apart at the start"
-    OVERLAPPED = 26, "overlapping at the start"
+    OVERLAPPED = 25, "overlapping at the start"
 
     def __str__(self) -> str:
         """Return the key."""

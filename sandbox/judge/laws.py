@@ -62,8 +62,8 @@ def _given(c: Met, impulse: Floats) -> Six:
     return six_of(impulse, c.friction(impulse))
 
 
-def _sized(value: Floats, small: Cause = Cause.SMALL, large: Cause = Cause.LARGE) -> Integers:
-    return np.where(value < 1, small, large)
+def _sized(value: Floats) -> Integers:
+    return np.where(value < 1, Cause.SMALL, Cause.LARGE)
 
 
 def _bounces(c: Met) -> Bools:

@@ -160,7 +160,6 @@ def _data(comparison: Comparison, every: int) -> dict[str, Any]:
         "colors": [_hex(color) for color in scene.colors],
         "numbered": len(scene.bodies) <= MAX_NUMBERED,
         "frame": comparison.stride * every / scene.rate,
-        "times": comparison.time[:: comparison.stride * every].tolist() if scene.clock.varies else None,
         "unit": unit,
         "margin": margin,
         "against": names.index(comparison.against),

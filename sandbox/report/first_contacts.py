@@ -27,17 +27,15 @@ class Row(NamedTuple):
     velocity: str
     momentum: str
     energy: str
-    is_after: bool
 
 
 class FirstContact(NamedTuple):
-    """A contact: when, and of which, in words; its bodies' motion; the numbers of both, and its unit normal (2,)."""
+    """A contact: when, and of which, in words; its bodies' motion, and the numbers of both."""
 
     time: str
     names: str
     rows: list[Row]
     bodies: tuple[int, int]
-    normal: Floats
 
 
 def columns(units: Units) -> list[str]:
@@ -52,7 +50,7 @@ def first_contacts(scene: Scene, run: Run, most: int) -> Iterator[FirstContact]:
         balls = [number for number in bodies if number >= 0]
         motion = np.stack([impact["before"], impact["after"]], axis=1)[: len(balls)]  # (balls, 2, 3): before and after
         time, rows = f"{contact['time']:.3f} s", list(_rows(scene, balls, motion))
-        yield FirstContact(time, contact_name(scene, *bodies), rows, bodies, contact["normal"])
+        yield FirstContact(time, contact_name(scene, *bodies), rows, bodies)
 
 
 def _rows(scene: Scene, balls: list[int], motion: Floats) -> Iterator[Row]:
@@ -65,11 +63,11 @@ def _rows(scene: Scene, balls: list[int], motion: Floats) -> Iterator[Row]:
         for after, label in enumerate((f"ball {number}, before", "  after")):
             kilograms = "" if after else f"{mass[row, 0]:g}"
             numbers = _vector(velocity[row, after]), _vector(momentum[row, after]), rounded(energy[row, after])
-            yield Row(label, kilograms, *numbers, bool(after))
+            yield Row(label, kilograms, *numbers)
     if len(balls) > 1:
         for after, label in enumerate(("together, before", "  after")):
             total = _vector(momentum[:, after].sum(axis=0)), rounded(energy[:, after].sum())
-            yield Row(label, "", "", *total, bool(after))
+            yield Row(label, "", "", *total)
 
 
 def _vector(vector: Floats) -> str:

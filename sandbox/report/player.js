@@ -18,7 +18,7 @@
   }));
   const reference = panes[data.against];
   const last = reference.path.length / (2 * balls) - 1;
-  const times = data.times ?? Array.from({ length: last + 1 }, (_, at) => at * data.frame); // of the frames
+  const times = Array.from({ length: last + 1 }, (_, at) => at * data.frame); // of the frames
   const framesPerSecond = Math.round(1 / data.frame);
 
   const [play, scrubber, speed, ghosts, trails] = ["play", "scrubber", "speed", "ghosts", "trails"].map(element);

@@ -114,7 +114,7 @@ def _print_first_contacts(scene: Scene, engine: str, run: Run, most: int, termin
         terminal.print(f"\n{first_of}{counted(len(run.contacts), 'contact')} in {engine}:")
     for contact in contacts:
         terminal.print(f"\n{contact.time}, {contact.names}")
-        terminal.print(_table(("", *columns(scene.units)), *(row[:-1] for row in contact.rows)))
+        terminal.print(_table(("", *columns(scene.units)), *contact.rows))
 
 
 def sentence(scene: Scene, difference: Difference) -> str:

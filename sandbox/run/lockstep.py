@@ -202,9 +202,6 @@ class Lockstep:
         self.mouse.apply(given)
 
     def _edit(self, edit: Edit) -> None:
-        if self.scene.is_timed:  # engines built for the edit would begin with the first of these steps
-            steps, rate = self.scene.clock, self.scene.rate
-            raise SandboxError(f"a run of recorded steps, {steps}, cannot be edited; use scene.changed(rate={rate})")
         states = self.states()
         beside = {name: states.pop(name) for name in list(states) if name == self._expendable}
         scene = edited(self.scene, edit, states)

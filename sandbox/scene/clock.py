@@ -1,7 +1,6 @@
 """The times of a run's steps, which may be of different lengths."""
 
-from collections.abc import Sequence
-from typing import Final, Self
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,20 +26,6 @@ class Clock:
         self._steps = np.array([0])  # before each span
         self._times = np.array([0.0])  # s, when each begins
         self._rates = np.array([float(rate)])  # steps per second
-
-    @classmethod
-    def of_rates(cls, rates: Sequence[float]) -> Self:
-        """Return the clock of steps each of which has a rate: 1 / its length in s.
-
-        >>> Clock.of_rates([60, 60, 240]).times(np.arange(4)) * 240
-        array([0., 4., 8., 9.])
-        """
-        clock, each = cls(rates[0]), np.array(rates, float)
-        clock._steps = np.flatnonzero(np.diff(each, prepend=np.nan))
-        clock._rates = each[clock._steps]
-        lengths = np.diff(clock._steps) / clock._rates[:-1].astype(np.longdouble)
-        clock._times = np.cumsum(np.append(0.0, lengths)).astype(float)  # rounded once, and not in every step
-        return clock
 
     def change(self, step: int, rate: float | None = None) -> None:
         """Begin a span at a step, which must not be before the last one begins; None: of the same rate."""

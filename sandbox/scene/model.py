@@ -239,7 +239,6 @@ class Scene(Model):
     expect: tuple[Expect, ...] = ()
 
     _source: Source = PrivateAttr(Source())
-    _clock: Clock | None = PrivateAttr(None)
 
     if TYPE_CHECKING:  # pydantic accepts dictionaries and lists, which its own hints reject
 
@@ -327,19 +326,7 @@ class Scene(Model):
         except ValidationError as error:
             raise sandbox_error(error, type(self)) from None
         scene._source = self._source
-        scene._clock = None if "rate" in changes else self._clock
         return scene
-
-    def timed(self, clock: Clock) -> Self:
-        """Return a copy whose steps are those of a clock; `rate`, which is then not theirs, stays."""
-        scene = self.changed()
-        scene._clock = None if clock == Clock(self.rate) else clock
-        return scene
-
-    @property
-    def is_timed(self) -> bool:
-        """Whether its steps are other than `rate` per second."""
-        return self._clock is not None
 
     @property
     def source(self) -> str:
@@ -363,7 +350,7 @@ class Scene(Model):
     @property
     def clock(self) -> Clock:
         """The times of its steps."""
-        return self._clock or Clock(self.rate)
+        return Clock(self.rate)
 
     @property
     def steps(self) -> int:

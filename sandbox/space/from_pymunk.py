@@ -117,7 +117,7 @@ def from_space(
     """
     contents = contents_of(space)
     if contents.left_out and not skip:
-        what = listed(contents.left_out)
+        what = _counts_in_words(contents.left_out)
         raise SandboxError(f"the Space has {what}, which a scene cannot have; skip=True leaves that out")
     motion = _motion_of(contents.circles)
     scene = Scene(
@@ -132,7 +132,7 @@ def from_space(
     if overlap := needed_overlap(scene, motion.position):
         scene = scene.changed(arena=scene.arena.model_copy(update={"overlap": overlap}))
     if contents.left_out:
-        warn(f"left out of the scene: {listed(contents.left_out)}", SpaceWarning, stacklevel=2)
+        warn(f"left out of the scene: {_counts_in_words(contents.left_out)}", SpaceWarning, stacklevel=2)
     for warning in _warnings(space, contents, motion.spin):
         warn(warning, SpaceWarning, stacklevel=2)
     return scene
@@ -217,7 +217,7 @@ def _motion_of(circles: Iterable[pymunk.Circle]) -> State:
     return State(0.0, pairs("position"), velocity, angle, spin)
 
 
-def listed(counts: dict[tuple[str, str], int]) -> str:
+def _counts_in_words(counts: dict[tuple[str, str], int]) -> str:
     """Return numbers of things in words: "2 dynamic polygons, 1 PivotJoint"."""
     return ", ".join(f"{count} {singular if count == 1 else plural}" for (singular, plural), count in counts.items())
 

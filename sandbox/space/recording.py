@@ -357,7 +357,7 @@ def _read_joint(row: Any, joint: pymunk.Constraint, a: tuple[Floats, float], b: 
     arm_a, arm_b, normal, impulse = (tuple(words[at : at + 2]) if at else (0.0, 0.0) for at in places)
     setting = [getattr(joint, name) for name in SETTINGS.get(kind, ())]
     row["key"], row["kind"], row["max_force"] = address(joint._constraint), kind, joint.max_force
-    row["body_a"], row["body_b"], row["own_law"] = joint.a.id, joint.b.id, not _has_own_spring_law(joint)
+    row["body_a"], row["body_b"], row["own_law"] = joint.a.id, joint.b.id, not _has_pymunks_law(joint)
     row["arm_a"], row["arm_b"], row["normal"] = arm_a, arm_b, normal
     row["is_free"] = bool(bias) and words[bias] == 0
     row["impulse"] = impulse if kind in _VECTORS else (impulse[0], 0)
@@ -396,7 +396,7 @@ def _error(kind: JointKind, setting: Sequence[float], apart: Floats, angle_a: fl
     return error
 
 
-def _has_own_spring_law(joint: pymunk.Constraint) -> bool:
+def _has_pymunks_law(joint: pymunk.Constraint) -> bool:
     """Return whether a constraint is no spring, or one with Pymunk's own law of force."""
     if isinstance(joint, pymunk.DampedSpring):
         return joint.force_func == pymunk.DampedSpring.spring_force

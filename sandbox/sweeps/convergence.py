@@ -20,7 +20,6 @@ from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.scene.units import Dimension
 from sandbox.state import Contacts, Floats, State, States
-from sandbox.sweeps.jobs import Row
 
 STARTS: Final = 8  # of each rate, by default
 MIN_RATES: Final = 3  # that a fit with a spread needs
@@ -88,15 +87,6 @@ class Convergence:
         if spread > MAX_SPREAD:
             return Fit(None, None, "the errors do not shrink steadily; try fewer seconds, or more starts")
         return Fit(-float(slope), float(spread))
-
-    def rows(self) -> list[Row]:
-        """Return a row for each run, as a sweep's."""
-        return [
-            {"engine": engine, "settings": "", "rate": rate, "error": error}
-            for engine, by_rate in self.errors.items()
-            for rate, errors in zip(self.rates, by_rate.tolist(), strict=True)
-            for error in errors
-        ]
 
     def table(self) -> Iterator[list[str]]:
         """Yield the rows of a table: the labels, then each engine's median errors, fitted order and law."""

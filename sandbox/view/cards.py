@@ -127,7 +127,7 @@ def ball_table(panes: Sequence[Pane], ball: int) -> list[list[str]]:
     position_title, velocity_title, energy_title = (f"{name}, {units.name(of)}" for name, of in SHOWN.items())
     places, digits = units.decimals(Dimension.LENGTH, 2), units.decimals(Dimension.VELOCITY, 2)
     rows = [[f"ball {ball}", position_title, velocity_title, *spin_title, energy_title]]
-    for pane in panes:
+    for pane in (pane for pane in panes if not pane.is_suspended):
         scene, one = pane.scene, slice(ball, ball + 1)
         position, velocity, mass = pane.state.position[one], pane.state.velocity[one], scene.bodies.mass[one]
         total = kinetic_energy(velocity, mass) + spin_energy(pane.state.spin[one], scene.bodies.moment[one])

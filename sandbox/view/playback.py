@@ -136,34 +136,31 @@ class Playback:
 
     # Time passes
 
-    def advance(self, seconds: float, *, patient: bool = False) -> None:
-        """Do the steps that are due after some seconds; if the machine is slow, fewer steps, never larger ones.
-
-        patient: whether a reference that is computed beside them is waited for.
-        """
+    def advance(self, seconds: float) -> None:
+        """Do the steps that are due after some seconds; if the machine is slow, fewer steps, never larger ones."""
         if self.catch_up():
             self.pace.restart()
             return
         if seconds:  # infinite speed times 0 s would be nan
             self._due += seconds * self.speed * self.scene.rate
-        deadline, dropped, patience = perf_counter() + FRAME_BUDGET, self.session.dropped, None if patient else PATIENCE
-        while self._due >= 1 and not self._must_wait(patience):
+        deadline, dropped = perf_counter() + FRAME_BUDGET, self.session.dropped
+        while self._due >= 1 and not self._must_wait():
             with self._notice.reporting():  # an edit in a recording can be refused
                 self.session.advance()
             self._due -= 1
             if perf_counter() > deadline:
                 self._due = min(self._due, 1.0)
                 break
-        self.session.collect(patience if self.session.lag <= NOTED_LAG or patient else 0.0)
+        self.session.collect(PATIENCE if self.session.lag <= NOTED_LAG else 0.0)
         if self.session.dropped != dropped:
             self._notice.show(f"{self.session.dropped}; the others run on without it")
         self.view.update()
         self.pace.observe(self.view.moment.time + self._due / self.scene.rate)
 
-    def _must_wait(self, patience: float | None = PATIENCE) -> bool:
-        """Return whether time must stand still in this frame, until the reference is nearer. patience: s, or None."""
+    def _must_wait(self) -> bool:
+        """Return whether time must stand still in this frame, until the reference is nearer."""
         if self.session.waits:
-            self.session.collect(patience)
+            self.session.collect(PATIENCE)
         if self.session.waits:
             self._due = min(self._due, 1.0)
         return self.session.waits

@@ -20,11 +20,9 @@ from sandbox.analysis.comparison import Comparison, compare
 from sandbox.analysis.series import thinned
 from sandbox.report.comparison_page import MAX_PATHS_BYTES, fixed_point, page, thinning
 from sandbox.run.inputs import Grab, Input, Release
-from sandbox.scene.clock import Clock
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
-from sandbox.state import Floats
 
 ENGINES = ["pymunk", "article", "impulse", "exact"]
 
@@ -332,28 +330,6 @@ def test_a_click_in_a_chart_goes_to_that_time(opened: Browser) -> None:
     opened.click("#energy", 0.5, 0.6)
     opened.wait_for("Number(scrubber.value) > 0")
     assert 7 < shown_time(opened) < 13
-
-
-def test_frames_of_irregular_steps_are_shown_with_their_times(browser: Browser, tmp_path: Path) -> None:
-    def fly(position: Floats, velocity: Floats, dt: float, scene: Scene) -> None:
-        position += velocity * dt
-
-    lengths = [(12 + 7 * k % 11) / 1000 for k in range(60)] + [0.3]  # s
-    clock = Clock.of_rates([1 / one for one in lengths])
-    scene = load("head-on").changed(seconds=clock.time(len(lengths)), expect=()).timed(clock)
-    comparison = compare(scene, {"fly": fly, "exact": "exact"})
-    assert comparison.runs["fly"].final.position[0, 0] == pytest.approx(200 + 200 * sum(lengths))
-    (tmp_path / "irregular.html").write_text(page(comparison), encoding="utf-8")
-    browser.visit(tmp_path / "irregular.html")
-    for number in range(3):
-        assert shown_time(browser) == pytest.approx(sum(lengths[:number]), abs=1e-3)
-        browser.press("ArrowRight")
-    browser.press("End")
-    assert shown_time(browser) == pytest.approx(sum(lengths), abs=1e-3)
-    browser.press("ArrowLeft")
-    assert shown_time(browser) == pytest.approx(sum(lengths[:-1]), abs=1e-3)
-    browser.click("#energy", 0.82, 0.6)  # within the long step
-    browser.wait_for(f"Number(scrubber.value) == {len(lengths)}")
 
 
 def test_every_control_has_a_key(opened: Browser, article: Comparison) -> None:

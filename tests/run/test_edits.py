@@ -24,7 +24,6 @@ from sandbox.run.edits import (
 from sandbox.run.inputs import Grab, Input, Move, Release, load_inputs, write_inputs
 from sandbox.run.lockstep import Lockstep
 from sandbox.run.trajectory import Trajectory, simulate
-from sandbox.scene.clock import Clock
 from sandbox.scene.files import dump, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
@@ -120,13 +119,6 @@ def test_contacts_before_and_after_an_edit_have_their_times() -> None:
         found = runner.contacts()["time"]
         assert found == pytest.approx(times, abs=late)
         assert len(runner.contacts()) == 0
-
-
-def test_a_run_of_recorded_steps_cannot_be_edited(scene: Scene) -> None:
-    """Its engines would be built anew, and begin with the first of these steps."""
-    clock = Clock.of_rates([60, 60, 240, 30])
-    with pytest.raises(SandboxError, match=r"^a run of recorded steps, in steps of 4.* to 33.* ms, cannot"):
-        Lockstep(scene.timed(clock), ["exact"], [SetElasticity(step=0, elasticity=1.0)]).step()
 
 
 def test_a_refused_edit_changes_nothing(scene: Scene) -> None:

@@ -12,7 +12,10 @@ ENDS = [float(sum((Fraction(ms, 1000) for ms in MS[:k]), Fraction(0))) for k in 
 
 
 def irregular() -> Clock:
-    return Clock.of_rates([1000 / ms for ms in MS])
+    clock = Clock(1000 / MS[0])
+    for step, ms in enumerate(MS[1:], start=1):
+        clock.change(step, 1000 / ms)
+    return clock
 
 
 def test_times_of_irregular_steps_are_their_sums() -> None:
@@ -30,12 +33,6 @@ def test_the_end_of_a_step_is_in_it_and_what_follows_in_the_next() -> None:
     assert (clock.steps_containing(ends) == np.arange(1, len(ENDS))).all()
     assert (clock.steps_containing(ends[:-1] + 1e-4) == np.arange(2, len(ENDS))).all()
     assert (clock.steps_containing(ends - 1e-4) == np.arange(1, len(ENDS))).all()
-
-
-def test_equal_steps_given_one_by_one_are_those_of_a_rate_to_the_bit() -> None:
-    clock, numbers = Clock.of_rates([60] * 1000), np.arange(1001)
-    assert clock == Clock(60)
-    assert clock.times(numbers).tobytes() == (numbers / 60).tobytes()
 
 
 def test_a_clock_says_how_long_its_steps_are() -> None:

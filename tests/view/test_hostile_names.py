@@ -36,7 +36,7 @@ def test_the_window_shows_any_name_and_saves_into_its_folder(monkeypatch: pytest
         for action in (Action.SAVE_SCENE, Action.SAVE_PICTURE, Action.RECORD, Action.RECORD):
             window.do(action)
             assert window.notice.text.startswith("saved ") or action == Action.RECORD
-            window.frame(0)
+            window.frame(0.1 if action == Action.RECORD else 0)
     window.scenes.open_picker()
     window.frame(0)
     assert window.scenes.picker
