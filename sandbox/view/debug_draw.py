@@ -1,6 +1,9 @@
 """Pymunk's pane: its Space, drawn by `Space.debug_draw` with an options object of `pymunk.pygame_util`."""
 
-from collections.abc import Mapping, Sequence
+import signal
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Final
 
 import numpy as np
@@ -21,6 +24,19 @@ Point = tuple[float, float]
 _POINT_FIELDS: Final = (
     ArbiterFields.CONTACT_COUNT | ArbiterFields.NORMAL | ArbiterFields.POINT_A_1 | ArbiterFields.POINT_B_1
 )
+
+
+@contextmanager
+def _signals_later() -> Iterator[None]:
+    """Let signals come after what is done here: an exception in a function that C calls is printed, and lost."""
+    if sys.platform == "win32":
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class DebugDraw:
@@ -68,7 +84,8 @@ class DebugDraw:
                 surface, origin = frame.subsurface(place.clip(frame.get_rect())), (origin[0] + EDGE, origin[1] + EDGE)
             options.surface = surface
             options.transform = pymunk.Transform(a=scale, d=scale, tx=origin[0], ty=origin[1])
-            self._space.debug_draw(options)
+            with _signals_later():
+                self._space.debug_draw(options)
             self._smooth.draw_collected()
 
     # The batch: all bodies and all contacts are read at once

@@ -1,5 +1,6 @@
 """Pymunk's pane is drawn by `Space.debug_draw`; above 300 shapes by a batch that looks the same."""
 
+import signal
 from unittest.mock import patch
 
 import numpy as np
@@ -103,3 +104,20 @@ def test_a_key_shows_the_plain_look_of_pymunk(memory_screen: None) -> None:
         press(window, "d")
     assert shades[1] == 3
     assert shades[0] == shades[2] > 12
+
+
+def test_a_signal_that_comes_while_pymunk_calls_for_a_shape_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = scene_of(BALL)
+    engine = create("pymunk", scene, spawn(scene))
+    assert isinstance(engine, PymunkEngine)
+    draw = DebugDraw(engine.space, scene.colors, Color("black"))
+    draws: list[tuple[object, ...]] = []
+
+    def interrupted(*given: object) -> None:
+        signal.raise_signal(signal.SIGINT)
+        draws.append(given)
+
+    monkeypatch.setattr(type(draw._smooth), "draw_circle", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        drawn(draw)
+    assert draws
