@@ -311,10 +311,10 @@ def mark_wall(surface: Surface, layout: Layout, wall: Wall) -> None:
 
 
 def ring(surface: Surface, layout: Layout, centre: Vector, radius: float, colour: Color) -> None:
-    """Draw a ring round a disc of the scene in a pane. centre, radius: px of the scene."""
+    """Draw a ring round a disc of the scene in a pane, a little apart from it. centre, radius: px of the scene."""
     width = max(2, round(layout.text_height / 7))
     point = centre[0] * layout.scale + layout.origin[0], centre[1] * layout.scale + layout.origin[1]
-    circle(surface, colour, point, radius * layout.scale + width, width)
+    circle(surface, colour, point, radius * layout.scale + 2 * width, width)
 
 
 def draw_velocity(surface: Surface, bench: Bench, ball: int, velocity: Vector | None) -> None:
@@ -328,6 +328,8 @@ def draw_velocity(surface: Surface, bench: Bench, ball: int, velocity: Vector | 
         if not arena.collidepoint(x, y) or vx == vy == 0:
             continue
         tip = x + vx * ARROW_SECONDS * layout.scale, y + vy * ARROW_SECONDS * layout.scale
+        if velocity is None and math.dist(tip, (x, y)) < pane.scene.bodies.radius[ball] * layout.scale:
+            continue  # it would hide the ball's number
         arrow(surface, colours.ground, (x, y), tip, 2 * width)  # or the frame would hide it
         arrow(surface, colours.ink, (x, y), tip, width)
         if velocity:

@@ -383,7 +383,11 @@ class Window:
     def _placed(self) -> list[Placed]:
         """All widgets with their places."""
         rows = self._in_rows
-        return [*self._items(rows), *self._mass.placed(self.layout), *rows, *self._in_column]
+        return [*self._items(rows), *self._at_ball(self.layout), *rows, *self._in_column]
+
+    def _at_ball(self, layout: Layout) -> list[Placed]:
+        """Return the slider at the selected ball with its place, unless the mouse drags something."""
+        return [] if self.mouse.holds else self._mass.placed(layout)
 
     def _items(self, rows: Sequence[Placed]) -> list[Placed]:
         return items_of(rows, self.layout.text_height, Rect((0, 0), self.layout.window))
@@ -426,7 +430,7 @@ class Window:
     def _draw_on(self, surface: Surface, layout: Layout) -> None:
         """Draw everything on a surface of the layout's size."""
         guard, column, height = self.guard, self._in_column, layout.text_height
-        rows = [*self._mass.placed(layout), *self._in_rows]
+        rows = [*self._at_ball(layout), *self._in_rows]
         self._drawn_places = placed = [*(items := self._items(rows)), *rows, *column]
         free_point = None if items else self.mouse.point  # unless a list is open there
         fill(surface, theme.ground)

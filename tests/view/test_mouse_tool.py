@@ -2,10 +2,11 @@
 
 from typing import Final
 
+import numpy as np
 import pygame
 import pytest
 from conftest import scene_of
-from pygame import Color, Surface
+from pygame import Color, Rect, Surface
 from pygame.event import Event
 from window_driver import (
     THREE_BALLS,
@@ -20,6 +21,7 @@ from window_driver import (
     press,
     pull,
     run,
+    slider,
     step,
     tool,
 )
@@ -99,6 +101,40 @@ def test_a_click_while_paused_selects_a_ball_and_moves_none(window: Window) -> N
     assert window.editor.selected == 2
     drag(window, point(window, 400, 500), point(window, 410, 500))
     assert window.editor.selected is None
+
+
+def test_a_selected_ball_has_a_slider_of_its_mass_which_a_drag_hides(window: Window) -> None:
+    press(window, "p")
+    window.panel.show(Panel.SCENE)
+    at = point(window, 600, 100)
+    click(window, at)
+    _, place = slider(window, "mass")
+    assert place.top > at[1]
+    click(window, (place.right - 12, place.bottom - 8))
+    assert window.view.moment.scene.bodies.mass[2] == 100
+    there = point(window, 640, 140)
+    mouse(window, pygame.MOUSEBUTTONDOWN, at)
+    mouse(window, pygame.MOUSEMOTION, there)
+    with pytest.raises(StopIteration):
+        slider(window, "mass")
+    mouse(window, pygame.MOUSEBUTTONUP, there)
+    assert slider(window, "mass")
+
+
+def test_a_slow_ball_that_is_selected_keeps_its_number_and_has_a_ring_apart_from_it() -> None:
+    ball = 'radius = 40\nposition = [400, 300]\nvelocity = [60, 0]\ncolors = ["white"]'
+    window = Window(scene_of(ball, size='[800, 600]\nbackground = "#204020"'), ["exact"])
+    press(window, "p")
+    window.draw()
+    inside = Rect(0, 0, 30, 30)
+    inside.center = point(window, 400, 300)
+    before = pixels(window.screen.subsurface(inside)).copy()
+    window.editor.select(0)
+    window.draw()
+    assert np.array_equal(pixels(window.screen.subsurface(inside)), before)
+    x, y = point(window, 400, 300)
+    row = pixels(window.screen)[x : x + 80, y, 1] > 128
+    assert np.count_nonzero(np.diff(row.astype(int))) == 3  # the ball's end, the ring's inner edge, and its outer
 
 
 def test_a_dragged_velocity_is_drawn_from_each_copy_as_what_the_copy_gets(window: Window) -> None:
