@@ -49,7 +49,7 @@ class Failure:
 class TrialFigures:
     """What JSON has of a run of Pymunk with some settings changed, compared with the reference."""
 
-    changes: dict[str, int]  # of the scene's rate, and of settings of `[pymunk]`
+    changes: dict[str, int]  # settings of `[pymunk]`
     passages: int  # of balls through walls or each other, without a contact
     escapes: int  # balls that left the arena
     apart: float | None  # s, when its paths leave the reference's; None if not while the reference means anything

@@ -34,7 +34,7 @@ class Figures:
     escaped: int  # balls whose centre was outside the arena's walls at any step
     expected: int  # number of the scene's expectations that can be judged
     met: int  # number of those that the engine meets
-    skipped: int  # number of those that cannot be judged, because a contact is next to their time
+    skipped: int  # number of those that cannot be judged, such as those between two steps
     first_difference: Difference | None  # its first wrong step
     causes: tuple[CauseOfError, ...]  # what is wrong with its steps, the largest share first
     ledger: tuple[Entry, ...]  # every change of energy, momentum and positions, by its cause

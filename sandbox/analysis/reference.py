@@ -118,8 +118,8 @@ class Twins:
         """Return the row, of the two before these and these, in which the order of contacts matters, and a ball.
 
         In one step, the velocity of a ball that did not differ does. Where its place does not, as the contact is at the
-        step's end, the twin must differ after the next step too: rounding may put a contact there. The number of rows
-        if there is none.
+        step's end, the twin must differ after the next step too: rounding may put a contact there. If the order matters
+        in no row, the row is the number of rows.
         """
         offset = length(twin.position - original.position) > PARTED * self._radius
         rim = self._radius * np.abs(original.spin)

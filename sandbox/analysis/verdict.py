@@ -23,7 +23,7 @@ NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller error count
 ROUNDING: Final = 1e-6  # of any figure in the table, px or %; less is written as 0
 SEEN_AT_START: Final = 1e-3  # of a radius, far above what an engine that computes in float32 loses
 MAX_CAUSES: Final = 3  # of an engine
-FURTHER_ON: Final = 0.1  # of an error in energy, by which it is smaller at the end if it is said to be the worst
+FURTHER_ON: Final = 0.1  # of the largest error in energy: "at worst" is said if the last differs from it by more
 SHARE_SHOWN: Final = 0.01  # of an engine's error, below which a further cause is not said
 IN_FLIGHT: Final = (Cause.GRAVITY, Cause.DAMPING, Cause.UNREPORTED, Cause.TELEPORTED)  # of steps, not of contacts
 REMEDIES: Final = {  # said once, of Pymunk
@@ -140,13 +140,10 @@ def _energy(comparison: Comparison, run: Run) -> Iterator[str]:
     if error <= NEGLIGIBLE_ENERGY:
         yield f"Energy as it should be {until}".rstrip() + "."
         return
-    share, last = (
-        run.energy_gap[np.argmax(np.abs(run.energy_gap) >= error * (1 - NEGLIGIBLE))],
-        run.energy_gap[known][-1],
-    )
+    share = run.energy_gap[np.argmax(np.abs(run.energy_gap) >= error * (1 - NEGLIGIBLE))]
     what = f"{percent(-share)} of the energy is missing" if share < 0 else f"{percent(share)} too much energy"
-    worst_at = " at worst" if abs(last - share) > FURTHER_ON * error else ""
-    yield f"{until.capitalize()}, {what}{worst_at}.".removeprefix(", ")
+    at_worst = " at worst" if abs(run.energy_gap[known][-1] - share) > FURTHER_ON * error else ""
+    yield f"{until.capitalize()}, {what}{at_worst}.".removeprefix(", ")
     runs = (run, comparison.runs[comparison.against])
     given, expected = (each.energy_by_cause.get(Cause.APPLIED, 0.0) for each in runs)
     if abs(given - expected) > NEGLIGIBLE_ENERGY * run.energy_scale:

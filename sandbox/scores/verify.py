@@ -35,9 +35,9 @@ from sandbox.text import printable, xml_text
 
 MAX_PRECISE: Final = 2  # numbers of a vector that are written with ten digits; shares are rounded to 0.1 %
 MAX_ROWS: Final = 256  # states of an engine that are computed in one call, and not kept
-LATE_STEPS: Final = 3  # by which an engine of steps may be late after a few contacts, each found up to a step late
-DAMPED: Final = 0.01  # of the energy, that an engine of steps may gain or lose besides
-PATIENCE: Final = 60.0  # s, for which an engine that is not built in may run a scene that nobody asked for by name
+LATE_STEPS: Final = 3  # by which a stepped engine may lag after a few contacts, each found up to a step late
+DAMPED: Final = 0.01  # fraction of the energy that a stepped engine may gain or lose besides
+PATIENCE: Final = 60.0  # s, time limit of an engine that is not built in for a scene that was not named
 FIRST_SECONDS: Final = 0.5  # s, after which an engine's speed is known
 
 Progress = Callable[[str, float], object]  # of a scene and an engine, and the fraction that is done
@@ -48,7 +48,7 @@ T = TypeVar("T", bound=float | Numbers)
 class Outcome(Enum):
     """The outcome of an engine in a scene; the values are the words of the table.
 
-    CLOSE: within what steps allow, if not within the tolerances of the scene; of `exact` that is MISSED.
+    CLOSE: beyond the tolerances of the scene, but within those of a stepped engine; for `exact` that is MISSED.
     """
 
     MET = "ok"
@@ -231,7 +231,7 @@ def verify(
 
 @dataclass(frozen=True)
 class _Limits:
-    """How engines are scored: whether one of steps may be CLOSE, and when it skips a scene, s."""
+    """How engines are scored: whether stepped ones may be CLOSE, and after how many seconds one skips a scene."""
 
     allows_steps: bool
     patience: float
@@ -267,18 +267,21 @@ def _rows(
 ) -> Iterator[tuple[str, SceneResults]]:
     broken: dict[str, str] = {}  # engine -> the scene that it broke in
     for name, scene in scored.items():
-        row = {}
+        row, allowed = {}, tolerances_of_steps(scene) if limits.allows_steps else {}
         for engine in engines:
             if engine in broken:
                 row[engine] = Result(Outcome.NOT_RUN, message=f"{engine} broke in {broken[engine]}")
                 continue
-            row[engine] = _result(scene, engine, engines[engine], limits)
+            row[engine] = _result(scene, engine, engines[engine], limits, allowed)
             if row[engine].outcome is Outcome.BROKE:
                 broken[engine] = name
         yield name, row
 
 
-def _result(scene: Scene, engine: str, source: Source, limits: _Limits) -> Result:
+def _result(
+    scene: Scene, engine: str, source: Source, limits: _Limits, allowed: Mapping[ExpectedQuantity, float]
+) -> Result:
+    """Score an engine on a scene. allowed: `tolerances_of_steps`."""
     try:
         scored = tuple(_scores(scene, engine, source, limits))
     except Refused as refusal:
@@ -293,10 +296,7 @@ def _result(scene: Scene, engine: str, source: Source, limits: _Limits) -> Resul
         return Result(Outcome.BROKE, message=said, details=details)
     if all(score.skipped for score in scored):
         return Result(Outcome.SKIPPED, scored)
-    allowed = tolerances_of_steps(scene) if limits.allows_steps and source != REFERENCE else {}
-    if _outcome(_scores_of_flight(scene), allowed) is Outcome.CLOSE:  # they tell nothing of contacts
-        allowed = {}
-    return Result(_outcome(scored, allowed), scored)
+    return Result(_outcome(scored, {} if source == REFERENCE else allowed), scored)
 
 
 def _outcome(scored: Sequence[Score], allowed: Mapping[ExpectedQuantity, float]) -> Outcome:
@@ -309,9 +309,10 @@ def _outcome(scored: Sequence[Score], allowed: Mapping[ExpectedQuantity, float])
 
 
 def tolerances_of_steps(scene: Scene) -> dict[ExpectedQuantity, float]:
-    """Return how far an engine of steps may be off, in the units of the quantities.
+    """Return how far a stepped engine may be off, in the units of the quantities.
 
     It finds contacts up to a step late. Until then a ball goes `late` px too far, and turns the normal by late / reach.
+    Empty if balls that fly through everything would be as close: then these tolerances would not show a contact.
     """
     state, bodies, dt = spawn(scene), scene.bodies, 1 / scene.rate
     pull = math.hypot(*scene.gravity)
@@ -321,7 +322,7 @@ def tolerances_of_steps(scene: Scene) -> dict[ExpectedQuantity, float]:
     smallest = float(bodies.radius.min())
     late = fastest * dt + pull * dt**2
     off = fastest * min(1.0, late / (2 * smallest)) + pull * dt  # px/s
-    return {
+    allowed = {
         ExpectedQuantity.POSITION: LATE_STEPS * late,
         ExpectedQuantity.CENTRE_OF_MASS: LATE_STEPS * late,
         ExpectedQuantity.OVERLAP: late,
@@ -330,6 +331,7 @@ def tolerances_of_steps(scene: Scene) -> dict[ExpectedQuantity, float]:
         ExpectedQuantity.MOMENTUM: float(bodies.mass.max()) * pull * dt,
         ExpectedQuantity.ENERGY_RATIO: DAMPED + (2 * pull * dt / fastest if fastest else 0.0),
     }
+    return {} if _outcome(_scores_of_flight(scene), allowed) is Outcome.CLOSE else allowed
 
 
 def _scores_of_flight(scene: Scene) -> Sequence[Score]:

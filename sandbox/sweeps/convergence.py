@@ -23,7 +23,7 @@ from sandbox.state import Contacts, Floats, State, States
 
 STARTS: Final = 8  # of each rate, by default
 MIN_RATES: Final = 3  # that a fit with a spread needs
-MAX_SPREAD: Final = 0.25  # standard error of an order; with more, it is not told from the next one by two errors
+MAX_SPREAD: Final = 0.25  # standard error of an order; twice as much is half the distance to the next whole order
 
 
 class Law(NamedTuple):

@@ -61,6 +61,9 @@ def test_what_the_mouse_gives_is_no_energy_error_of_a_setting() -> None:
     drag: list[Input] = [Grab(step=20, ball=0, at=(400, 300))]
     drag += [Move(step=20 + k, at=at) for k, at in enumerate(round_and_round)]
     trials = try_settings(scene, "exact", drag)
+    given = compare(scene, ["pymunk", "exact"], inputs=drag).runs["pymunk"].figures.energy_error
+    assert given is not None
+    assert given > 0.01
     assert all(trial.energy_error is None for trial in trials)
     assert "energy" not in recommend(trials)
 
@@ -143,6 +146,7 @@ def test_gaps_count_only_while_the_reference_means_anything() -> None:
     assert until is not None
     trusted = comparison.runs["pymunk"].gap_rms[comparison.time < until]
     assert now.gap_rms == pytest.approx((trusted**2).mean() ** 0.5)
+    assert now.gap_rms < 0.9 * comparison.runs["pymunk"].figures.gap_rms
 
 
 # Where it stands

@@ -185,7 +185,7 @@ def test_simultaneous_contacts_whose_order_does_not_matter_are_decided(balls: li
 def test_a_cradle_of_other_masses_that_is_hit_from_both_sides_is_undecided() -> None:
     row = [ball(300 + 40 * k, 300, mass=mass) for k, mass in enumerate((2, 3, 2))]
     comparison = compare(scene_of(ball(100, 300, 200), *row, ball(580, 300, -200), more="seconds = 2"), ["exact"])
-    assert comparison.undecided == pytest.approx((300 - 40 - 100) / 200, abs=1 / 60)
+    assert comparison.undecided in (48 / 60, 49 / 60)  # after (300 - 40 - 100) / 200 s, on a step but for rounding
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -284,7 +284,7 @@ def test_a_tie_at_the_end_of_a_step_is_found_however_rounding_orders_it(rate: in
         more=f"seconds = 1\nrate = {rate}",
     )
     comparison = compare(scene, ["pymunk", "exact"])
-    assert comparison.undecided == pytest.approx(0.5, abs=1.01 / rate)
+    assert comparison.undecided in (30 / rate, 31 / rate)  # 0.5 s is on a step of 1/60 s but for rounding
     assert {one.cause for one in comparison.runs["pymunk"].differences} <= {
         Cause.LATE,
         Cause.POSITION_CORRECTION,
