@@ -222,6 +222,18 @@ def test_a_wall_is_drawn_moved_by_an_end_moved_whole_and_deleted(desk: Window) -
     assert desk.editor.selected_wall is None
 
 
+def test_a_wall_that_is_undone_while_it_is_held_is_not_moved(window: Window) -> None:
+    use(window, "Wall")
+    drag(window, point(window, 100, 500), point(window, 300, 500))
+    use(window, "Move")
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 200, 500))
+    mouse(window, pygame.MOUSEMOTION, point(window, 200, 450))
+    press(window, "u")
+    window.draw()
+    mouse(window, pygame.MOUSEBUTTONUP, point(window, 200, 450))
+    assert (given(window), window.view.moment.scene.walls) == ([], ())
+
+
 def test_a_wall_through_a_ball_is_not_drawn(desk: Window) -> None:
     push(desk, "Wall")
     drag(desk, point(desk, 500, 100), point(desk, 700, 100))
