@@ -6,6 +6,7 @@ import numpy as np
 import pygame
 import pytest
 from conftest import scene_of
+from pygame.event import Event
 from window_driver import (
     THREE_BALLS,
     button,
@@ -310,3 +311,41 @@ def test_a_refused_value_is_quoted_in_the_units_of_the_scene(desk: Window) -> No
     ):
         typed_into(desk, name, typed)
         assert desk.notice.text.endswith(said)
+
+
+def test_a_click_that_trembles_moves_nothing(desk: Window) -> None:
+    x, y = point(desk, 600, 100)
+    drag(desk, (x, y), (x + 2, y + 2))
+    assert given(desk) == []
+    assert desk.editor.selected == 2
+
+
+def test_the_pointer_shows_what_can_be_moved(desk: Window) -> None:
+    for (x, y), cursor in (
+        ((300, 400), pygame.SYSTEM_CURSOR_HAND),
+        ((600, 100), pygame.SYSTEM_CURSOR_HAND),
+        ((300, 100), pygame.SYSTEM_CURSOR_ARROW),
+    ):
+        hover(desk, point(desk, x, y))
+        assert desk.mouse.cursor == cursor
+    push(desk, "Wall")
+    hover(desk, point(desk, 300, 100))
+    assert desk.mouse.cursor == pygame.SYSTEM_CURSOR_CROSSHAIR
+    mouse(desk, pygame.MOUSEBUTTONDOWN, point(desk, 300, 100))
+    assert desk.mouse.cursor == pygame.SYSTEM_CURSOR_SIZEALL
+    desk.on_event(Event(pygame.WINDOWFOCUSLOST))
+    assert given(desk) == []
+
+
+@pytest.mark.parametrize("pane", [0, 1])
+def test_a_wall_is_not_there_before_it_was_drawn(desk: Window, pane: int) -> None:
+    desk.draw()
+    before = colour_at(desk, 700, 400, pane)
+    run(desk, 10)
+    push(desk, "Wall")
+    drag(desk, point(desk, 700, 300), point(desk, 700, 500))
+    desk.draw()
+    assert colour_at(desk, 700, 400, pane) != before
+    press(desk, "Left", "Left")
+    desk.draw()
+    assert colour_at(desk, 700, 400, pane) == before

@@ -21,6 +21,7 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn
 from sandbox.view.engines_page import MAX_PANES, SCALES, are_same, in_force, meaning_of, normal, scale_of, with_setting
+from sandbox.view.notice import NoticeKind
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -313,3 +314,11 @@ def test_a_scale_has_the_value_in_force_to_the_bit_and_only_valid_ones(key: str)
     for value in SCALES[key]:
         in_force(with_setting("pymunk", PLAIN, key, value), PLAIN)
     assert len(meaning_of(key)) > 10
+
+
+def test_the_error_of_a_name_typed_wrongly_goes_when_the_right_one_runs(window: Window) -> None:
+    window.line_up.add("exakt")
+    assert window.notice.kind is NoticeKind.ERROR
+    assert window.notice.text
+    window.line_up.add("exact")
+    assert not window.notice.text

@@ -159,3 +159,33 @@ def test_the_path_of_a_run_longer_than_expected_has_fewer_frames(monkeypatch: py
     positions, path = simulate(scene, "impulse", steps=500).position, comparison.runs["impulse"].path
     assert 50 < len(path) <= 200
     assert np.array_equal(path, positions[:: comparison.stride].astype(np.float32))
+
+
+def test_a_run_repeated_has_the_same_marks_and_a_changed_run_others() -> None:
+    watched = run(Watched(load("article"), ["article", "exact"]), 80)
+    before = watched.marks
+    assert before.differences
+    watched.session.seek(10)
+    assert watched.marks == before
+    assert run(watched, 20).marks == before
+    watched.session.seek(10)
+    watched.session.give(SetVelocity(step=10, ball=1, velocity=(0, 0)))
+    assert run(watched, 70).marks != before
+
+
+def test_after_an_edit_times_still_count_from_the_start() -> None:
+    scene = scene_of(
+        "radius = 20\nposition = [100, 300]", "radius = 20\nposition = [300, 320]", more="seconds = 20\nrate = 60"
+    )
+    watched = run(Watched(scene, ["impulse", "exact"]), 30)
+    watched.session.give(SetVelocity(step=30, ball=0, velocity=(240, 0)))
+    edited = compare(scene, ["impulse", "exact"], inputs=[SetVelocity(step=30, ball=0, velocity=(240, 0))])
+    first = edited.runs["impulse"].figures.first_difference
+    assert first is not None
+    assert run(watched, 90).marks.differences["impulse"] == pytest.approx(0.5 + first.time)
+
+
+def test_the_mouse_makes_no_difference() -> None:
+    scene = scene_of("radius = 20\nposition = [400, 300]")
+    inputs: list[Input] = [Grab(step=3, ball=0, at=(200, 200)), Release(step=30)]
+    assert run(Watched(scene, ["impulse", "exact"], inputs), 60).marks.differences == {}

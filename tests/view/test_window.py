@@ -261,3 +261,10 @@ def test_no_display_is_found_without_a_screen(monkeypatch: pytest.MonkeyPatch) -
     assert not has_display()
     monkeypatch.setenv("DISPLAY", ":0")
     assert not has_display()  # SDL has the dummy driver
+
+
+def test_the_size_of_the_text_changes(window: Window) -> None:
+    window.on_event(Event(pygame.KEYDOWN, key=pygame.K_PLUS, unicode="+", mod=pygame.KMOD_LCTRL))
+    assert (window.layout.text_height, window.playback.speed) == (15, 1.0)
+    window.on_event(Event(pygame.KEYDOWN, key=pygame.K_MINUS, unicode="-", mod=pygame.KMOD_LCTRL))
+    assert window.layout.text_height == 14
