@@ -148,8 +148,13 @@ def test_a_drag_ends_where_the_engines_change(window: Window) -> None:
     ("spec", "reason"),
     [
         ("article", "article: a second radius and a second mass"),
+        ("pymunk", "pymunk runs already, in another pane"),
         ("pymunk(iterations=10)", "pymunk runs already, in another pane"),
         ("pymnk", "did you mean pymunk?"),
+        ("pymunk(substep=2)", "did you mean substeps?"),
+        ("exact(substeps=2)", "exact takes no settings"),
+        ("", "no engine ''"),
+        ("nothing.py:Mine", "nothing.py"),
         ("mine.py:Other", "has no class or function 'Other'"),
     ],
 )

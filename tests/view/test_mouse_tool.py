@@ -158,9 +158,10 @@ def test_a_tip_covers_no_title_and_no_slider(window: Window, monkeypatch: pytest
         kept += [place for widget, place in window._placed if isinstance(widget, Slider)]
         for widget, at in window._placed:
             hover(window, at.center)
+            places.clear()
             window.widgets.draw_tip(window.screen, window._placed, kept[:2], 14)
-            if places and widget.tip:
-                assert places[-1].collidelist(kept) < 0, widget.tip
+            assert len(places) == bool(widget.tip)
+            assert all(place.collidelist(kept) < 0 for place in places), widget.tip
 
 
 def test_a_held_ball_is_released_before_the_step_changes(window: Window) -> None:

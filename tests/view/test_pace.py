@@ -58,10 +58,10 @@ def test_the_fastest_speed_shows_what_is_reached(window: Window, clock: Clock, m
     assert play(window, clock, 300, 1 / 240)[-1] == "fastest (4\N{MULTIPLICATION SIGN})"
 
 
-@pytest.mark.parametrize("interrupt", ["pp", "Home", "r"])
+@pytest.mark.parametrize("interrupt", ["pp", "Home", "+", "r"])
 def test_a_pause_or_a_jump_is_not_slow(window: Window, clock: Clock, interrupt: str) -> None:
     play(window, clock, 100, 1 / 60)
-    for key in [interrupt] if interrupt in ("Home", "r") else interrupt:
+    for key in [interrupt] if interrupt in ("Home", "+", "r") else interrupt:
         clock.now += 5.0
         press(window, key)
     assert not any("(" in text for text in play(window, clock, 100, 1 / 60))

@@ -158,7 +158,7 @@ def test_a_window_marks_what_the_last_steps_show(memory_screen: None) -> None:
     )
     window = Window(scene_of(*balls), ["pymunk", "exact"])
     window.why.case = CaseSoFar(WorkerHere())
-    run(window, 51)
+    run(window, 50)
     window.playback.paused = True
     for _ in range(3):
         window.frame(1 / 60)
