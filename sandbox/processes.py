@@ -57,19 +57,30 @@ class ChildProcess:
 
 
 @contextmanager
-def _sigint_blocked() -> Iterator[None]:
-    """Block SIGINT in processes started here, even while they import: their parent handles Ctrl-C and stops them."""
+def signals_blocked(*signals: signal.Signals) -> Iterator[None]:
+    """Delay signals until the end of a block; not on Windows, which cannot. Processes started in it keep them blocked.
+
+    A handler must not run in a function that C calls, as the exception that it raises is printed there, and lost.
+    """
     if sys.platform == "win32":
         yield
         return
-    from multiprocessing import resource_tracker  # noqa: PLC0415  # most commands start no process
-
-    resource_tracker.ensure_running()  # the start of a process would start it, which unblocks SIGINT
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _sigint_blocked() -> Iterator[None]:
+    """Block SIGINT in processes started here, even while they import: their parent handles Ctrl-C and stops them."""
+    if sys.platform != "win32":
+        from multiprocessing import resource_tracker  # noqa: PLC0415  # most commands start no process
+
+        resource_tracker.ensure_running()  # the start of a process would start it, which unblocks SIGINT
+    with signals_blocked(signal.SIGINT):
+        yield
 
 
 @contextmanager

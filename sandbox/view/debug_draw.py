@@ -1,9 +1,7 @@
 """Pymunk's pane: its Space, drawn by `Space.debug_draw` with an options object of `pymunk.pygame_util`."""
 
 import signal
-import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -14,6 +12,7 @@ from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, 
 from pymunk.pygame_util import DrawOptions
 from pymunk.space_debug_draw_options import SpaceDebugColor
 
+from sandbox.processes import signals_blocked
 from sandbox.scene.fields import Vector, rgb
 from sandbox.view.layout import EDGE
 from sandbox.view.primitives import Discs, capsule, draw_wall, thin_lines
@@ -24,19 +23,6 @@ Point = tuple[float, float]
 _POINT_FIELDS: Final = (
     ArbiterFields.CONTACT_COUNT | ArbiterFields.NORMAL | ArbiterFields.POINT_A_1 | ArbiterFields.POINT_B_1
 )
-
-
-@contextmanager
-def _signals_later() -> Iterator[None]:
-    """Let signals come after what is done here: an exception in a function that C calls is printed, and lost."""
-    if sys.platform == "win32":
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class DebugDraw:
@@ -84,7 +70,7 @@ class DebugDraw:
                 surface, origin = frame.subsurface(place.clip(frame.get_rect())), (origin[0] + EDGE, origin[1] + EDGE)
             options.surface = surface
             options.transform = pymunk.Transform(a=scale, d=scale, tx=origin[0], ty=origin[1])
-            with _signals_later():
+            with signals_blocked(signal.SIGINT, signal.SIGTERM):  # C calls the options
                 self._space.debug_draw(options)
             self._smooth.draw_collected()
 

@@ -178,7 +178,8 @@ class Shift(Drag):
     @property
     def is_there(self) -> bool:
         """Whether what the mouse holds is still there: a key can undo what added it."""
-        return (self._ball or 0) < len(self.bench.scene.bodies) and (self._wall or -1) < len(self.bench.scene.walls)
+        scene, ball, wall = self.bench.scene, self._ball, self._wall
+        return (ball is None or ball < len(scene.bodies)) and (wall is None or wall < len(scene.walls))
 
     @property
     def edit(self) -> Edit | None:

@@ -333,7 +333,7 @@ class MouseTool:
     # Actions that depend on where the mouse is
 
     def add_ball(self) -> None:
-        """Add a ball at the mouse, or else near the middle."""
+        """Add a ball at the mouse."""
         self.release()
         self._editor.add(self.position)
 

@@ -139,7 +139,7 @@ class Camera:
         layout, moment = self.layout, self.view.moment
         self.surface.fill(theme.ground)
         self.view.draw_panes(self.surface, layout, self.showing)
-        self.view.draw_chart(self.surface, layout)
+        self.view.draw_chart(self.surface, layout, None)
         caption = f"{self.scene.title or self.scene.name}    seed {self.scene.seed}    {moment.time:.2f} s"
         write(self.surface, caption, layout.status, theme.dim, layout.text_height)
         return self.surface

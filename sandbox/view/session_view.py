@@ -114,15 +114,13 @@ class Pane:
     ) -> None:
         """Draw the pane at its place in a layout.
 
-        colour: of the engine's lines in the charts. ghosts: the balls whose outlines are drawn; outlined: in which
+        colour: of the engine in the title. ghosts: the balls whose outlines are drawn; outlined: in which
         engine they are.
         """
         place, height = layout.arenas[index], layout.text_height
         inside, scale, origin = surface.subsurface(place), layout.scale, layout.origin
         canvas = Canvas(inside, self.scene, self.state, scale, height, origin)
         overlay = Overlay(canvas, self.trail, self.recent_contacts, ghosts)
-        if self.is_suspended:
-            showing = ()
         fill(inside, overlay.palette.ground)
         edge = EDGE if self.scene.arena.walls else 1
         pygame.draw.rect(surface, theme.wall, place.inflate(2 * edge, 2 * edge), edge, border_radius=edge)
@@ -138,17 +136,17 @@ class Pane:
         for layer, draw in ABOVE_BALLS.items():
             if layer in showing:
                 draw(overlay)
-        if self.moment.held is not None and not self.is_suspended:
-            overlay.pull(self.moment.held, self.moment.target)
         if self.is_suspended:
             veil = Surface(place.size)
             veil.fill(overlay.palette.faint)
             veil.set_alpha(FADED)
             surface.blit(veil, place)
+        elif self.moment.held is not None:
+            overlay.pull(self.moment.held, self.moment.target)
         if self.stands:
             lines = first_lines(self.stands, place.width - 4 * height, height, MAX_REASON_LINES, "    ")
             card(surface, [[line] for line in lines], place.topleft, height, place)
-        self._draw_title(surface, layout, index, theme.dim if self.is_suspended else colour, outlined)
+        self._draw_title(surface, layout, index, colour, outlined)
 
     def _draw_title(self, surface: Surface, layout: Layout, index: int, colour: Color, outlined: str) -> None:
         """Draw the engine after its colour, and its energy; what has no room is left out."""
@@ -208,9 +206,10 @@ def draw_panes(
     colours = chart_palette().engines([*(pane.name for pane in panes), reference])
     for index, pane in enumerate(panes):
         pane.is_reference = pane.name == reference and len(panes) > 1
-        ghosts = outlined if pane.name != reference and not pane.is_suspended else None
-        named = reference if ghosts is not None and Layer.GHOSTS in showing else ""
-        pane.draw(surface, layout, index, showing, colours[pane.name], ghosts, named)
+        layers, colour = ((), theme.dim) if pane.is_suspended else (showing, colours[pane.name])
+        ghosts = outlined if pane.name != reference else None
+        named = reference if ghosts is not None and Layer.GHOSTS in layers else ""
+        pane.draw(surface, layout, index, layers, colour, ghosts, named)
 
 
 class SessionView:
@@ -277,8 +276,8 @@ class SessionView:
             return f"against {session.reference}: {REFERENCE} does not run along with so many balls"
         return ""
 
-    def draw_chart(self, surface: Surface, layout: Layout, point: ScreenPoint | None = None) -> None:
-        """Draw the chart, with its values at a point of the screen."""
+    def draw_chart(self, surface: Surface, layout: Layout, point: ScreenPoint | None) -> None:
+        """Draw the chart, with its values at a point of the screen if there is one."""
         self.charts.draw(surface, layout.strip, layout.text_height, self.moment.time, point)
 
     def draw_panes(self, surface: Surface, layout: Layout, showing: Collection[Layer]) -> None:

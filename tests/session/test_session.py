@@ -1,5 +1,7 @@
 """Rewinding a run: the past is shown at once, repeated bit for bit, and replaced by new inputs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import scene_of
@@ -18,9 +20,10 @@ from sandbox.run.edits import (
     SetRate,
     SetVelocity,
 )
-from sandbox.run.inputs import Grab, Input, Release
+from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.run.trajectory import simulate
 from sandbox.scene.model import Scene
+from sandbox.session.history import History
 from sandbox.session.samples import Quantity
 from sandbox.session.session import Session
 
@@ -399,3 +402,48 @@ def test_a_reference_that_comes_late_and_has_no_room_for_an_edit_is_dropped_and_
     assert list(session.shown.states) == ["pymunk"]
     assert session.lockstep.dropped.startswith("exact: ball 1 would overlap ball 0 by")
     assert is_replay(session)
+
+
+def test_inputs_to_come_are_not_recorded(session: Session) -> None:
+    perform(session, THROW, 40)
+    session.seek(9)
+    assert session.given() == THROW[:2]
+    assert is_replay(session)
+
+
+def test_a_new_action_leaves_nothing_to_redo(session: Session) -> None:
+    perform(session, THROW, 20)
+    session.undo()
+    session.give(SetGravity(step=session.step, gravity=(0, 50)))
+    assert not session.redo()
+
+
+def test_only_the_last_move_of_a_step_counts(session: Session) -> None:
+    session.give(Grab(step=0, ball=2, at=(600, 200)))
+    for x in range(100):
+        session.give(Move(step=0, at=(500.0 + x, 300)))
+    assert [given.do for given in session.inputs] == ["grab", "move"]
+    run(session, 10)
+    assert session.shown.target == (599, 300)
+    assert is_replay(session)
+
+
+def test_a_recorded_edit_that_is_refused_is_reported_and_dropped(scene: Scene) -> None:
+    script: list[Input] = [SetVelocity(step=2, ball=0, velocity=(1, 2)), DeleteBall(step=3, ball=7), *THROW]
+    session = Session(scene, ENGINES, script)
+    run(session, 2)
+    with pytest.raises(SandboxError, match="ball must be at most 2, got 7"):
+        session.advance()
+    run(session, 20)
+    assert session.inputs == [script[0], *THROW]
+    assert is_replay(session)
+
+
+def test_large_moments_are_few(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sandbox.session.history.MAX_BYTES_KEPT", 3.5 * session.shown.size)
+    memory = History()
+    for step in range(100):
+        session.seek(0)
+        moment = session.shown
+        memory.keep(replace(moment, step=step))
+    assert [step for step in range(100) if memory.nearest(step).step == step] == [0, 64, 97, 98, 99]

@@ -6,6 +6,7 @@ import numpy as np
 import pygame
 import pytest
 from conftest import scene_of
+from pygame.event import Event
 from window_driver import (
     THREE_BALLS,
     button,
@@ -222,6 +223,18 @@ def test_a_wall_is_drawn_moved_by_an_end_moved_whole_and_deleted(desk: Window) -
     assert desk.editor.selected_wall is None
 
 
+def test_a_wall_that_is_undone_while_it_is_held_is_not_moved(window: Window) -> None:
+    use(window, "Wall")
+    drag(window, point(window, 100, 500), point(window, 300, 500))
+    use(window, "Move")
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 200, 500))
+    mouse(window, pygame.MOUSEMOTION, point(window, 200, 450))
+    press(window, "u")
+    window.draw()
+    mouse(window, pygame.MOUSEBUTTONUP, point(window, 200, 450))
+    assert (given(window), window.view.moment.scene.walls) == ([], ())
+
+
 def test_a_wall_through_a_ball_is_not_drawn(desk: Window) -> None:
     push(desk, "Wall")
     drag(desk, point(desk, 500, 100), point(desk, 700, 100))
@@ -298,3 +311,41 @@ def test_a_refused_value_is_quoted_in_the_units_of_the_scene(desk: Window) -> No
     ):
         typed_into(desk, name, typed)
         assert desk.notice.text.endswith(said)
+
+
+def test_a_click_that_trembles_moves_nothing(desk: Window) -> None:
+    x, y = point(desk, 600, 100)
+    drag(desk, (x, y), (x + 2, y + 2))
+    assert given(desk) == []
+    assert desk.editor.selected == 2
+
+
+def test_the_pointer_shows_what_can_be_moved(desk: Window) -> None:
+    for (x, y), cursor in (
+        ((300, 400), pygame.SYSTEM_CURSOR_HAND),
+        ((600, 100), pygame.SYSTEM_CURSOR_HAND),
+        ((300, 100), pygame.SYSTEM_CURSOR_ARROW),
+    ):
+        hover(desk, point(desk, x, y))
+        assert desk.mouse.cursor == cursor
+    push(desk, "Wall")
+    hover(desk, point(desk, 300, 100))
+    assert desk.mouse.cursor == pygame.SYSTEM_CURSOR_CROSSHAIR
+    mouse(desk, pygame.MOUSEBUTTONDOWN, point(desk, 300, 100))
+    assert desk.mouse.cursor == pygame.SYSTEM_CURSOR_SIZEALL
+    desk.on_event(Event(pygame.WINDOWFOCUSLOST))
+    assert given(desk) == []
+
+
+@pytest.mark.parametrize("pane", [0, 1])
+def test_a_wall_is_not_there_before_it_was_drawn(desk: Window, pane: int) -> None:
+    desk.draw()
+    before = colour_at(desk, 700, 400, pane)
+    run(desk, 10)
+    push(desk, "Wall")
+    drag(desk, point(desk, 700, 300), point(desk, 700, 500))
+    desk.draw()
+    assert colour_at(desk, 700, 400, pane) != before
+    press(desk, "Left", "Left")
+    desk.draw()
+    assert colour_at(desk, 700, 400, pane) == before

@@ -404,3 +404,34 @@ def test_what_is_shown_of_the_selected_ball_is_kept_in_the_next_scene(window: Wi
         assert values == pytest.approx(start + speed * np.arange(6) / 60)
     window.begin(window.scene, None)
     assert window.view.charts.instrument.name == "ball vx"
+
+
+def test_one_tiny_gap_does_not_stretch_the_axis(scene: Scene) -> None:
+    charts = charts_of(scene, 4, lambda time: steady(time) | {"pymunk": 60.03, "article": 60.0 + 1e-13}, GAP)
+    charts.toggle_scale()
+    gap = charts.plot(PLACE, TEXT)
+    surface = draw(charts)
+    x = column(charts, 2)
+    assert np.mean(rows_of(surface, gap, x, PYMUNK)) == pytest.approx(row(gap, (-3, 0), math.log10(0.03)), abs=1)
+    assert np.mean(rows_of(surface, gap, x, ARTICLE)) == pytest.approx(gap.bottom - 1, abs=1)
+
+
+def test_no_engine_s_name_hides_the_descenders_of_another(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    def underline(text: str, colour: Color, height: int) -> Surface:
+        """Return a name of which only the lowest row shows."""
+        name = Surface((9, 22), pygame.SRCALPHA)
+        name.fill(colour if text in NAMES else (0, 0, 0, 0), (0, 21, 9, 1))
+        return name
+
+    monkeypatch.setattr("sandbox.view.charts.draw_marker", lambda *given: None)
+    monkeypatch.setattr("sandbox.view.charts.lettering", underline)
+    charts = charts_of(scene, 2, steady)
+    beside = pygame.surfarray.array3d(draw(charts))[column(charts, 2) + 2 :]
+    for colour in (PYMUNK, ARTICLE, EXACT):
+        assert (beside == tuple(colour)[:3]).all(axis=2).sum() == 9
+
+
+def test_charts_without_room_draw_nothing(scene: Scene) -> None:
+    surface = Surface((100, 100))
+    charts_of(scene, 1, steady).draw(surface, Rect(8, 90, 80, 0), TEXT, 1.0)
+    assert (pygame.surfarray.array3d(surface) == 0).all()

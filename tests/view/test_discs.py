@@ -104,3 +104,22 @@ def test_a_surface_looks_the_same_in_any_order_of_its_colours(masks: tuple[int, 
     assert len(np.unique(pixels(plain).reshape(-1, 3), axis=0)) > 10
     assert np.array_equal(pixels(other), pixels(plain))
     assert other.get_at((40, 40)).a == other.get_at((0, 0)).a == 255
+
+
+def test_a_disc_at_the_edge_of_a_pane_stays_in_it() -> None:
+    centres = np.array([(0, 10), (30, 10), (15, 0), (15, 20), (-30, -30), (29.6, 19.7), (12.2, 8.9)], float)
+    window = Surface((100, 80))
+    window.fill("white")
+    drawn(window.subsurface((40, 30, 30, 20)), centres, 5.5)
+    alone = Surface((30, 20))
+    alone.fill("white")
+    assert np.array_equal(pixels(window.subsurface((40, 30, 30, 20))), drawn(alone, centres, 5.5))
+    window.fill("white", (40, 30, 30, 20))
+    assert (pixels(window) == 255).all()
+
+
+@pytest.mark.parametrize("depth", [16, 32])
+@pytest.mark.parametrize(("radius", "is_drawn"), [(1.4, False), (1.6, True)])
+def test_a_line_too_short_to_show_an_angle_is_not_drawn(radius: float, is_drawn: bool, depth: int) -> None:
+    pictures = [drawn(white_surface(depth), np.array([[40.0, 40.0]]), radius, angle=angle) for angle in (None, 1.0)]
+    assert (pictures[0] != pictures[1]).any() == is_drawn

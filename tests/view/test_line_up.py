@@ -21,6 +21,7 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn
 from sandbox.view.engines_page import MAX_PANES, SCALES, are_same, in_force, meaning_of, normal, scale_of, with_setting
+from sandbox.view.notice import NoticeKind
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -147,8 +148,13 @@ def test_a_drag_ends_where_the_engines_change(window: Window) -> None:
     ("spec", "reason"),
     [
         ("article", "article: a second radius and a second mass"),
+        ("pymunk", "pymunk runs already, in another pane"),
         ("pymunk(iterations=10)", "pymunk runs already, in another pane"),
         ("pymnk", "did you mean pymunk?"),
+        ("pymunk(substep=2)", "did you mean substeps?"),
+        ("exact(substeps=2)", "exact takes no settings"),
+        ("", "no engine ''"),
+        ("nothing.py:Mine", "nothing.py"),
         ("mine.py:Other", "has no class or function 'Other'"),
     ],
 )
@@ -313,3 +319,11 @@ def test_a_scale_has_the_value_in_force_to_the_bit_and_only_valid_ones(key: str)
     for value in SCALES[key]:
         in_force(with_setting("pymunk", PLAIN, key, value), PLAIN)
     assert len(meaning_of(key)) > 10
+
+
+def test_the_error_of_a_name_typed_wrongly_goes_when_the_right_one_runs(window: Window) -> None:
+    window.line_up.add("exakt")
+    assert window.notice.kind is NoticeKind.ERROR
+    assert window.notice.text
+    window.line_up.add("exact")
+    assert not window.notice.text

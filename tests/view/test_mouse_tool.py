@@ -194,9 +194,10 @@ def test_a_tip_covers_no_title_and_no_slider(window: Window, monkeypatch: pytest
         kept += [place for widget, place in window._placed if isinstance(widget, Slider)]
         for widget, at in window._placed:
             hover(window, at.center)
+            places.clear()
             window.widgets.draw_tip(window.screen, window._placed, kept[:2], 14)
-            if places and widget.tip:
-                assert places[-1].collidelist(kept) < 0, widget.tip
+            assert len(places) == bool(widget.tip)
+            assert all(place.collidelist(kept) < 0 for place in places), widget.tip
 
 
 def test_a_held_ball_is_released_before_the_step_changes(window: Window) -> None:
@@ -441,3 +442,53 @@ def test_a_wall_stops_at_the_first_ball_in_its_way_in_any_engine_and_passes_none
     assert wall_at(window) <= 335 + 1e-6
     for pane in window.view.panes:
         assert pane.state.position.tolist() == [[360, 300], [450, 210]]
+
+
+def test_the_line_to_the_pointer_is_drawn_in_every_pane(window: Window) -> None:
+    x, y = grab(window)
+    mouse(window, pygame.MOUSEMOTION, (x, y + round(150 * window.layout.scale)))
+    window.draw()
+    for pane in (0, 1):
+        assert colour_at(window, 600, 180, pane) == (0, 0, 0)
+
+
+def test_a_dragged_velocity_is_drawn_and_dropped_when_the_focus_is_lost(window: Window) -> None:
+    press(window, "p")
+    start, end = point(window, 600, 100), point(window, 700, 100)
+    mouse(window, pygame.MOUSEBUTTONDOWN, start)
+    mouse(window, pygame.MOUSEMOTION, end)
+    window.draw()
+    for pane in (0, 1):
+        assert colour_at(window, 660, 100, pane) == (0, 0, 0)
+    window.on_event(Event(pygame.WINDOWFOCUSLOST))
+    assert given(window) == []
+    window.draw()
+    assert colour_at(window, 660, 100) == (255, 255, 255)
+
+
+def test_an_arrow_that_leaves_its_pane_is_not_clipped(window: Window) -> None:
+    press(window, "p")
+    x, y = point(window, 600, 100)
+    mouse(window, pygame.MOUSEBUTTONDOWN, (x, y))
+    beyond = point(window, 900, 100)
+    mouse(window, pygame.MOUSEMOTION, beyond)
+    window.draw()
+    assert window.layout.pane_at((beyond[0] - 12, y)) == 1
+    assert tuple(window.screen.get_at((beyond[0] - 12, y)))[:3] == (0, 0, 0)
+
+
+def test_an_edit_during_an_earlier_drag_releases_its_ball(window: Window) -> None:
+    throw_and_go_back(window)
+    window.editor.set_gravity(300.0)
+    run(window, 5)
+    assert window.view.moment.held is None
+
+
+def test_a_wall_is_moved_by_the_hand_in_a_pause_where_the_button_is_released() -> None:
+    window = walled("radius = 20\nposition = [100, 300]")
+    press(window, "p")
+    drag_wall(window, (500, 350), 5)
+    [edit] = given(window)
+    assert isinstance(edit, ChangeWall)
+    assert edit.start == pytest.approx((500, 250), abs=1 / window.layout.scale)
+    assert (step(window), edit.continued) == (0, None)

@@ -1,5 +1,6 @@
 """Recordings: decoded frames show the balls where the trajectory has them."""
 
+import gc
 import signal
 import subprocess
 import sys
@@ -226,3 +227,41 @@ def test_a_recording_that_is_killed_leaves_no_file(how: signal.Signals) -> None:
         finally:
             process.kill()
     assert list(Path().iterdir()) == []
+
+
+def test_each_choice_of_layers_gives_another_picture(scene: Scene) -> None:
+    pictures = {}
+    shown: tuple[tuple[Layer, ...], ...] = ((), (Layer.CHARTS,), (Layer.VELOCITY,), (Layer.GHOSTS, Layer.GRID))
+    for show in shown:
+        record(scene.changed(seconds=0.1), None, "p.png", (640, 480), show)
+        pictures[Path("p.png").read_bytes()] = show
+    assert len(pictures) == 4
+
+
+def test_a_gif_s_frame_uses_nothing_of_the_palette_before() -> None:
+    first, second = pygame.Surface((64, 64)), pygame.Surface((64, 64))
+    first.fill("#808080")
+    first.fill("black", (0, 40, 1, 1))
+    for k in range(256):  # of each shade more than of the grey, so that this is not in the palette
+        second.fill((130 + k % 2, k, 128), (k % 64, k // 64 * 8, 1, 8))
+    second.fill("#808080", (0, 40, 1, 1))
+    with Gif("f.gif", (64, 64)) as video:
+        video.add(first)
+        video.add(second)
+    with Image.open("f.gif") as gif:
+        gif.seek(1)
+        assert gif.convert("RGB").getpixel((0, 40)) == pytest.approx((128, 128, 128), abs=8)
+
+
+def test_frames_are_not_kept_in_memory() -> None:
+    def pictures() -> int:
+        gc.collect()
+        return sum(
+            issubclass(type(thing), Image.Image) for thing in gc.get_objects()
+        )  # not of what weak proxies refer to
+
+    before = pictures()
+    with Gif("f.gif", (97, 61)) as video:
+        for surface in surfaces(40):
+            video.add(surface)
+        assert pictures() - before <= 2

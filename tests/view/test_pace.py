@@ -1,6 +1,7 @@
 """The status line shows how fast time really passes, by a clock that the tests move."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from window_driver import press
@@ -57,10 +58,15 @@ def test_the_fastest_speed_shows_what_is_reached(window: Window, clock: Clock, m
     assert play(window, clock, 300, 1 / 240)[-1] == "fastest (4\N{MULTIPLICATION SIGN})"
 
 
-@pytest.mark.parametrize("interrupt", ["pp", "Home", "r"])
+@pytest.mark.parametrize("interrupt", ["pp", "Home", "+", "r"])
 def test_a_pause_or_a_jump_is_not_slow(window: Window, clock: Clock, interrupt: str) -> None:
     play(window, clock, 100, 1 / 60)
-    for key in [interrupt] if interrupt in ("Home", "r") else interrupt:
+    for key in [interrupt] if interrupt in ("Home", "+", "r") else interrupt:
         clock.now += 5.0
         press(window, key)
     assert not any("(" in text for text in play(window, clock, 100, 1 / 60))
+
+
+def test_the_number_changes_no_more_than_once_a_second(window: Window, clock: Clock) -> None:
+    shown = [text for k in range(200) for text in play(window, clock, 1, 0.05, share=(k % 7) / 7)]
+    assert sum(a != b for a, b in pairwise(shown)) <= 10

@@ -6,7 +6,7 @@ from pathlib import Path
 import pygame
 import pytest
 from pygame.event import Event
-from window_driver import SMALL_SCENE, click, colours, drag, press
+from window_driver import SMALL_SCENE, click, colours, drag, pixels, press, run, step
 
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import bundled, load
@@ -192,3 +192,40 @@ def test_other_things_in_the_folder_do_not_stop_the_picker(window: Window, tmp_p
     picker = open_picker(window)
     own = [entry.name for entry in picker.found if entry.name.endswith(".toml")]
     assert own == ["bytes.toml", "no-unicode-\N{REPLACEMENT CHARACTER}.toml"]
+
+
+def test_escape_closes_the_picker_and_the_run_continues(window: Window) -> None:
+    run(window, 3)
+    press(window, "open", *"xyzzy", "Enter", "Esc")
+    assert window.scenes.picker is None
+    assert (step(window), window.running, window.scene.name) == (3, True, "test")
+
+
+def test_a_picture_is_drawn_anew_when_its_file_changes(window: Window, tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(SMALL_SCENE)
+    _, place = open_picker(window).places()[0]
+    before = pixels(window.screen.subsurface(place))
+    file.write_text(SMALL_SCENE.replace("[9, 9]", "[60, 60]"))
+    os.utime(file, ns=(1, 1))
+    window.draw()
+    assert (pixels(window.screen.subsurface(place)) != before).any()
+
+
+def test_scenes_of_the_folder_come_first_and_other_toml_files_are_left_out(window: Window, tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text(SMALL_SCENE)
+    (tmp_path / "broken.toml").write_text("[[balls]]\n")
+    (tmp_path / "pyproject.toml").write_text("[project]\n")
+    picker = open_picker(window)
+    assert [entry.name for entry in picker.found][:3] == ["broken.toml", "mine.toml", next(iter(bundled()))]
+    window.draw()
+    press(window, *"mine.toml", "Enter")
+    assert window.scene.arena.size == (90, 90)
+
+
+def test_typed_text_may_be_unprintable_or_very_long(window: Window) -> None:
+    press(window, "/", "\ufe0f")
+    window.draw()
+    press(window, "Back", *"long" * 300, "\u0301", "\U0001f600", "\ud83d")
+    window.draw()
+    assert window.scenes.picker

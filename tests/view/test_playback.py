@@ -1,5 +1,6 @@
 """Time passes, is paused, and goes back and forward."""
 
+import math
 from pathlib import Path
 from typing import Final
 
@@ -157,7 +158,7 @@ def test_a_window_marks_what_the_last_steps_show(memory_screen: None) -> None:
     )
     window = Window(scene_of(*balls), ["pymunk", "exact"])
     window.why.case = CaseSoFar(WorkerHere())
-    run(window, 51)
+    run(window, 50)
     window.playback.paused = True
     for _ in range(3):
         window.frame(1 / 60)
@@ -264,3 +265,38 @@ def test_a_reference_that_reaches_its_limit_says_why_and_the_run_goes_on(
         assert np.isnan(window.view.session.samples.of(Quantity.GAP)[:, 0]).tolist() == [False] * 7 + [True] * 4
     else:
         assert window.notice.text.startswith(why)
+
+
+def test_a_step_key_does_one_step_at_the_fastest_speed_too(window: Window) -> None:
+    press(window, "p")
+    window.playback.set_speed(math.inf)
+    press(window, "o")
+    window.playback.advance(0.0)
+    assert window.view.session.lockstep.steps == 1
+    window.playback.advance(1 / 60)
+    assert window.view.session.lockstep.steps > 1
+
+
+def test_speeds_range_from_a_hundredth_to_as_fast_as_possible(window: Window) -> None:
+    press(window, *["-"] * 20)
+    for _ in range(101):
+        window.playback.advance(1.0)
+    assert step(window) == pytest.approx(60, abs=1)
+    press(window, *["+"] * 20)
+    assert window.playback.speed == math.inf
+    steps = [step(window)]
+    for _ in range(10):  # as many steps as fit between two frames, which are few where the machine is busy
+        window.playback.advance(1e-9)
+        steps.append(step(window))
+    assert max(np.diff(steps)) > 2
+    assert "fastest" in window.status
+
+
+def test_after_a_jump_in_time_trails_include_the_steps_before(window: Window) -> None:
+    run(window, 100)
+    window.playback.seek(50)
+    places = window.view.panes[0].trail.positions()
+    assert np.array_equal(places, simulate(window.scene, "pymunk", steps=50).position)
+    press(window, ".", "Delete")
+    assert window.view.panes[0].trail.positions().shape[1:] == (2, 2)
+    window.draw()

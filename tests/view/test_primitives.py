@@ -83,3 +83,8 @@ def test_a_text_that_is_cut_off_ends_in_an_ellipsis(most: int) -> None:
     assert lines[: most - 1] == list(whole[: most - 1])
     assert lines[-1].endswith("\N{HORIZONTAL ELLIPSIS}") == (most < len(whole))
     assert all(text_width(line, 16) <= 150 for line in lines)
+
+
+def test_a_line_may_be_broken_between_a_number_and_a_word_that_begins_like_a_unit() -> None:
+    broken = [wrapped("the ball has 12 steps left", width, 16) for width in range(200)]
+    assert any(line.startswith("steps") for lines in broken for line in lines)

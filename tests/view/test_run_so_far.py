@@ -10,7 +10,7 @@ from conftest import scene_of
 
 from sandbox.analysis.comparison import RunningComparison, compare
 from sandbox.engines import named
-from sandbox.run.edits import DeleteBall, SetVelocity
+from sandbox.run.edits import DeleteBall, SetElasticity, SetRate, SetVelocity
 from sandbox.run.inputs import Grab, Input, Kick, Move, Release
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
@@ -110,6 +110,15 @@ THROWS: Final[Mapping[str, Sequence[Input]]] = {
         Kick(step=15, ball=2, velocity=(0, 50)),
     ],
 }
+EDITS: Final[Sequence[Input]] = [
+    Kick(step=7, ball=1, velocity=(30, -20)),
+    SetVelocity(step=33, ball=0, velocity=(150, 20)),
+    Grab(step=40, ball=0, at=(200, 100)),
+    SetElasticity(step=47, elasticity=0.999),
+    Release(step=52),
+    SetRate(step=60, rate=120),
+    DeleteBall(step=70, ball=1),
+]
 
 
 @pytest.mark.parametrize("inputs", THROWS.values(), ids=THROWS)
@@ -119,7 +128,17 @@ def test_a_throw_moves_the_horizon_to_where_the_comparison_has_it(inputs: Sequen
     assert None is not marks.trust.horizon == horizon != compare(DENSE, ["exact"]).horizon
 
 
-@pytest.mark.parametrize("edit_at", [46, 49, 50, 52])
+@pytest.mark.wide
+def test_marks_do_not_depend_on_how_often_they_are_asked_for() -> None:
+    always, once = (Watched(DENSE, ["impulse", "exact"], EDITS) for _ in range(2))
+    run(once, 260)
+    for steps in (*[5] * 16, *[20] * 9):
+        assert run(always, steps).marks is not None
+    assert once.marks == always.marks
+    assert once.marks.trust.horizon is not None
+
+
+@pytest.mark.parametrize("edit_at", range(46, 53))
 def test_an_edit_keeps_what_the_steps_before_it_have_shown(edit_at: int) -> None:
     """The tie is in step 50."""
     watched = run(Watched(TIE, ["pymunk", "exact"]), edit_at)
@@ -159,3 +178,33 @@ def test_the_path_of_a_run_longer_than_expected_has_fewer_frames(monkeypatch: py
     positions, path = simulate(scene, "impulse", steps=500).position, comparison.runs["impulse"].path
     assert 50 < len(path) <= 200
     assert np.array_equal(path, positions[:: comparison.stride].astype(np.float32))
+
+
+def test_a_run_repeated_has_the_same_marks_and_a_changed_run_others() -> None:
+    watched = run(Watched(load("article"), ["article", "exact"]), 80)
+    before = watched.marks
+    assert before.differences
+    watched.session.seek(10)
+    assert watched.marks == before
+    assert run(watched, 20).marks == before
+    watched.session.seek(10)
+    watched.session.give(SetVelocity(step=10, ball=1, velocity=(0, 0)))
+    assert run(watched, 70).marks != before
+
+
+def test_after_an_edit_times_still_count_from_the_start() -> None:
+    scene = scene_of(
+        "radius = 20\nposition = [100, 300]", "radius = 20\nposition = [300, 320]", more="seconds = 20\nrate = 60"
+    )
+    watched = run(Watched(scene, ["impulse", "exact"]), 30)
+    watched.session.give(SetVelocity(step=30, ball=0, velocity=(240, 0)))
+    edited = compare(scene, ["impulse", "exact"], inputs=[SetVelocity(step=30, ball=0, velocity=(240, 0))])
+    first = edited.runs["impulse"].figures.first_difference
+    assert first is not None
+    assert run(watched, 90).marks.differences["impulse"] == pytest.approx(0.5 + first.time)
+
+
+def test_the_mouse_makes_no_difference() -> None:
+    scene = scene_of("radius = 20\nposition = [400, 300]")
+    inputs: list[Input] = [Grab(step=3, ball=0, at=(200, 200)), Release(step=30)]
+    assert run(Watched(scene, ["impulse", "exact"], inputs), 60).marks.differences == {}

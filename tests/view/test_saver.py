@@ -114,8 +114,8 @@ def test_a_recording_is_what_the_window_shows_at_the_scene_s_pace(window: Window
         recorded = np.asarray(video.convert("RGB")).swapaxes(0, 1)
     assert sum(lasts) == pytest.approx(500, abs=20)  # ms, however many frames the encoder had time for
     assert min(lasts) >= 40
-    panes = slice(window.layout.top, window.layout.status.y)
-    assert (recorded[:, panes] != last[:, panes]).any(axis=2).mean() < 0.02
+    panes = slice(window.layout.top, window.layout.strip.y)
+    assert (recorded[:, panes] != last[:, panes]).any(axis=2).mean() < 0.015
     assert window.status.endswith(f"saved {file.name} in {tmp_path}")
 
 

@@ -1,5 +1,6 @@
 """Other scenes are opened: by key, from files, and again when their file is edited."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from window_driver import SMALL_SCENE, press, run, step
 from sandbox.errors import SandboxError
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load
+from sandbox.view.scene_loader import FileWatcher
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -123,3 +125,18 @@ def test_edits_of_the_open_file_are_run_and_broken_ones_leave_the_current_scene(
         run(window, 2)
         assert step(window) >= 2
         assert not window.scenes.reload_if_edited()
+
+
+def test_touching_or_briefly_removing_a_watched_file_is_no_change(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text("one")
+    watch = FileWatcher(file)
+    os.utime(file, ns=(1, 1))
+    assert not watch.changed()
+    file.unlink()
+    assert not watch.changed()
+    file.write_text("one")
+    assert not watch.changed()
+    file.write_text("two")
+    assert watch.changed()
+    assert not watch.changed()

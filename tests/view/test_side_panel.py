@@ -12,7 +12,7 @@ from pygame.event import Event
 
 from sandbox.view.controls import Panel
 from sandbox.view.layout import Layout
-from sandbox.view.primitives import text_width
+from sandbox.view.primitives import SMALLEST_TEXT, text_width
 from sandbox.view.side_panel import SidePanel
 from sandbox.view.theme import theme
 from sandbox.view.widgets import Bar, Widget, Words
@@ -226,3 +226,24 @@ def test_a_row_of_many_widgets_ends_where_the_panel_s_text_does(widgets: int) ->
         place = Rect(0, 0, width, 300)
         placed = dict(desk.panel.placed(place, TEXT_HEIGHT)[1:])
         assert placed[row[-1]].right == placed[desk.page.bar].right
+
+
+def test_a_text_too_long_for_its_button_can_still_be_read() -> None:
+    """It is as high as the smallest text, and its end is cut off."""
+    heights = []
+    for width, text_height in ((4 * TEXT_HEIGHT, TEXT_HEIGHT), (800, SMALLEST_TEXT)):
+        plain, lettered = (picture(TextButton(text, print), width, text_height) for text in ("", 20 * "H"))
+        _, rows = np.nonzero((plain != lettered).any(axis=2))
+        heights.append(np.ptp(rows))
+    assert heights[0] == heights[1]
+
+
+def test_what_is_scrolled_away_is_neither_drawn_nor_pressed_over_the_title() -> None:
+    desk = Desk(paragraphs=30)
+    desk.panel.scroll(-3)
+    desk.drawn()
+    above = [(w, p) for w, p in desk.panel.placed(PLACE, TEXT_HEIGHT) if p.bottom < PLACE.y + 2 * TEXT_HEIGHT][2:]
+    assert above
+    assert not pygame.surfarray.array3d(desk.drawn())[:, : PLACE.y].any()
+    desk.send(Event(pygame.MOUSEBUTTONDOWN, pos=(PLACE.x + 20, PLACE.y + 10), button=1))
+    assert desk.page.done == []

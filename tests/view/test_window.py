@@ -13,7 +13,7 @@ from window_driver import CODES, SMALL_SCENE, button, click, colours, given, poi
 
 from sandbox.scene.files import load
 from sandbox.view.controls import Action
-from sandbox.view.display import has_display
+from sandbox.view.display import REPEAT, has_display
 from sandbox.view.layout import MIN_SIZE
 from sandbox.view.notice import Guard, NoticeKind
 from sandbox.view.theme import DARK, GREEN, LIGHT, VERMILLION, readable
@@ -52,6 +52,7 @@ def test_a_held_key_repeats_and_pause_does_not(window: Window) -> None:
             window.on_event(Event(pygame.KEYDOWN, key=CODES[key], unicode="", mod=0))
         window.on_event(Event(pygame.KEYUP, key=CODES[key], mod=0))
 
+    assert pygame.key.get_repeat() == REPEAT
     hold("Right", 20)
     assert step(window) == 20
     hold("Left", 1)
@@ -261,3 +262,10 @@ def test_no_display_is_found_without_a_screen(monkeypatch: pytest.MonkeyPatch) -
     assert not has_display()
     monkeypatch.setenv("DISPLAY", ":0")
     assert not has_display()  # SDL has the dummy driver
+
+
+def test_the_size_of_the_text_changes(window: Window) -> None:
+    window.on_event(Event(pygame.KEYDOWN, key=pygame.K_PLUS, unicode="+", mod=pygame.KMOD_LCTRL))
+    assert (window.layout.text_height, window.playback.speed) == (15, 1.0)
+    window.on_event(Event(pygame.KEYDOWN, key=pygame.K_MINUS, unicode="-", mod=pygame.KMOD_LCTRL))
+    assert window.layout.text_height == 14
