@@ -20,12 +20,14 @@ from numpy.typing import NDArray
 from pymunk._chipmunk_cffi import ffi, lib
 from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
 
-Floats = NDArray[np.float64]
+from sandbox.space.contents import shapes_of
+from sandbox.state import Floats
+
 Rows = NDArray[Any]
 
 MAX_BYTES: Final = 1_000_000_000  # of snapshots, by default
 MAX_SECONDS: Final = 600.0  # of the Space's time, by default
-_original_step: Final = pymunk.Space.step  # another one may take its place
+original_step: Final = pymunk.Space.step  # another one may take its place
 
 
 class JointKind(IntEnum):
@@ -257,7 +259,7 @@ class Recording:
         if seen == self._seen:
             return
         self._seen = seen
-        shapes = [shape for shape in space.shapes if shape.body]
+        shapes = shapes_of(space)
         self.shapes |= {address(shape._shape): shape for shape in shapes}
         self.joints |= {address(joint._constraint): joint for joint in joints}
         used = [*space.bodies, *(shape.body for shape in shapes)]
@@ -357,7 +359,7 @@ def _read_joint(row: Any, joint: pymunk.Constraint, a: tuple[Floats, float], b: 
     arm_a, arm_b, normal, impulse = (tuple(words[at : at + 2]) if at else (0.0, 0.0) for at in places)
     setting = [getattr(joint, name) for name in SETTINGS.get(kind, ())]
     row["key"], row["kind"], row["max_force"] = address(joint._constraint), kind, joint.max_force
-    row["body_a"], row["body_b"], row["own_law"] = joint.a.id, joint.b.id, not _has_pymunks_law(joint)
+    row["body_a"], row["body_b"], row["own_law"] = joint.a.id, joint.b.id, not has_pymunks_law(joint)
     row["arm_a"], row["arm_b"], row["normal"] = arm_a, arm_b, normal
     row["is_free"] = bool(bias) and words[bias] == 0
     row["impulse"] = impulse if kind in _VECTORS else (impulse[0], 0)
@@ -396,7 +398,7 @@ def _error(kind: JointKind, setting: Sequence[float], apart: Floats, angle_a: fl
     return error
 
 
-def _has_pymunks_law(joint: pymunk.Constraint) -> bool:
+def has_pymunks_law(joint: pymunk.Constraint) -> bool:
     """Return whether a constraint is no spring, or one with Pymunk's own law of force."""
     if isinstance(joint, pymunk.DampedSpring):
         return joint.force_func == pymunk.DampedSpring.spring_force
@@ -427,7 +429,7 @@ def knows_joints() -> bool:
     for joint in joints:
         joint.max_force = 100  # so that none leaves nothing to the others
     for _ in range(2):
-        _original_step(space, 1 / 64)
+        original_step(space, 1 / 64)
     for joint in joints:
         row = np.zeros((), JOINT)
         _read_joint(row, joint, _place_of(a), _place_of(b))
