@@ -25,8 +25,8 @@ from sandbox.state import Floats
 
 Rows = NDArray[Any]
 
-MAX_BYTES: Final = 1_000_000_000  # of snapshots, by default
-MAX_SECONDS: Final = 600.0  # of the Space's time, by default
+MAX_BYTES: Final = 1_000_000_000  # of snapshots
+MAX_SECONDS: Final = 600.0  # of the Space's time
 original_step: Final = pymunk.Space.step  # another one may take its place
 
 
@@ -200,14 +200,15 @@ def address(pointer: object) -> int:
 
 
 class Recording:
-    """The last steps of a Space, as many as `max_bytes` and `max_seconds` (of its time) allow.
+    """The last steps of a Space, as many as MAX_BYTES and MAX_SECONDS allow.
 
-    steps: those that are kept, in the order of time; count: of all that were recorded; bytes: the size of those kept.
+    steps: those that are kept, in the order of time; count: of all that were recorded; bytes: the size of those kept,
+    where what two snapshots share counts once.
     bodies: by `pymunk.Body.id`; shapes, joints: by their address; also those that are gone, so that no other gets it.
     """
 
-    def __init__(self, space: pymunk.Space, *, max_bytes: float = MAX_BYTES, max_seconds: float = MAX_SECONDS) -> None:
-        self._space, self._max_bytes, self._max_seconds = space, max_bytes, max_seconds
+    def __init__(self, space: pymunk.Space) -> None:
+        self._space = space
         self.steps: deque[Step] = deque()
         self.bytes = self.count = 0
         self._time = 0.0
@@ -229,12 +230,19 @@ class Recording:
         step(dt)
         self._look()
         after = self._snapshot()
-        self.bytes += after.bytes + (0 if self.steps and before is self.steps[-1].after else before.bodies.nbytes)
+        if not self.steps:
+            self.bytes += before.bytes
+        elif before is not self.steps[-1].after:
+            self.bytes += before.bodies.nbytes
+        self.bytes += after.bytes
         self.steps.append(Step(self.count, self._time, dt, before, after))
         self.count += 1
         self._time += dt
         while len(self.steps) > 1 and not self._fits():
-            self.bytes -= self.steps.popleft().after.bytes
+            dropped = self.steps.popleft()
+            self.bytes -= dropped.before.bytes
+            if self.steps[0].before is not dropped.after:
+                self.bytes -= dropped.after.bodies.nbytes
 
     def _before(self) -> Snapshot:
         """Return the Space before a step, which is the last one after a step if the program changed nothing."""
@@ -299,7 +307,7 @@ class Recording:
         return Settings(gravity, space.damping, persistence, space.current_time_step)
 
     def _fits(self) -> bool:
-        return self.bytes <= self._max_bytes and self._time - self.steps[0].time <= self._max_seconds
+        return self.bytes <= MAX_BYTES and self._time - self.steps[0].time <= MAX_SECONDS
 
 
 _BODY_FIELDS: Final = (

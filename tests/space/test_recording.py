@@ -92,16 +92,28 @@ def test_joints_have_their_keys_and_how_far_they_are_off() -> None:
     assert joints["error"] == pytest.approx([body.position.get_distance((0, 100)) - 50, body.angle - 1])
 
 
-@pytest.mark.parametrize("limit", ["bytes", "seconds"])
-def test_a_ring_buffer_bounds_the_recording(limit: str) -> None:
-    space, _ = falling_box()
-    recording = Recording(space, max_bytes=20000) if limit == "bytes" else Recording(space, max_seconds=10 * DT)
+@pytest.mark.parametrize("changes", [False, True])
+@pytest.mark.parametrize(("limit", "value"), [("MAX_BYTES", 20_000), ("MAX_SECONDS", 10 * DT)])
+def test_a_ring_buffer_bounds_the_recording(
+    monkeypatch: pytest.MonkeyPatch, limit: str, value: float, changes: bool
+) -> None:
+    monkeypatch.setattr(f"sandbox.space.recording.{limit}", value)
+    space, body = falling_box()
+    recording = Recording(space)
     for _ in range(100):
+        body.velocity += (0, 1 if changes else 0)
         recording.record(space.step, DT)
     assert recording.steps[-1].number == 99
     assert recording.steps[0].number == recording.count - len(recording.steps) > 0
-    if limit == "bytes":
-        assert sum(step.after.bytes for step in recording.steps) <= 20_000
+    parts = [
+        part
+        for step in recording.steps
+        for state in (step.before, step.after)
+        for part in (state.bodies, state.contacts, state.joints)
+    ]
+    assert recording.bytes == sum({id(part): part.nbytes for part in parts}.values())
+    if limit == "MAX_BYTES":
+        assert recording.bytes <= value
         assert len(recording.steps) > 10
     else:
         assert len(recording.steps) == 10
