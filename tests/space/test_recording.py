@@ -8,7 +8,7 @@ import pymunk
 import pytest
 
 from sandbox.space.energy import Cause, ledger_of
-from sandbox.space.recording import Recording, address, knows_joints
+from sandbox.space.recording import _WORDS, JointKind, Recording, address, knows_joints
 
 DT = 1 / 64
 
@@ -90,6 +90,43 @@ def test_joints_have_their_keys_and_how_far_they_are_off() -> None:
     joints = recorded(space, 1).steps[0].after.joints
     assert joints["key"].tolist() == [address(joint._constraint) for joint in (pin, limit)]
     assert joints["error"] == pytest.approx([body.position.get_distance((0, 100)) - 50, body.angle - 1])
+
+
+def test_each_joint_s_error_is_that_of_its_law() -> None:
+    """Free bodies are put where each law is broken by a known amount; joints without force leave them there."""
+    space = pymunk.Space()
+    a, b = pymunk.Body(1, 1), pymunk.Body(1, 1)
+    b.position = (10, 0)
+    joints: list[pymunk.Constraint] = [
+        pymunk.PinJoint(a, b),
+        pymunk.SlideJoint(a, b, (0, 0), (0, 0), 2, 11),
+        pymunk.PivotJoint(a, b, (0, 0), (-10, 0)),
+        pymunk.GrooveJoint(a, b, (0, -5), (0, 5), (-10, 0)),
+        pymunk.RotaryLimitJoint(a, b, -0.25, 0.125),
+        pymunk.RatchetJoint(a, b, 0, 1),
+        pymunk.GearJoint(a, b, 0.125, 2),
+        pymunk.DampedSpring(a, b, (0, 0), (0, 0), 10, 1, 0),
+        pymunk.SimpleMotor(a, b, 1),
+    ]
+    for joint in joints:
+        joint.max_force = 0
+    space.add(a, b, *joints)
+    b.position = (14, 3)
+    recording = recorded(space, 1)
+    length = math.hypot(14, 3)
+    expected = [length - 10, length - 11, 5, 4, 0, 0, -0.125, 0, 0]
+    assert recording.steps[0].after.joints["error"] == pytest.approx(expected)
+    b.angle = -0.5  # its anchors turn
+    recording.record(space.step, DT)
+    assert recording.steps[1].after.joints["error"][4:] == pytest.approx([-0.25, 0.5, -1.125, 0, 0])
+
+
+@pytest.mark.parametrize("kind", JointKind)
+def test_another_layout_of_a_joint_is_noticed(monkeypatch: pytest.MonkeyPatch, kind: JointKind) -> None:
+    words: list[tuple[int, ...]] = [*_WORDS]
+    words[kind] = *(at and at + 1 for at in words[kind][:4]), words[kind][4]
+    monkeypatch.setattr("sandbox.space.recording._WORDS", words)
+    assert not knows_joints.__wrapped__()
 
 
 @pytest.mark.parametrize("changes", [False, True])
