@@ -158,10 +158,8 @@ def verify(
     passes, in place of those that the scenes have.
     Raises SandboxError if an argument is wrong, or nothing is expected.
     """
-    sources, patience = (
-        list(registry()) if engines is None else engines,
-        scoring.PATIENCE if scenes is None else math.inf,
-    )
+    sources = list(registry()) if engines is None else engines
+    patience = scoring.PATIENCE if scenes is None else math.inf
     tolerance = None if tolerance is None else number("tolerance", tolerance)
     return Scores(dict(scoring.verify(scenes_to_score(scenes), sources, tolerance, patience)))
 

@@ -23,9 +23,9 @@ from unittest.mock import patch
 from sandbox.errors import SandboxError
 from sandbox.scripting.watchdog import watchdog
 from sandbox.space.changes import CALLS, NAMES
+from sandbox.space.origins import SANDBOX
 from sandbox.space.watch import Trials
 
-_SANDBOX: Final = str(Path(__file__).parents[1])
 _DRIVERS: Final = {"SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy", "PYGLET_HEADLESS": "1", "MPLBACKEND": "agg"}
 DEFAULT_FRAMERATE: Final = 60  # 1/s, of a clock that is asked for none
 SAFE_PATH: Final = "PYTHONSAFEPATH"  # for the sandbox's own processes, not for those of a program
@@ -118,7 +118,7 @@ def _traceback_of(error: BaseException) -> traceback.TracebackException:
     """Return the traceback that the program would have without the sandbox."""
     whole = traceback.TracebackException.from_exception(error)
     for link in _linked(whole):
-        frames = [frame for frame in link.stack if not frame.filename.startswith((_SANDBOX, runpy.__file__, "<frozen"))]
+        frames = [frame for frame in link.stack if not frame.filename.startswith((SANDBOX, runpy.__file__, "<frozen"))]
         link.stack = traceback.StackSummary.from_list(frames)
     return whole
 

@@ -10,6 +10,7 @@ from weakref import WeakSet
 import numpy as np
 import pymunk
 
+from sandbox.errors import SandboxError
 from sandbox.space.findings import BodyReport
 from sandbox.space.origins import Origins
 
@@ -150,6 +151,13 @@ class Contents:
         """Pairs of shapes, of which one is new, that touch, and how deep they overlap, px."""
         touching = ((a, b, depth_of(a, b)) for a, b in self.pairs)
         return [(a, b, depth) for a, b, depth in touching if depth is not None]
+
+
+def checked(space: pymunk.Space) -> pymunk.Space:
+    """Return a Space. Raises SandboxError if it is not one."""
+    if not isinstance(space, pymunk.Space):
+        raise SandboxError(f"space must be a pymunk.Space, got {type(space).__name__}")
+    return space
 
 
 def shapes_of(space: pymunk.Space) -> list[pymunk.Shape]:

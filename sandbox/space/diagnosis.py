@@ -72,7 +72,7 @@ class Diagnosis:
         if len(shown) > MAX_FINDINGS:
             yield f"and {counted(len(shown) - MAX_FINDINGS, 'further finding')}; --json has all of them"
             yield ""
-        possible = [f"{len(finding.bodies)} {finding.symptom}" for finding in self.findings if finding not in shown]
+        possible = [f"{finding.symptom} ({len(finding.bodies)})" for finding in self.findings if finding not in shown]
         if possible:
             yield from textwrap.wrap(f"Could go wrong, but did not: {'; '.join(possible)}.", width)
             yield ""

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from sandbox.errors import SandboxError
 from sandbox.quantity import dot
-from sandbox.space.recording import Floats, JointKind, Rows, Settings, Snapshot, Step, knows_joints
+from sandbox.space.recording import JointKind, Rows, Settings, Snapshot, Step, knows_joints
+from sandbox.state import Bools, Floats
 
 LEAST_SHARE: Final = 0.005  # of the largest kinetic energy; smaller lines are printed together
 SMALLEST_SHOWN: Final = 5e-5
@@ -73,9 +74,8 @@ class Cause(StrEnum):
 
 
 Work = defaultdict[Cause, float]  # kg px²/s²
-_KINDS: Final = np.arange(
-    len(JointKind)
-)  # which of these, by their number, have angular or vector impulses, and springs
+# By the number of its kind, whether a joint's impulse is angular or a vector, and whether it is a spring:
+_KINDS: Final = np.arange(len(JointKind))
 _ANGULAR: Final = _KINDS >= JointKind.ROTARY_SPRING
 _VECTORS: Final = (_KINDS == JointKind.PIVOT) | (_KINDS == JointKind.GROOVE)
 _SPRINGS: Final = (_KINDS == JointKind.SPRING) | (_KINDS == JointKind.ROTARY_SPRING)
@@ -253,7 +253,7 @@ def _energies(state: Snapshot) -> tuple[float, float]:
     return float(kinetic.sum()), float(potential.sum())
 
 
-def _is_default_spring(joints: Rows) -> NDArray[np.bool_]:
+def _is_default_spring(joints: Rows) -> Bools:
     """Return which joints are springs with Pymunk's own law."""
     return np.asarray(_SPRINGS[joints["kind"]] & ~joints["own_law"])
 

@@ -22,6 +22,7 @@ from sandbox.scene.files import ball_groups, load
 from sandbox.scene.model import MIN_LENGTH, SPACE_SETTINGS, Arena, PymunkSettings, Scene
 from sandbox.scene.overlaps import needed_overlap
 from sandbox.scene.spawn import spawn
+from sandbox.space.contents import body_of, checked, is_dynamic
 from sandbox.state import Bodies, Floats, State
 
 MAX_MOMENT_ERROR: Final = 1e-9  # of m r²/2, which is rounding
@@ -157,12 +158,10 @@ def to_space(scene: Scene | str | os.PathLike[str]) -> pymunk.Space:
 
 def contents_of(space: pymunk.Space) -> SpaceContents:
     """Read what a Space has. Raises SandboxError if it is not a Space."""
-    if not isinstance(space, pymunk.Space):
-        raise SandboxError(f"space must be a pymunk.Space, got {type(space).__name__}")
-    solid = [shape for shape in space.shapes if not shape.sensor]  # sensors touch nothing
+    solid = [shape for shape in checked(space).shapes if not shape.sensor]  # sensors touch nothing
     of_body: dict[pymunk.Body, list[pymunk.Shape]] = defaultdict(list)
     for shape in solid:
-        of_body[_body(shape)].append(shape)
+        of_body[body_of(shape)].append(shape)
     left_out = Counter(kind.value for kind in _unsupported_in(space, of_body))
     left_out.update((name := type(joint).__name__, f"{name}s") for joint in space.constraints)
     circles: list[pymunk.Circle] = []
@@ -174,11 +173,11 @@ def contents_of(space: pymunk.Space) -> SpaceContents:
             left_out[kind.value] += 1
         elif not (isinstance(shape, pymunk.Circle) and _moves(shape)):
             walls += _walls_of(shape)
-        elif len(of_body[_body(shape)]) == 1:
+        elif len(of_body[body_of(shape)]) == 1:
             circles.append(shape)
     return SpaceContents(
         tuple(circles),
-        tuple((_body(circle).mass, _body(circle).moment) for circle in circles),
+        tuple((body_of(circle).mass, body_of(circle).moment) for circle in circles),
         tuple((circle.radius, circle.elasticity, circle.friction) for circle in circles),
         tuple((groups.setdefault(shape.filter.group, len(groups)), *shape.filter[1:]) for shape in circles),
         tuple(walls),
@@ -206,7 +205,7 @@ def _new_space() -> pymunk.Space:
 
 def _motion_of(circles: Iterable[pymunk.Circle]) -> State:
     """Return where circles are and how they move: (n, 2) px, px/s; (n,) rad, rad/s. What is asleep does not move."""
-    bodies = [_body(circle) for circle in circles]
+    bodies = [body_of(circle) for circle in circles]
 
     def pairs(key: str) -> Floats:
         return np.array([getattr(body, key) for body in bodies], float).reshape(-1, 2)
@@ -222,14 +221,8 @@ def _counts_in_words(counts: dict[tuple[str, str], int]) -> str:
     return ", ".join(f"{count} {singular if count == 1 else plural}" for (singular, plural), count in counts.items())
 
 
-def _body(shape: pymunk.Shape) -> pymunk.Body:
-    """Return the body of a shape that is in a Space, which therefore has one."""
-    assert shape.body is not None
-    return shape.body
-
-
 def _moves(shape: pymunk.Shape) -> bool:
-    return _body(shape).body_type == pymunk.Body.DYNAMIC
+    return is_dynamic(body_of(shape))
 
 
 def _rests(body: pymunk.Body) -> bool:
@@ -247,7 +240,7 @@ def _odd(damping: float) -> bool:
 def _unsupported_in(space: pymunk.Space, of_body: dict[pymunk.Body, list[pymunk.Shape]]) -> Iterator[Unsupported]:
     """Yield what a scene cannot have, besides shapes of other kinds. of_body: the solid shapes of each body."""
     for body in space.bodies:
-        if body.body_type == pymunk.Body.DYNAMIC:
+        if is_dynamic(body):
             yield from _unsupported_body(body, of_body.get(body, []))
     solid = [shape for shapes in of_body.values() for shape in shapes]
     for shape in solid:
@@ -281,7 +274,7 @@ def _unsupported_body(body: pymunk.Body, solid: Sequence[pymunk.Shape]) -> Itera
 
 def _unsupported_shape(shape: pymunk.Shape) -> Unsupported | None:
     """Return why a scene cannot have a shape, or None."""
-    body = _body(shape)
+    body = body_of(shape)
     circle, segment = isinstance(shape, pymunk.Circle), isinstance(shape, pymunk.Segment)
     moves = _moves(shape)
     off_centre = circle and (shape.center_of_gravity != (0, 0) or body.center_of_gravity != (0, 0))
@@ -310,7 +303,7 @@ def _filtered(shapes: Iterable[pymunk.Shape]) -> int:
 
 def _walls_of(shape: pymunk.Shape) -> Iterator[WallInSpace]:
     """Yield a static segment or circle, or the sides of a static polygon."""
-    body = _body(shape)
+    body = body_of(shape)
     if isinstance(shape, pymunk.Segment):
         is_short = math.dist(shape.a, shape.b) < MIN_LENGTH
         corners = [shape.a, shape.a if is_short else shape.b]

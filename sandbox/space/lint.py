@@ -9,8 +9,7 @@ from weakref import WeakSet
 
 import pymunk
 
-from sandbox.errors import SandboxError
-from sandbox.space.contents import Contents, StepLengths
+from sandbox.space.contents import Contents, StepLengths, checked
 from sandbox.space.findings import Fault, Finding, Rules, finding_of, worst_first
 from sandbox.space.origins import Origins
 from sandbox.space.rules import RULES
@@ -37,13 +36,6 @@ def lint(space: pymunk.Space, *, dt: float | None = None) -> list[Finding]:
         linter.steps.add(dt)
     linter.look(RULES, None)
     return linter.findings()
-
-
-def checked(space: pymunk.Space) -> pymunk.Space:
-    """Return a Space. Raises SandboxError if it is not one."""
-    if not isinstance(space, pymunk.Space):
-        raise SandboxError(f"space must be a pymunk.Space, got {type(space).__name__}")
-    return space
 
 
 @dataclass

@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 
 import pymunk
 
-_SANDBOX: Final = str(Path(__file__).parents[1])
+SANDBOX: Final = str(Path(__file__).parents[1])
 _PYMUNK: Final = str(Path(pymunk.__file__).parent)
 _EXAMPLES: Final = str(Path(_PYMUNK) / "examples")
 _STANDARD: Final = str(Path(os.__file__).parent)  # Python's library, which may hold that of packages
@@ -109,7 +109,7 @@ def _is_program(file: str) -> bool:
     if file.startswith(_EXAMPLES):
         return True
     standard = file.startswith(_STANDARD) and "site-packages" not in file
-    return not standard and not file.startswith((_SANDBOX, _PYMUNK, "<frozen"))
+    return not standard and not file.startswith((SANDBOX, _PYMUNK, "<frozen"))
 
 
 def _short(file: str) -> str:

@@ -20,12 +20,14 @@ from numpy.typing import NDArray
 from pymunk._chipmunk_cffi import ffi, lib
 from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
 
-Floats = NDArray[np.float64]
+from sandbox.space.contents import shapes_of
+from sandbox.state import Floats
+
 Rows = NDArray[Any]
 
-MAX_BYTES: Final = 1_000_000_000  # of snapshots, by default
-MAX_SECONDS: Final = 600.0  # of the Space's time, by default
-_original_step: Final = pymunk.Space.step  # another one may take its place
+MAX_BYTES: Final = 1_000_000_000  # of snapshots
+MAX_SECONDS: Final = 600.0  # of the Space's time
+original_step: Final = pymunk.Space.step  # another one may take its place
 
 
 class JointKind(IntEnum):
@@ -198,14 +200,15 @@ def address(pointer: object) -> int:
 
 
 class Recording:
-    """The last steps of a Space, as many as `max_bytes` and `max_seconds` (of its time) allow.
+    """The last steps of a Space, as many as MAX_BYTES and MAX_SECONDS allow.
 
-    steps: those that are kept, in the order of time; count: of all that were recorded; bytes: the size of those kept.
+    steps: those that are kept, in the order of time; count: of all that were recorded; bytes: the size of those kept,
+    where what two snapshots share counts once.
     bodies: by `pymunk.Body.id`; shapes, joints: by their address; also those that are gone, so that no other gets it.
     """
 
-    def __init__(self, space: pymunk.Space, *, max_bytes: float = MAX_BYTES, max_seconds: float = MAX_SECONDS) -> None:
-        self._space, self._max_bytes, self._max_seconds = space, max_bytes, max_seconds
+    def __init__(self, space: pymunk.Space) -> None:
+        self._space = space
         self.steps: deque[Step] = deque()
         self.bytes = self.count = 0
         self._time = 0.0
@@ -227,12 +230,19 @@ class Recording:
         step(dt)
         self._look()
         after = self._snapshot()
-        self.bytes += after.bytes + (0 if self.steps and before is self.steps[-1].after else before.bodies.nbytes)
+        if not self.steps:
+            self.bytes += before.bytes
+        elif before is not self.steps[-1].after:
+            self.bytes += before.bodies.nbytes
+        self.bytes += after.bytes
         self.steps.append(Step(self.count, self._time, dt, before, after))
         self.count += 1
         self._time += dt
         while len(self.steps) > 1 and not self._fits():
-            self.bytes -= self.steps.popleft().after.bytes
+            dropped = self.steps.popleft()
+            self.bytes -= dropped.before.bytes
+            if self.steps[0].before is not dropped.after:
+                self.bytes -= dropped.after.bodies.nbytes
 
     def _before(self) -> Snapshot:
         """Return the Space before a step, which is the last one after a step if the program changed nothing."""
@@ -257,7 +267,7 @@ class Recording:
         if seen == self._seen:
             return
         self._seen = seen
-        shapes = [shape for shape in space.shapes if shape.body]
+        shapes = shapes_of(space)
         self.shapes |= {address(shape._shape): shape for shape in shapes}
         self.joints |= {address(joint._constraint): joint for joint in joints}
         used = [*space.bodies, *(shape.body for shape in shapes)]
@@ -297,7 +307,7 @@ class Recording:
         return Settings(gravity, space.damping, persistence, space.current_time_step)
 
     def _fits(self) -> bool:
-        return self.bytes <= self._max_bytes and self._time - self.steps[0].time <= self._max_seconds
+        return self.bytes <= MAX_BYTES and self._time - self.steps[0].time <= MAX_SECONDS
 
 
 _BODY_FIELDS: Final = (
@@ -357,7 +367,7 @@ def _read_joint(row: Any, joint: pymunk.Constraint, a: tuple[Floats, float], b: 
     arm_a, arm_b, normal, impulse = (tuple(words[at : at + 2]) if at else (0.0, 0.0) for at in places)
     setting = [getattr(joint, name) for name in SETTINGS.get(kind, ())]
     row["key"], row["kind"], row["max_force"] = address(joint._constraint), kind, joint.max_force
-    row["body_a"], row["body_b"], row["own_law"] = joint.a.id, joint.b.id, not _has_pymunks_law(joint)
+    row["body_a"], row["body_b"], row["own_law"] = joint.a.id, joint.b.id, not has_pymunks_law(joint)
     row["arm_a"], row["arm_b"], row["normal"] = arm_a, arm_b, normal
     row["is_free"] = bool(bias) and words[bias] == 0
     row["impulse"] = impulse if kind in _VECTORS else (impulse[0], 0)
@@ -396,7 +406,7 @@ def _error(kind: JointKind, setting: Sequence[float], apart: Floats, angle_a: fl
     return error
 
 
-def _has_pymunks_law(joint: pymunk.Constraint) -> bool:
+def has_pymunks_law(joint: pymunk.Constraint) -> bool:
     """Return whether a constraint is no spring, or one with Pymunk's own law of force."""
     if isinstance(joint, pymunk.DampedSpring):
         return joint.force_func == pymunk.DampedSpring.spring_force
@@ -427,7 +437,7 @@ def knows_joints() -> bool:
     for joint in joints:
         joint.max_force = 100  # so that none leaves nothing to the others
     for _ in range(2):
-        _original_step(space, 1 / 64)
+        original_step(space, 1 / 64)
     for joint in joints:
         row = np.zeros((), JOINT)
         _read_joint(row, joint, _place_of(a), _place_of(b))

@@ -26,6 +26,7 @@ from sandbox.space.contents import (
     shape_words,
 )
 from sandbox.space.findings import Fault, Rules
+from sandbox.space.recording import has_pymunks_law
 
 MAX_MOMENT_RATIO: Final = 2.2  # a ring, or a hollow square, has twice the moment of a full one of its mass
 MIN_MOMENT_RATIO: Final = 1 / 1.5  # of what is denser in its middle
@@ -433,24 +434,17 @@ def _truth_returned(code: CodeType) -> str:
 
 
 def _mass_ratio(contents: Contents) -> Iterator[Fault]:
+    """Dynamic bodies that touch, or are joined, of which one is much heavier."""
     pairs = {(body_of(a), body_of(b)) for a, b, _ in contents.touching}
     new = set(contents.new_bodies)
     pairs |= {(joint.a, joint.b) for joint in contents.space.constraints if joint.a in new or joint.b in new}
     for a, b in sorted(pairs, key=lambda pair: [body.id for body in pair]):
-        if fault := mass_ratio(contents, a, b):
-            yield fault
-
-
-def mass_ratio(contents: Contents, a: pymunk.Body, b: pymunk.Body) -> Fault | None:
-    """Return the fault of two dynamic bodies that touch, or are joined, if one is much heavier."""
-    if not (is_dynamic(a) and is_dynamic(b)) or not (0 < a.mass < math.inf and 0 < b.mass < math.inf):
-        return None
-    heavy, light = (a, b) if a.mass > b.mass else (b, a)
-    ratio = heavy.mass / light.mass
-    if ratio <= MAX_MASS_RATIO:
-        return None
-    detail = f"mass {heavy.mass:.4g}, {ratio:.4g} times that of body {contents.index_of.get(id(light), '?')}"
-    return Fault(ratio, contents.report(heavy, detail))
+        if not (is_dynamic(a) and is_dynamic(b)) or not (0 < a.mass < math.inf and 0 < b.mass < math.inf):
+            continue
+        heavy, light = (a, b) if a.mass > b.mass else (b, a)
+        if (ratio := heavy.mass / light.mass) > MAX_MASS_RATIO:
+            detail = f"mass {heavy.mass:.4g}, {ratio:.4g} times that of body {contents.index_of.get(id(light), '?')}"
+            yield Fault(ratio, contents.report(heavy, detail))
 
 
 def _stiff_springs(contents: Contents) -> Iterator[Fault]:
@@ -465,7 +459,7 @@ def _stiff_springs(contents: Contents) -> Iterator[Fault]:
             joint not in contents.seen
             and math.isinf(joint.max_force)
             and isinstance(joint, _SPRINGS)
-            and _is_own(joint)
+            and has_pymunks_law(joint)
         ):
             mobility = _mobility(joint)
             limit = 2 * (1 + math.exp(min(joint.damping * dt * mobility, 700.0)))
@@ -474,13 +468,6 @@ def _stiff_springs(contents: Contents) -> Iterator[Fault]:
                 largest = f"steps of {dt:.4g} s bear {joint.stiffness / ratio:.3g}"
                 what = f"its {type(joint).__name__} has the stiffness {joint.stiffness:.4g}; {largest}"
                 yield Fault(ratio, contents.report(joint.a if is_dynamic(joint.a) else joint.b, what))
-
-
-def _is_own(spring: pymunk.DampedSpring | pymunk.DampedRotarySpring) -> bool:
-    """Return whether a spring has Pymunk's own law."""
-    if isinstance(spring, pymunk.DampedSpring):
-        return spring.force_func == pymunk.DampedSpring.spring_force
-    return spring.torque_func == pymunk.DampedRotarySpring.spring_torque
 
 
 def _mobility(spring: pymunk.DampedSpring | pymunk.DampedRotarySpring) -> float:

@@ -27,8 +27,9 @@ from sandbox.space.contents import (
 from sandbox.space.energy import LARGEST, common, is_within
 from sandbox.space.findings import BodyReport, Fault, Rules
 from sandbox.space.passages import Passage
-from sandbox.space.recording import CONTACT, JOINT, Floats, JointKind, Recording, Rows, Step
+from sandbox.space.recording import CONTACT, JOINT, JointKind, Recording, Rows, Step
 from sandbox.space.rules import END_RULES, MAX_MASS_RATIO
+from sandbox.state import Floats
 
 Numbers = NDArray[np.intp]
 

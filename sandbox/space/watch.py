@@ -17,14 +17,14 @@ from weakref import WeakSet
 import numpy as np
 import pymunk
 
-from sandbox.space.contents import Contents, StepLengths, is_static
+from sandbox.space.contents import Contents, StepLengths, body_of, checked, is_static
 from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.energy import ledger_of
 from sandbox.space.findings import Fault, Finding
-from sandbox.space.lint import Linter, checked
+from sandbox.space.lint import Linter
 from sandbox.space.origins import Origins, program_line
 from sandbox.space.passages import Passage, Passages
-from sandbox.space.recording import Recording, Step
+from sandbox.space.recording import Recording, Step, original_step
 from sandbox.space.rules import END_RULES, RULES, not_finite
 from sandbox.space.steps import MET_RULES, STEP_RULES, Evidence
 from sandbox.text import DEFAULT_WIDTH, json_text
@@ -36,7 +36,6 @@ MAX_RAISED: Final = 100  # times that a program may catch the end of its run
 TIME_ROUNDING: Final = 1e-9  # s
 
 SETUP_RULES: Final = {rule: find for rule, find in RULES.items() if rule not in END_RULES}
-_original_step: Final = pymunk.Space.step
 
 
 class Trial:
@@ -66,7 +65,7 @@ class Trial:
 
     def _step(self, dt: float) -> None:
         begin = time.process_time()
-        _original_step(self.space, dt)
+        original_step(self.space, dt)
         self.cost += time.process_time() - begin
 
     def diagnosis(self, number: int) -> Diagnosis:
@@ -96,8 +95,8 @@ class Trial:
             self._passages.look(contents)
             self._contents = contents
             for shape in contents.shapes:
-                if shape.body and is_static(shape.body):
-                    self._statics.setdefault(shape.body, (shape.body.position, shape.body.angle))
+                if is_static(body := body_of(shape)):
+                    self._statics.setdefault(body, (body.position, body.angle))
 
     def _after(self, step: Step) -> None:
         bodies = step.after.bodies
@@ -190,7 +189,7 @@ class Trials:
         """Do a step of a Space, recorded."""
         trial = None if self.ended else self._trial(space)
         if trial is None or not isinstance(dt, int | float | np.number):  # Pymunk says what is wrong with it
-            _original_step(space, dt)
+            original_step(space, dt)
             return
         if self.out_of_time:
             self.stop()

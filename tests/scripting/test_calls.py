@@ -124,6 +124,18 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "nothing to verify": (lambda: ANY.verify([]), "scenes must contain at least one, got an empty list"),
     "verify with numbers": (lambda: ANY.verify("oblique", [1]), f"engines {SOURCES} 1"),
     "no seeds": (lambda: ANY.sweep("oblique", seeds=[]), "seeds must contain at least one, got an empty list"),
+    "engine is none": (lambda: ANY.simulate("oblique", None), f"engines {SOURCES} null"),
+    "negative seconds": (lambda: ANY.compare("oblique", seconds=-1), "seconds must be greater than 0, got -1"),
+    "seconds are true": (lambda: ANY.simulate("oblique", "exact", seconds=True), "seconds must be a number, got true"),
+    "negative steps": (lambda: ANY.simulate("oblique", "exact", steps=-1), "steps must be at least 0, got -1"),
+    "seed -1": (lambda: ANY.compare("oblique", seed=-1), "seed must be at least 0, got -1"),
+    "rate 0": (lambda: ANY.simulate("oblique", "exact", rate=0), "rate must be at least 1, got 0"),
+    "inputs in another order": (
+        lambda: ANY.compare("oblique", inputs=[Release(step=5), Release(step=3)]),
+        "inputs[1]: step must be at least 5, got 3",
+    ),
+    "verify a number": (lambda: ANY.verify(3), f"{SCENE} 3"),
+    "seeds are text": (lambda: ANY.sweep("oblique", seeds="0:4"), 'seeds must be a whole number, got "0:4"'),
     "settings are a list": (
         lambda: ANY.sweep("oblique", settings=[1]),
         "settings must be a dictionary of values, got [1]",
@@ -266,6 +278,24 @@ def test_the_space_of_a_scene_moves_as_the_engine_does(name: str) -> None:
     position = np.array([body.position for body in balls])
     assert position.tobytes() == sandbox.simulate(scene, "pymunk", seconds=seconds).position[-1].tobytes()
     assert [body.mass for body in balls] == scene.bodies.mass.tolist()
+
+
+@pytest.mark.wide
+def test_advice_is_that_of_the_command(command: Command) -> None:
+    _, out, _ = command("compare", "head-on", "--engines", "pymunk,exact", "--advise", "--json", "-")
+    document = json.loads(out)
+    advice = sandbox.advise("head-on")
+    assert json.loads(advice.to_json()) == {key: document[key] for key in ("advice", "recommendation")}
+    assert [trial.changes for trial in advice] == [trial["changes"] for trial in document["advice"]]
+    assert advice.best is next(trial for trial, row in zip(advice, document["advice"], strict=True) if row["advised"])
+    assert " ".join(advice.recommendation.split()) in " ".join(advice.table().split())
+
+
+def test_the_bundled_scenes_are_those_of_the_command(command: Command) -> None:
+    _, out, _ = command("scenes")
+    listed = [line.split()[0] for line in out.splitlines()[1:] if not line.startswith(" ")]
+    assert list(sandbox.scenes()) == listed
+    assert sandbox.scenes()["oblique"] == sandbox.load("oblique")
 
 
 def test_load_and_dump_are_a_pair(tmp_path: Path) -> None:

@@ -300,7 +300,97 @@ def neighbours() -> Game:
     return Game(space, 60)
 
 
+def springs() -> Game:
+    space = world()
+    for k in range(3):
+        spring = pymunk.DampedSpring(space.static_body, ball(space, 50 * k, 60), (50 * k, 0), (0, 0), 50, 60, 1 + k)
+        space.add(spring)
+    return Game(space, 60)
+
+
+def cradle() -> Game:
+    space = world(30)
+    for k in range(5):
+        at = (20.2 * k, 0)
+        bob = ball(space, 20.2 * k, 100, elasticity=1, friction=0)
+        space.add(pymunk.PinJoint(space.static_body, bob, at))
+        if not k:
+            bob.velocity = -200, 0
+    for shape in space.shapes:
+        shape.friction = 0.1
+    return Game(space, 60)
+
+
+def bricks() -> Game:
+    """A ball that removes the bricks that it hits, and flies where they were."""
+    space = world(gravity=0)
+    boxed(space, 200, 200, elasticity=1)
+    for k in range(4):
+        brick = body(40 + 40 * k, 60, kind=pymunk.Body.STATIC)
+        add(space, pymunk.Poly.create_box(brick, (36, 12)), elasticity=1, collision_type=2)
+    ball(space, 100, 150, 6, velocity=(90, -300), elasticity=1, collision_type=1)
+
+    def remove(arbiter: pymunk.Arbiter, space: pymunk.Space, _: object) -> None:
+        brick = next(shape for shape in arbiter.shapes if shape.collision_type == 2)
+        if brick.body:
+            space.remove(brick, brick.body)
+
+    space.on_collision(1, 2, separate=remove)
+    return Game(space, 60)
+
+
+def sensors() -> Game:
+    """A ball that flies fast through a sensor, a gate of its group, and a door that was opened."""
+    space = world(gravity=0)
+    wall(space, (100, -50), (100, 50)).sensor = True
+    group = pymunk.ShapeFilter(group=1)
+    wall(space, (200, -50), (200, 50), filter=group)
+    door = wall(space, (300, -50), (300, 50))
+    ball(space, 0, 0, velocity=(1900, 0), filter=group)
+
+    def open_door(number: int) -> None:
+        if not number:
+            space.remove(door)
+
+    return Game(space, 12, open_door)
+
+
+def planet() -> Game:
+    """A moon on a circle about the origin, by a velocity function."""
+    space = world(gravity=0)
+    moon = ball(space, 200, 0, velocity=(0, 150))
+
+    def attract(each: pymunk.Body, _: tuple[float, float], damping: float, dt: float) -> None:
+        pull = -each.position * (150**2 * 200 / each.position.length**3)
+        pymunk.Body.update_velocity(each, pull, damping, dt)
+
+    moon.velocity_func = attract
+    return Game(space, 60)
+
+
+def gears_and_ratchets() -> Game:
+    space = world(gravity=0)
+    a, b, c = (ball(space, 60 * k, 0) for k in range(3))
+    for each in (a, b, c):
+        space.add(pymunk.PivotJoint(space.static_body, each, each.position))
+    space.add(pymunk.GearJoint(a, b, 0, -1), pymunk.RatchetJoint(b, c, 0, 0.3))
+    a.angular_velocity, b.angular_velocity = 2, -2
+    return Game(space, 60)
+
+
+def handler_that_ignores() -> Game:
+    space = ground()
+    ball(space, 0, 175, velocity=(100, 100), elasticity=0.9)
+
+    def ignore(arbiter: pymunk.Arbiter, _: pymunk.Space, __: object) -> None:
+        arbiter.process_collision = False
+
+    space.on_collision(0, 0, begin=ignore)
+    return Game(space, 20)
+
+
 HEALTHY = (
+    *(springs, cradle, bricks, sensors, planet, gears_and_ratchets, handler_that_ignores),
     *(pool_table, well_solved_pyramid, box_that_friction_holds, ragdoll),
     *(conveyor_belt, platformer, one_way_platform, car, sleeping_pile, gas, spawned_and_removed),
     *(
@@ -433,6 +523,30 @@ def test_a_wrong_moment_comes_before_what_it_does() -> None:
 @pytest.mark.parametrize("make", [ragdoll_in_itself, rocket_pushed_at_its_place], ids=lambda make: make.__name__)
 def test_what_is_wrong_in_the_program_comes_before_what_follows_from_it(make: Callable[[], Game]) -> None:
     assert next(iter(findings_of(make()))) in {"overlap-joined", "wrong-point"}
+
+
+def test_a_shape_that_is_gone_when_the_run_ends_is_found_too() -> None:
+    space = ground(elasticity=0)
+    wall(space, (-500, 195), (-500, 0))
+    made = ball(space, 0, 150)
+
+    def remove(number: int) -> None:
+        if number == 29:
+            space.remove(made, *made.shapes)
+
+    [report] = findings_of(Game(space, 30, remove))["elasticity-zero"].bodies
+    assert report.kind == "a dynamic circle of radius 10"
+
+
+def test_a_body_that_is_gone_is_named_by_its_shape() -> None:
+    space = ground()
+    made = ball(space, 0, 150, velocity=(0, 800))
+
+    def remove(number: int) -> None:
+        if number == 20:
+            space.remove(made, *made.shapes)
+
+    assert findings_of(Game(space, 30, remove))["deep-at-once"].bodies[0].kind == "a dynamic circle of radius 10"
 
 
 def test_what_is_crushed_is_not_said_to_be_hit_too_fast() -> None:

@@ -8,7 +8,7 @@ import pymunk
 import pytest
 
 from sandbox.space.energy import Cause, ledger_of
-from sandbox.space.recording import Recording, address, knows_joints
+from sandbox.space.recording import _WORDS, JointKind, Recording, address, knows_joints
 
 DT = 1 / 64
 
@@ -92,16 +92,65 @@ def test_joints_have_their_keys_and_how_far_they_are_off() -> None:
     assert joints["error"] == pytest.approx([body.position.get_distance((0, 100)) - 50, body.angle - 1])
 
 
-@pytest.mark.parametrize("limit", ["bytes", "seconds"])
-def test_a_ring_buffer_bounds_the_recording(limit: str) -> None:
-    space, _ = falling_box()
-    recording = Recording(space, max_bytes=20000) if limit == "bytes" else Recording(space, max_seconds=10 * DT)
+def test_each_joint_s_error_is_that_of_its_law() -> None:
+    """Free bodies are put where each law is broken by a known amount; joints without force leave them there."""
+    space = pymunk.Space()
+    a, b = pymunk.Body(1, 1), pymunk.Body(1, 1)
+    b.position = (10, 0)
+    joints: list[pymunk.Constraint] = [
+        pymunk.PinJoint(a, b),
+        pymunk.SlideJoint(a, b, (0, 0), (0, 0), 2, 11),
+        pymunk.PivotJoint(a, b, (0, 0), (-10, 0)),
+        pymunk.GrooveJoint(a, b, (0, -5), (0, 5), (-10, 0)),
+        pymunk.RotaryLimitJoint(a, b, -0.25, 0.125),
+        pymunk.RatchetJoint(a, b, 0, 1),
+        pymunk.GearJoint(a, b, 0.125, 2),
+        pymunk.DampedSpring(a, b, (0, 0), (0, 0), 10, 1, 0),
+        pymunk.SimpleMotor(a, b, 1),
+    ]
+    for joint in joints:
+        joint.max_force = 0
+    space.add(a, b, *joints)
+    b.position = (14, 3)
+    recording = recorded(space, 1)
+    length = math.hypot(14, 3)
+    expected = [length - 10, length - 11, 5, 4, 0, 0, -0.125, 0, 0]
+    assert recording.steps[0].after.joints["error"] == pytest.approx(expected)
+    b.angle = -0.5  # its anchors turn
+    recording.record(space.step, DT)
+    assert recording.steps[1].after.joints["error"][4:] == pytest.approx([-0.25, 0.5, -1.125, 0, 0])
+
+
+@pytest.mark.parametrize("kind", JointKind)
+def test_another_layout_of_a_joint_is_noticed(monkeypatch: pytest.MonkeyPatch, kind: JointKind) -> None:
+    words: list[tuple[int, ...]] = [*_WORDS]
+    words[kind] = *(at and at + 1 for at in words[kind][:4]), words[kind][4]
+    monkeypatch.setattr("sandbox.space.recording._WORDS", words)
+    assert not knows_joints.__wrapped__()
+
+
+@pytest.mark.parametrize("changes", [False, True])
+@pytest.mark.parametrize(("limit", "value"), [("MAX_BYTES", 20_000), ("MAX_SECONDS", 10 * DT)])
+def test_a_ring_buffer_bounds_the_recording(
+    monkeypatch: pytest.MonkeyPatch, limit: str, value: float, changes: bool
+) -> None:
+    monkeypatch.setattr(f"sandbox.space.recording.{limit}", value)
+    space, body = falling_box()
+    recording = Recording(space)
     for _ in range(100):
+        body.velocity += (0, 1 if changes else 0)
         recording.record(space.step, DT)
     assert recording.steps[-1].number == 99
     assert recording.steps[0].number == recording.count - len(recording.steps) > 0
-    if limit == "bytes":
-        assert sum(step.after.bytes for step in recording.steps) <= 20_000
+    parts = [
+        part
+        for step in recording.steps
+        for state in (step.before, step.after)
+        for part in (state.bodies, state.contacts, state.joints)
+    ]
+    assert recording.bytes == sum({id(part): part.nbytes for part in parts}.values())
+    if limit == "MAX_BYTES":
+        assert recording.bytes <= value
         assert len(recording.steps) > 10
     else:
         assert len(recording.steps) == 10
