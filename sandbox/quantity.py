@@ -46,13 +46,6 @@ def spin_energy(spin: Floats, moment: Floats) -> Floats:
     return 0.5 * np.einsum("...n,...n,n->...", spin, spin, moment)
 
 
-def angular_momentum(moving: State | States, bodies: Bodies) -> Floats:
-    """Return the angular momentum of all balls about the origin, positive from x to y, kg px²/s: (...)."""
-    position, velocity = moving.position, moving.velocity
-    orbital = position[..., 0] * velocity[..., 1] - position[..., 1] * velocity[..., 0]
-    return np.einsum("...n,n->...", orbital, bodies.mass) + np.einsum("...n,n->...", moving.spin, bodies.moment)
-
-
 def momentum(velocity: Floats, mass: Floats) -> Floats:
     """Return the total momentum, kg px/s: (..., 2)."""
     return np.einsum("...nk,n->...k", velocity, mass)

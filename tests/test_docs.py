@@ -11,6 +11,7 @@ A comment `# exit code 1` after a command is the exit code that it must have; wi
 """
 
 import itertools
+import json
 import os
 import re
 import runpy
@@ -127,7 +128,10 @@ def put_files(page: Path, folder: Path) -> None:
 
 
 def test_there_are_documents() -> None:
-    assert len(PAGES) == 14
+    assert {page.stem for page in PAGES} == {
+        *("README", "comparing", "developing", "engines", "faq", "formats", "method", "python", "scenes", "sweeps"),
+        *("installing", "teaching", "window", "your-program"),
+    }
     assert len(COMMANDS) > 40
     assert len(EXAMPLES) > 5
 
@@ -332,3 +336,19 @@ def test_the_layout_has_the_lines_of_each_folder() -> None:
             assert lines == pytest.approx(int(shown.replace(",", "")), rel=0.1), name
     if WRITE:
         page.write_text(text)
+
+
+def keys_of(document: object) -> Iterator[str]:
+    """Yield every key of a document, but for names of engines, causes and laws."""
+    if isinstance(document, dict):
+        for key, value in document.items():
+            yield key
+            named = key in ("engines", "ledger", "theory")
+            yield from (each for one in value.values() for each in keys_of(one)) if named else keys_of(value)
+
+
+def test_every_key_of_a_comparison_is_documented(command: Command) -> None:
+    code, out, _ = command("compare", "gas-100", "--seconds", 0.5, "--json", "-")
+    assert code == 0
+    formats = (ROOT / "docs" / "formats.md").read_text()
+    assert {key for key in keys_of(json.loads(out)) if f"`{key}`" not in formats} == set()

@@ -508,10 +508,7 @@ def converge(
 
 @app.command()
 def check(
-    scenes: Annotated[
-        list[str],
-        typer.Argument(metavar="SCENE", help="Files, or bundled scenes."),
-    ],
+    scenes: Annotated[list[str], typer.Argument(metavar="SCENE", help="Files, or bundled scenes.")],
 ) -> None:
     """Check scene files for errors.
 

@@ -30,12 +30,11 @@ class Row(NamedTuple):
 
 
 class FirstContact(NamedTuple):
-    """A contact: when, and of which, in words; its bodies' motion, and the numbers of both."""
+    """A contact: when, and of which, in words; and its bodies' motion."""
 
     time: str
     names: str
     rows: list[Row]
-    bodies: tuple[int, int]
 
 
 def columns(units: Units) -> list[str]:
@@ -50,7 +49,7 @@ def first_contacts(scene: Scene, run: Run, most: int) -> Iterator[FirstContact]:
         balls = [number for number in bodies if number >= 0]
         motion = np.stack([impact["before"], impact["after"]], axis=1)[: len(balls)]  # (balls, 2, 3): before and after
         time, rows = f"{contact['time']:.3f} s", list(_rows(scene, balls, motion))
-        yield FirstContact(time, contact_name(scene, *bodies), rows, bodies)
+        yield FirstContact(time, contact_name(scene, *bodies), rows)
 
 
 def _rows(scene: Scene, balls: list[int], motion: Floats) -> Iterator[Row]:

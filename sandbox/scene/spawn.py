@@ -132,8 +132,7 @@ def needed_rate(scene: Scene, state: State) -> int | None:
 def _pack(scene: Scene, index: int, rng: random.Random, packing: Packing) -> list[Vector]:
     """Place the balls of a group at random: one by one or, if they do not fit so, on sites of a lattice.
 
-    Placing one by one jams at about half of the area
-    (0.547, Feder 1980); a hexagonal lattice reaches 0.907.
+    Placing one by one jams at about half of the area (0.547, Feder 1980); a hexagonal lattice reaches 0.907.
     """
     group = scene.balls[index]
     radius, count = group.radius, group.ball_count

@@ -20,7 +20,6 @@ class Dimension(Enum):
     VELOCITY = "px/s"
     ACCELERATION = "px/s²"
     MOMENTUM = "kg px/s"
-    ANGULAR_MOMENTUM = "kg px²/s"
     ENERGY = "kg px²/s²"
 
 

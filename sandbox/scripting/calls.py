@@ -53,10 +53,9 @@ def compare(
     class or a function, or a mapping from names to these, as `sandbox.engines.named` reads them; by default "pymunk",
     then "article" (or "impulse" if the article's rule cannot run the scene with its edits), and "exact". An engine of
     your own that fails has no run, but an EngineError in `failed`; against: the engine that the others are measured
-    against, by default "exact" if it takes part, else the last; seconds, seed, rate: by
-    default the scene's; inputs: recorded inputs to replay, or their file, which bring their own seed and rate;
-    progress: called now and then with the fraction that is done. If inputs edit the scene, the comparison covers what
-    follows the last edit.
+    against, by default "exact" if it takes part, else the last; seconds, seed, rate: by default the scene's; inputs:
+    recorded inputs to replay, or their file, which bring their own seed and rate; progress: called now and then with
+    the fraction that is done. If inputs edit the scene, the comparison covers what follows the last edit.
     Raises SandboxError if an argument is wrong, Refused if an engine cannot run the scene.
     """
     reference = reference_of(against)

@@ -21,7 +21,6 @@ from sandbox.scene.spawn import spawn
 from sandbox.scene.units import Dimension
 from sandbox.state import Contacts, Floats, State, States
 
-STARTS: Final = 8  # of each rate, by default
 MIN_RATES: Final = 3  # that a fit with a spread needs
 MAX_SPREAD: Final = 0.25  # standard error of an order; twice as much is half the distance to the next whole order
 
@@ -134,7 +133,7 @@ def converge(
     scene: Scene,
     engines: Sequence[str],
     rates: Sequence[int],
-    starts: int = STARTS,
+    starts: int,
     progress: Callable[[float], object] | None = None,
 ) -> Convergence:
     """Run engines at several rates, from several starts each, and measure how far they are from the exact engine.

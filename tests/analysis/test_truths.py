@@ -15,14 +15,14 @@ from conftest import sample
 
 from sandbox.engines import _BUILT_IN, ENTRY_POINTS
 from sandbox.engines.exact import ExactEngine
-from sandbox.quantity import angular_momentum, energy, momentum
+from sandbox.quantity import energy, momentum
 from sandbox.scene.fields import Vector
 from sandbox.scene.files import TRUTHS, bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn, warnings
 from sandbox.scene.walls import segment_distance
 from sandbox.scores.verify import Outcome, verify
-from sandbox.state import Contacts, Floats, State, no_contacts
+from sandbox.state import Bodies, Contacts, Floats, State, no_contacts
 
 NAMES = list(bundled(TRUTHS))
 LEANING = "truths/discs-that-lean"  # a lasting contact, which solvers follow in steps or hops
@@ -137,6 +137,12 @@ def expected_state(scene: Scene, at: float) -> State | None:
 
 def is_rough(scene: Scene) -> bool:
     return bool(scene.bodies.friction.any())
+
+
+def angular_momentum(state: State, bodies: Bodies) -> float:
+    """Return the angular momentum of all balls about the origin, of flight and spin, kg px²/s."""
+    (x, y), (vx, vy) = state.position.T, state.velocity.T
+    return float(bodies.mass @ (x * vy - y * vx) + bodies.moment @ state.spin)
 
 
 def test_balls_in_free_flight_keep_their_angular_momentum() -> None:

@@ -7,8 +7,8 @@ import pygame
 import pytest
 from conftest import Command
 
-from sandbox.run.inputs import End, Start, load_inputs
-from sandbox.scene.files import load
+from sandbox.run.inputs import End, Start, load_inputs, write_inputs
+from sandbox.scene.files import bundled, load
 
 COMMANDS = ("run", "record", "compare", "trace", "verify", "sweep", "check", "scenes", "engines", "schema", "bench")
 
@@ -93,6 +93,13 @@ def test_the_table_fits_a_narrow_terminal(command: Command, monkeypatch: pytest.
     assert max(map(len, folded.splitlines())) <= 30
 
 
+def test_scenes_are_listed_with_what_to_watch_for(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "1000")
+    _, listed, _ = command("scenes")
+    for name in bundled():
+        assert load(name).about in listed
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -126,3 +133,10 @@ def test_an_error_is_one_message_and_exit_code_2(command: Command, arguments: tu
     assert (code, out) == (2, "")
     assert err.startswith(message)
     assert err.count("\n") == 1
+
+
+def test_a_rate_that_the_scene_does_not_allow_is_an_error_in_the_inputs(command: Command) -> None:
+    write_inputs([Start(scene="article", seed=0, rate=1_000_000)], Path("inputs.jsonl"))
+    code, _, err = command("trace", "article", "--engine", "exact", "--inputs", "inputs.jsonl")
+    assert code == 2
+    assert err.splitlines()[0] == "inputs.jsonl:1: seconds must be at most 10 at this rate, got 20"

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from conftest import sizes
 from forked import exit_code_of, forked, outcome_of, write_text
-from pygame import Surface
+from pygame import Surface, surfarray
 
 from sandbox.analysis.comparison import compare
 from sandbox.errors import SandboxError
@@ -31,7 +31,7 @@ from sandbox.scene.spawn import spawn
 from sandbox.sweeps import as_csv, plan
 from sandbox.sweeps.workers import run_here
 from sandbox.view.offscreen import save_picture
-from sandbox.view.video import VIDEO_FORMATS
+from sandbox.view.video import VIDEO_FORMATS, Video
 
 KILLS_PER_WRITER = sizes(8, slow=833)
 OLD = b"the old one"
@@ -209,6 +209,29 @@ def test_an_unwritable_output_is_reported_before_anything_runs(
     assert {entry.name for entry in Path().iterdir()} == {"file", "folder.csv", "circle.csv"}
 
 
+@pytest.mark.parametrize("kind", VIDEO_FORMATS.values(), ids=VIDEO_FORMATS)
+def test_a_video_on_a_full_disk_is_reported_once(kind: type[Video]) -> None:
+    """Discarding it flushes what is buffered, which fails again."""
+    if kind is VIDEO_FORMATS[".mp4"]:
+        pytest.importorskip("av")
+    noise = np.random.default_rng(0).integers(0, 256, (100, 16, 16, 3))
+
+    def make() -> None:
+        surface = Surface((64, 64))
+        with kind("video", (64, 64)) as made:
+            for patch in noise:  # small frames, so that some are buffered when the disk is full
+                surface.blit(surfarray.make_surface(patch), (8, 8))
+                made.add(surface)
+
+    def act() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000))
+        with pytest.raises(SandboxError, match=r"^video: cannot be written: File too large$"):
+            make()
+
+    assert exit_code_of(forked(act)) == 0
+    assert list(Path().iterdir()) == []
+
+
 def as_user(act: Callable[[], object]) -> int:
     """Run an act as a user without the permissions of root."""
 
@@ -282,6 +305,14 @@ def test_an_output_must_not_overwrite_an_input(arguments: tuple[str, ...]) -> No
     assert sorted(entry.name for entry in Path().iterdir()) == ["link", "mine.toml", "mouse.jsonl"]
 
 
+def test_a_file_named_like_a_bundled_scene_can_be_written_and_inputs_saved_over_themselves() -> None:
+    check_outputs({"--json": "article"}, ["article"])
+    Path("mouse.jsonl").write_text('{"step": 0, "do": "start", "scene": "article", "seed": 0, "rate": 60}\n')
+    again = ("run", "head-on", "--inputs", "mouse.jsonl", "--save-inputs", "mouse.jsonl")
+    assert outcome_of(*again)[0] == 0
+    assert '"scene":"head-on"' in Path("mouse.jsonl").read_text()
+
+
 # What is not a plain file
 
 
@@ -324,6 +355,11 @@ def test_dev_stdout_is_standard_output_even_if_that_is_a_file() -> None:
             assert outcome_of("compare", "article", "--seconds", "0.1", "--json", name, out=out.fileno()) == (0, "")
         written.append(Path("out").read_bytes())
     assert written[0] == written[1] != b""
+    trace = ("trace", "article", "--engine", "article", "--steps", "1", "--out", "/dev/stdout")
+    with Path("out").open("wb") as out:
+        assert outcome_of(*trace, out=out.fileno()) == (0, "")
+    assert Path("out").read_text().startswith("time,ball,x,y,vx,vy,radius,mass,angle,spin,energy\n0.0,0,")
+    assert Path("/dev/stdout").is_symlink()
 
 
 @pytest.mark.parametrize("name", ["x" * 255, "\N{SNOWMAN}" * 85, "\N{BEACH WITH UMBRELLA}" * 63])

@@ -11,7 +11,7 @@ from recorded import recorded
 from sandbox.engines import create, registry
 from sandbox.engines.exact import ExactEngine
 from sandbox.errors import Refused, SandboxError
-from sandbox.quantity import angular_momentum, energy
+from sandbox.quantity import energy
 from sandbox.run.edits import AddBall, DeleteBall, SetVelocity
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
@@ -104,11 +104,6 @@ def test_the_impulse_engine_slides_a_ball_to_a_roll_at_two_thirds_of_its_speed()
     assert 10 * ran.spin[-1, 0] == pytest.approx(60, abs=1e-9)
     braked = 90 * sliding - 0.2 * 600 * sliding**2 / 2
     assert ran.position[-1, 0, 0] == pytest.approx(50 + braked + 60 * (1 - sliding), abs=0.1)
-
-
-def test_angular_momentum_is_that_of_flight_and_spin() -> None:
-    scene = scene_of("radius = 10\nmass = 3\nposition = [100, 200]\nvelocity = [5, 7]\nspin = 11")
-    assert angular_momentum(spawn(scene), scene.bodies) == pytest.approx(3 * (100 * 7 - 200 * 5) + 150 * 11)
 
 
 def test_edits_keep_the_spins_of_the_others() -> None:

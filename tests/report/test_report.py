@@ -177,6 +177,11 @@ def test_a_report_that_is_no_html_file_is_rejected_before_anything_runs(command:
     assert list(working_folder.iterdir()) == []
 
 
+@pytest.mark.wide
+def test_the_page_can_go_to_standard_output(command: Command) -> None:
+    assert command("compare", "head-on", "--report", "-") == (0, page(compare(load("head-on"))), "")
+
+
 # In a browser
 
 RECORD = """
@@ -313,6 +318,35 @@ def test_a_white_arena_does_not_glare_in_the_dark(opened: Browser) -> None:
             assert pixel(opened, 0, 5, 5) == rgb(ground)
     finally:
         opened.prefer("light")
+
+
+@pytest.mark.wide
+def test_outlines_of_a_thousand_balls_are_thin_and_solid_in_their_colours(browser: Browser, tmp_path: Path) -> None:
+    scene = load("gas-1000").changed(seconds=0.5)
+    file = tmp_path / "gas.html"
+    file.write_text(page(compare(scene, ["pymunk", "exact"])), encoding="utf-8")
+    browser.visit(file)
+    browser.run(
+        "globalThis.strokes = []; const stroke = CanvasRenderingContext2D.prototype.stroke;"
+        "CanvasRenderingContext2D.prototype.stroke = function (...rest) { if (this.canvas.closest('#panes'))"
+        "strokes.push([this.strokeStyle, this.getLineDash().length]); stroke.call(this, ...rest) }; 0"
+    )
+    show_ghosts(browser, True)
+    strokes = browser.run("strokes")
+    solid = {colour for colour, dashes in strokes if not dashes}
+    assert {*scene.colors} <= solid
+    drawn_of_ghosts = browser.run("circles.slice(-2000).filter(([pane]) => pane === 0).length")
+    assert drawn_of_ghosts >= 1000
+
+
+def test_a_telephone_has_no_hints_of_keys(opened: Browser) -> None:
+    hints = "getComputedStyle(document.querySelector('.keys')).display"
+    assert opened.run(hints) == "block"
+    opened.call("Emulation.setTouchEmulationEnabled", enabled=True)
+    try:
+        assert opened.run(hints) == "none"
+    finally:
+        opened.call("Emulation.setTouchEmulationEnabled", enabled=False)
 
 
 def test_a_click_on_the_first_difference_goes_there(opened: Browser, article: Comparison) -> None:

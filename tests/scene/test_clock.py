@@ -35,6 +35,13 @@ def test_the_end_of_a_step_is_in_it_and_what_follows_in_the_next() -> None:
     assert (clock.steps_containing(ends - 1e-4) == np.arange(1, len(ENDS))).all()
 
 
+def test_a_change_of_rate_begins_at_its_step() -> None:
+    clock = Clock(60)
+    clock.change(120, 240)
+    assert clock.times(np.array([120, 121])) == pytest.approx([2, 2 + 1 / 240])
+    assert clock.rates(np.array([0, 1, 120, 121])).tolist() == [60, 60, 60, 240]
+
+
 def test_a_clock_says_how_long_its_steps_are() -> None:
     assert [str(Clock(rate)) for rate in (1, 60, 62.5)] == [
         "at 1 step a second",

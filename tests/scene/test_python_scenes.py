@@ -1,5 +1,6 @@
 """Scenes built in Python: as convenient as a file, and with the same words for errors."""
 
+import pickle
 import tomllib
 from collections.abc import Iterator
 from typing import Any
@@ -165,3 +166,11 @@ def test_a_change_checks_the_groups_that_are_new_and_all_in_a_new_arena(monkeypa
     copy = more.balls[3].model_copy(update={"count": 2})
     with pytest.raises(SandboxError, match=r"balls\[3\]\.count puts 2 balls on one position"):
         more.changed(balls=[*more.balls[:3], copy])
+
+
+def test_a_scene_survives_pickling_with_its_source() -> None:
+    scene = load("funnel")
+    again: Scene = pickle.loads(pickle.dumps(scene))
+    assert again == scene
+    assert (again.source, again.name) == (scene.source, scene.name)
+    assert again.at_key(("balls", 0, "radius"), "is 10") == scene.at_key(("balls", 0, "radius"), "is 10")

@@ -90,6 +90,16 @@ def test_bodies_and_colours_are_in_scene_order() -> None:
     assert scene.colors == ("red", "blue", "red", PALETTE[1])
 
 
+def test_touching_the_arena_is_inside_it() -> None:
+    scene = scene_of("radius = 20\nposition = [20, 580]", "radius = 20\nposition = [780, 20]")
+    assert spawn(scene).position.tolist() == [[20, 580], [780, 20]]
+
+
+def test_a_grid_that_fills_the_arena_is_inside_it() -> None:
+    spawned = spawn(scene_of("radius = 0.05\ngrid = [10, 10]\nspacing = 0.1", size="[1, 1]"))
+    assert spawned.position[-1].tolist() == pytest.approx([0.95, 0.95], abs=1e-12)
+
+
 # --- Errors ----------------------------------------------------------------------------------------------------
 
 
@@ -144,10 +154,16 @@ PLACED = {
         "3: balls[0] needs a placement: position, positions, x and y, inside, or grid with spacing",
     ),
     "x-without-y": ("radius = 5\nx = { from = 9, to = 9 }", "5: balls[0].x must be given together with y"),
+    "y-without-x": (f"{BALL}\ny = {{ from = 9, to = 9 }}", "6: balls[0].y must be given together with x"),
     "spacing-without-grid": (f"{BALL}\nspacing = 9", "6: balls[0].spacing must be given together with grid"),
+    "grid-without-spacing": ("radius = 5\ngrid = [2, 2]", "5: balls[0].grid must be given together with spacing"),
     "two-places": (
         f"{BALL}\ninside = [[0, 0], [50, 50]]",
         "6: balls[0].inside cannot be combined with position; keep one of them",
+    ),
+    "inside-a-grid": (
+        "radius = 5\ngrid = [2, 2]\nspacing = 20\ninside = [[0, 0], [50, 50]]",
+        "5: balls[0].grid cannot be combined with inside; keep one of them",
     ),
     "two-throws": (
         f"{BALL}\nspeed = 4\nvelocity = [1, 1]",
@@ -161,6 +177,10 @@ PLACED = {
         "radius = 5\ngrid = [2, 2]\nspacing = 20\ncount = 5",
         "7: balls[0].count must be at most 4, the places of the grid, got 5",
     ),
+    "outside-left": (
+        "radius = 5\nposition = [4.5, 100]",
+        "5: balls[0].position puts a ball outside the arena: x must be from 5 to 795, got 4.5",
+    ),
     "range-reaches-outside": (
         "radius = 5\nx = { from = 9, to = 796, step = 1 }\ny = { from = 9, to = 9 }",
         "5: balls[0].x puts a ball outside the arena: x must be from 5 to 795, got 796",
@@ -168,6 +188,10 @@ PLACED = {
     "grid-reaches-outside": (
         "radius = 5\ngrid = [2, 61]\nspacing = 10",
         "5: balls[0].grid puts a ball outside the arena: y must be from 5 to 595, got 0",
+    ),
+    "grid-from-a-position": (
+        "radius = 5\ngrid = [2, 1]\nspacing = 10\nposition = [786, 9]",
+        "7: balls[0].position puts a ball outside the arena: x must be from 5 to 795, got 796",
     ),
     "inside-reaches-outside": (
         "radius = 5\ninside = [[-1, 0], [50, 50]]",
@@ -185,6 +209,11 @@ PLACED = {
         "radius = 5\npositions = [[9, 9], [99, 99]]\ncount = 3",
         "6: balls[0].count must be the number of positions, 2, got 3; leave it out",
     ),
+    "no-positions": ("radius = 5\npositions = []", "5: balls[0].positions must have at least 1 entries, got 0"),
+    "positions-outside": (
+        "radius = 5\npositions = [[9, 9], [99, 599]]",
+        "5: balls[0].positions puts a ball outside the arena: y must be from 5 to 595, got 599",
+    ),
     "too-few-velocities": (
         "radius = 5\ngrid = [3, 1]\nspacing = 20\nvelocities = [[1, 2], [3, 4]]",
         "7: balls[0].velocities must have one entry per ball, 3, got 2",
@@ -192,6 +221,10 @@ PLACED = {
     "range-backwards": (
         f"{BALL}\nvx = {{ from = 2, to = 1 }}",
         "6: balls[0].vx is empty: from 2 is greater than to 1",
+    ),
+    "steps-the-wrong-way": (
+        f"{BALL}\nvx = {{ from = 1, to = 9, step = -2 }}",
+        "6: balls[0].vx is empty: steps of -2 from 1 never reach 9",
     ),
     "steps-past-the-end": (
         f"{BALL}\nvx = {{ from = 1, to = 9, step = 3 }}",
@@ -201,8 +234,21 @@ PLACED = {
         f"{BALL}\nvx = {{ from = 1, to = 9, step = 0 }}",
         "6: balls[0].vx.step must not be 0; leave it out for any number in the range",
     ),
+    "step-not-whole": (
+        f"{BALL}\nvx = {{ from = 1, to = 2, step = 0.5 }}",
+        "6: balls[0].vx must have whole numbers as from, to and step",
+    ),
+    "range-without-an-end": (f"{BALL}\nvx = {{ from = 1 }}", "6: balls[0].vx.to is missing"),
+    "number-for-a-range": (f"{BALL}\nvx = 3", "6: balls[0].vx must be a table of keys, got 3"),
+    "elasticity-above-1": (f"{BALL}\nelasticity = 1.5", "6: balls[0].elasticity must be at most 1, got 1.5"),
+    "damping-0": (f"{BALL}\n[pymunk]\ndamping = 0", "7: pymunk.damping must be greater than 0, got 0"),
+    "damping-above-1": (f"{BALL}\n[pymunk]\ndamping = 1.5", "7: pymunk.damping must be at most 1, got 1.5"),
     "no-colours": (f"{BALL}\ncolors = []", "6: balls[0].colors must contain at least one colour"),
     "true-for-a-number": ("radius = true\nposition = [9, 9]", "4: balls[0].radius must be a number, got true"),
+    "three-coordinates": (
+        "radius = 5\nposition = [9, 9, 9]",
+        "5: balls[0].position must have at most 2 entries, got 3",
+    ),
     "no-category": (
         "radius = 5\nposition = [9, 9]\nfilter = { categories = 0x1_0000_0000 }",
         "6: balls[0].filter.categories must have at most 32 bits, got 0x100000000",
@@ -252,6 +298,16 @@ def test_both_entries_of_an_empty_pair_are_one_error() -> None:
     assert errors("[arena]\nsize = []\n[[balls]]\n" + BALL) == ["2: arena.size must be a list of two, got []"]
 
 
+def test_a_second_and_a_third_placement_are_both_reported() -> None:
+    found = errors(
+        balls(f"{BALL}\nx = {{ from = 9, to = 9 }}\ny = {{ from = 9, to = 9 }}\ninside = [[0, 0], [50, 50]]")
+    )
+    assert found == [
+        "6: balls[0].x cannot be combined with position; keep one of them",
+        "8: balls[0].inside cannot be combined with position; keep one of them",
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize("key", ["\\u001b[31m", "a\\nb"], ids=["escape", "newline"])
 def test_a_message_is_printable_and_on_one_line(key: str) -> None:
     (message,) = errors(balls(f'{BALL}\n"{key}" = 1'))
@@ -293,6 +349,12 @@ def test_too_deep_nesting_is_reported_with_its_line(line: str) -> None:
     assert errors(f"# a\n{line}\n") == ["2: is nested too deeply"]
 
 
+def test_dots_and_brackets_in_text_are_not_nesting() -> None:
+    dots = ".a" * 40 + "[{" * 40
+    scene = parse(f"about = \"{dots}\"\ntitle = '''\n{dots[60:]}'''  # {dots}\n{balls(BALL)}", "mine.toml")
+    assert (scene.about, scene.title) == (dots, dots[60:])
+
+
 def open_arena(ball: str, walls: str = "false") -> str:
     return f"[arena]\nsize = [800, 600]\nwalls = {walls}\n[[balls]]\n{ball}\n"
 
@@ -318,6 +380,11 @@ def test_without_walls_balls_at_random_are_inside_the_arena_all_the_same() -> No
         SandboxError, match=r"balls\[0\]\.inside puts a ball outside the arena: x must be from 5 to 795"
     ):
         parse(open_arena("radius = 5\ninside = [[0, 0], [900, 600]]"), "open.toml")
+
+
+def test_walls_must_be_true_or_false() -> None:
+    with pytest.raises(SandboxError, match=r'arena\.walls must be true or false, got "no"'):
+        parse(open_arena(BALL, walls='"no"'), "open.toml")
 
 
 def test_of_very_many_errors_the_first_hundred_are_reported() -> None:
@@ -365,6 +432,12 @@ def test_line_of_every_kind_of_key() -> None:
 # --- Limits ----------------------------------------------------------------------------------------------------
 
 ANYWHERE = "x = { from = 9, to = 9 }\ny = { from = 9, to = 9 }"
+
+
+def test_two_hundred_thousand_balls_are_allowed() -> None:
+    scene = parse(balls(*[f"radius = 1\ncount = {MAX_BALLS // 2}\n{ANYWHERE}"] * 2), "mine.toml")
+    assert MAX_BALLS == 200_000
+    assert len(scene.bodies) == MAX_BALLS
 
 
 def test_one_more_is_an_error() -> None:
@@ -417,6 +490,11 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
     "empty": ("", ": arena is missing\n{file}: balls is missing"),
     "ten-megabytes": (b"#" * 10_000_000, ": is larger than 2,000,000 bytes"),
     "not-utf-8": (b'[arena]\nsize = [8, 6]\ntitle = "\xff"\n', ":3: is not UTF-8 text: byte 0xff"),
+    "utf-16": ("t = 3".encode("utf-16-le"), ":1: is not valid TOML: Expected '=' after a key in a key/value pair"),
+    "million": (
+        balls("radius = 0.1\ncount = 1_000_000\ninside = [[0, 0], [800, 600]]"),
+        ":5: balls[0].count must be at most 200000, got 1000000",
+    ),
     "duplicate-key": (balls(f"{BALL}\nradius = 6"), ":6: balls[0].radius is given twice, first in line 4"),
     "duplicate-table": (
         balls(BALL, more="[units]\nlength = 'px'\n[units]\n"),
@@ -426,13 +504,25 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
         balls(f'{BALL}\ncolors = ["rde"]'),
         ':6: balls[0].colors[0] is not a valid colour: "rde"; did you mean red?',
     ),
+    "no-colour-number": (
+        ARENA + 'background = "#12345"\n[[balls]]\n' + BALL,
+        ':3: arena.background is not a valid colour: "#12345"; write a CSS name or #rrggbb',
+    ),
     "wall-of-no-size": (
         balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 5]\nthickness = 0\n"),
         ":9: walls[0].thickness must be greater than 0 where to is the same point as from",
     ),
+    "joined-peg": (
+        balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 5]\njoined = true\n"),
+        ":9: walls[0].joined requires that from and to are not the same point",
+    ),
     "peg-without-radius": (
         balls(BALL, more="[[pegs]]\npositions = [[5, 5]]\n"),
         ":6: pegs[0].radius is missing (Radius of each peg, px)",
+    ),
+    "peg-without-place": (
+        balls(BALL, more="[[pegs]]\nradius = 5\npositions = []\n"),
+        ":8: pegs[0].positions must have at least 1 entries, got 0",
     ),
     "ball-in-a-peg": (
         balls(BALL, more="[[pegs]]\nradius = 5\npositions = [[700, 500], [104, 100]]\n"),
@@ -448,6 +538,11 @@ got 4 (or allow it with overlap in [arena])""",
         ":3000: pegs and walls must be at most 1000 together, got 1001",
     ),
     "deep": ("a = " + "[" * 20_000 + "]" * 20_000, ":1: is nested too deeply"),
+    "walls": (
+        balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 9]\n" * 1001),
+        ":6: walls must have at most 1000 entries, got 1001",
+    ),
+    "nul": (balls(BALL, more='title = "\0"\n'), ":6: is not valid TOML: Illegal character '\\x00'"),
 }
 
 
@@ -496,6 +591,12 @@ def test_a_file_that_cannot_be_read(
     file = tmp_path / "mine.toml"
     make(file)
     assert command("check", file) == (2, "", f"{file}: {message.replace('{file}', str(file))}\n")
+
+
+def test_a_name_too_long_for_a_file(command: Command) -> None:
+    code, _, err = command("check", "x" * 5000)
+    assert code == 2
+    assert len(err.splitlines()) == 1
 
 
 def test_check_continues_after_an_error(command: Command, tmp_path: Path) -> None:

@@ -186,3 +186,15 @@ def test_a_scene_that_would_not_load_is_not_written(tmp_path: Path) -> None:
     with pytest.raises(SandboxError, match="cannot be written"):
         write(scene, tmp_path / "no-such-folder" / "saved.toml")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_scene_without_walls_is_written_with_balls_outside_the_arena(tmp_path: Path) -> None:
+    scene = Scene(
+        arena={"size": (100, 100), "walls": False},
+        balls=[{"radius": 5, "position": (-5000, 98)}],
+        pymunk={"damping": 0.75},
+    )
+    saved = reloaded(scene, spawn(scene), tmp_path)
+    check_same(saved, scene, spawn(scene))
+    assert (saved.arena, saved.pymunk) == (scene.arena, scene.pymunk)
+    assert saved.arena.overlap == 0

@@ -161,6 +161,14 @@ def test_a_group_denser_than_jamming_is_put_on_a_lattice(monkeypatch: pytest.Mon
     assert min(pitches) >= 20
 
 
+def test_a_lattice_is_shuffled() -> None:
+    group = "radius = 10\ncount = 300\ninside = [[0, 0], [400, 400]]"
+    first, second = (spawn(scene_of(group, more=f"seed = {seed}")).position for seed in (1, 2))
+    in_order = first[np.lexsort((first[:, 0], first[:, 1]))]
+    assert not np.array_equal(first, in_order)
+    assert not np.array_equal(first, second)
+
+
 def test_balls_inside_do_not_overlap_earlier_groups_of_any_size() -> None:
     scene = scene_of(
         "radius = 100\nposition = [400, 300]",
@@ -169,6 +177,16 @@ def test_balls_inside_do_not_overlap_earlier_groups_of_any_size() -> None:
     )
     state = spawn(scene)
     assert closest(state.position, scene.bodies.radius) >= 0
+
+
+def test_a_row_of_balls_that_fits_exactly() -> None:
+    position = spawn(scene_of("radius = 5\ncount = 10\ninside = [[0, 0], [100, 10]]")).position
+    assert sorted(position[:, 0]) == pytest.approx([5 + 10 * ball for ball in range(10)], abs=1e-6)
+
+
+def test_one_ball_in_a_box_of_its_size() -> None:
+    state = spawn(scene_of("radius = 20\ninside = [[0, 0], [40, 40]]", size="[40, 40]"))
+    assert state.position.tolist() == [[20, 20]]
 
 
 NO_ROOM = {
@@ -199,6 +217,13 @@ def test_too_many_balls_are_an_error(size: str, group: str, more: str, message: 
     with pytest.raises(SandboxError) as refused:
         spawn(scene)
     assert str(refused.value) == f"mine.toml{message}"
+
+
+@pytest.mark.wide
+def test_no_room_is_an_error_however_small_the_balls() -> None:
+    scene = scene_of("radius = 200\nposition = [400, 300]", "radius = 1e-6\ninside = [[300, 200], [500, 400]]")
+    with pytest.raises(SandboxError, match=r"balls\[1\]\.count is too large: there is no room for 1$"):
+        spawn(scene)
 
 
 def test_a_dense_group_finds_room_among_larger_and_smaller_balls() -> None:
@@ -241,6 +266,11 @@ def test_rms_speed_is_a_maxwell_distribution_in_the_plane(seed: int) -> None:
     assert abs(np.corrcoef(*velocity.T)[0, 1]) < 4 / math.sqrt(2000)
 
 
+@pytest.mark.parametrize("throw", ["speed = 0", "rms_speed = 0", ""])
+def test_no_speed_is_at_rest(throw: str) -> None:
+    assert not thrown(throw, 0, count=5).any()
+
+
 # --- Warnings --------------------------------------------------------------------------------------------------
 
 
@@ -258,6 +288,24 @@ def test_overlapping_balls_cause_a_warning_about_the_deepest_pair() -> None:
     assert warnings_of(scene) == [
         "test.toml: warning: 2 pairs of balls overlap, the deepest: balls 2 and 3 overlap by 7.5 px at the start"
     ]
+
+
+@pytest.mark.parametrize(
+    "group",
+    [
+        "radius = 5\ngrid = [20, 10]\nspacing = 10",
+        "radius = 4\nposition = [300, 300]\nvelocity = [240, 0]",
+        "radius = 5\nposition = [100, 107]\n[[walls]]\nfrom = [0, 100]\nto = [200, 100]\nthickness = 4",
+    ],
+    ids=["touching balls", "moves by its radius", "touching a wall"],
+)
+def test_the_limit_of_a_warning_causes_none(group: str) -> None:
+    assert warnings_of(scene_of(group)) == []
+
+
+def test_one_overlapping_pair_is_not_counted_in_the_warning() -> None:
+    scene = scene_of("radius = 5\npositions = [[100, 100], [100, 107], [200, 100], [212, 100]]")
+    assert warnings_of(scene) == ["test.toml: warning: balls 0 and 1 overlap by 3 px at the start"]
 
 
 # --- In walls ----------------------------------------------------------------------------------------------------
@@ -308,6 +356,12 @@ def test_places_drawn_at_random_are_in_no_wall() -> None:
     assert np.abs(spawn(scene).position[:, 0] - 400).min() >= 40
     free = spawn(scene_of(f"count = 300\nradius = 20\n{ANYWHERE}")).position
     assert np.abs(free[:, 0] - 400).min() < 40
+
+
+def test_random_places_that_are_all_in_a_wall_are_an_error() -> None:
+    walls = "walls = [{ from = [400, 0], to = [400, 600], thickness = 700 }]"
+    with pytest.raises(SandboxError, match=r"balls\[0\].x and y leave hardly any place outside the walls"):
+        spawn(scene_of(f"radius = 20\n{ANYWHERE}", more=walls))
 
 
 # --- Crowds ------------------------------------------------------------------------------------------------------

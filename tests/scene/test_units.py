@@ -50,7 +50,8 @@ def compared() -> Comparison:
 
 
 def test_a_ball_that_falls_two_metres_lands_as_the_law_of_falling_has_it(compared: Comparison) -> None:
-    contact = next(each for each in first_contacts(drop(), compared.runs["exact"], 5) if each.bodies == (0, -4))
+    contact = next(first_contacts(drop(), compared.runs["exact"], 5))
+    assert contact.names == "ball 0 and the bottom wall"
     before, after = contact.rows
     speed = math.sqrt(2 * GRAVITY * HEIGHT)
     assert f"{speed:.4g}" == "6.264"
@@ -72,8 +73,6 @@ def test_energies_are_in_joules_whatever_the_unit_of_length(length: str, shown: 
     quantities = (Dimension.LENGTH, 100), (Dimension.VELOCITY, 150), (Dimension.MOMENTUM, 200)
     assert ", ".join(units.text(dimension, "{:.3g}", value) for dimension, value in quantities) == shown
     assert units.text(Dimension.ENERGY, "{:.3g}", 0.5 * 2 * 150**2) == "9 J"  # of 2 kg at 3 m/s
-    of_metre = units.factor(Dimension.LENGTH) * 50
-    assert units.factor(Dimension.ANGULAR_MOMENTUM) * 50**2 == pytest.approx(of_metre**2)
 
 
 def said(cause: Cause, law: str, values: list[float]) -> str:
