@@ -165,9 +165,9 @@ def kept(space: pymunk.Space) -> None:
     sandbox.write(sandbox.from_space(space, skip=True), "level.toml")
 
 
-def impulses(engine: Engine) -> Contacts:
+def after_a_step(engine: Engine) -> State:
     engine.step()
-    return engine.contacts()
+    return engine.state()
 
 
 def reason(error: Refused) -> str:

@@ -54,7 +54,7 @@ FILES: Final = {
 CODES: Final = sorted({getattr(pygame, name) for name in dir(pygame) if name.startswith("K_")})
 OTHERS: Final = (
     pygame.WINDOWMINIMIZED, pygame.WINDOWRESTORED, pygame.WINDOWENTER, pygame.WINDOWLEAVE, pygame.WINDOWFOCUSGAINED,
-    pygame.WINDOWEXPOSED, pygame.WINDOWHIDDEN, pygame.WINDOWSHOWN, pygame.WINDOWMOVED, pygame.ACTIVEEVENT, pygame.KEYUP,
+    pygame.WINDOWEXPOSED, pygame.WINDOWHIDDEN, pygame.WINDOWSHOWN, pygame.WINDOWMOVED, pygame.ACTIVEEVENT,
     pygame.TEXTINPUT, pygame.TEXTEDITING, pygame.DROPTEXT, pygame.DROPBEGIN, pygame.DROPCOMPLETE, pygame.FINGERDOWN,
     pygame.FINGERMOTION, pygame.JOYBUTTONDOWN, pygame.USEREVENT, pygame.CLIPBOARDUPDATE,
 )  # fmt: skip
