@@ -132,10 +132,11 @@ def test_numba_still_knows_the_one_private_flag() -> None:
 
 
 @pytest.mark.parametrize("disabled", ["0", "1"])
-def test_small_comparisons_never_import_numba(disabled: str, tmp_path: Path) -> None:
+def test_small_comparisons_neither_import_numba_nor_have_anything_compiled(disabled: str, tmp_path: Path) -> None:
     code = """
 import json, sys
 from sandbox.engines import create
+from sandbox.engines.machine_code import status
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn
 for scene in (load("article"), load("newtons-cradle"), load("gas-100").changed(seconds=2)):
@@ -143,8 +144,8 @@ for scene in (load("article"), load("newtons-cradle"), load("gas-100").changed(s
         engine = create(name, scene, spawn(scene))
         for _ in range(scene.steps):
             engine.step()
-print(json.dumps("numba" in sys.modules))
+print(json.dumps(["numba" in sys.modules, status()]))
 """
     environment = os.environ | {"NUMBA_DISABLE_JIT": disabled, "NUMBA_CACHE_DIR": str(tmp_path)}
     run = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
-    assert json.loads(run.stdout) is False
+    assert json.loads(run.stdout) == [False, ""]
