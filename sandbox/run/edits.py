@@ -21,7 +21,7 @@ from sandbox.scene.balls import PER_BALL, BallGroup
 from sandbox.scene.clock import Clock
 from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, NotTiny, Number, Vector
 from sandbox.scene.model import Scene, Wall
-from sandbox.scene.overlaps import Situation, check_ball_fits, check_wall_fits
+from sandbox.scene.overlaps import Situation, check_fits
 from sandbox.state import State, States
 
 CONSTANTS: Final = ("radius", "mass", "elasticity", "friction")  # of a ball
@@ -89,7 +89,7 @@ class AddBall(Edit):
         return State(state.time, position, velocity, np.append(state.angle, 0.0), np.append(state.spin, self.spin))
 
     def check_room(self, before: Situation, after: Situation) -> None:
-        check_ball_fits(len(after.position) - 1, None, after)
+        check_fits(len(after.position) - 1, None, after)
 
 
 class ChangeBall(_Changes):
@@ -146,7 +146,7 @@ class ChangeBall(_Changes):
         return state
 
     def check_room(self, before: Situation, after: Situation) -> None:
-        check_ball_fits(self.ball, before, after)
+        check_fits(self.ball, before, after)
 
 
 class DeleteBall(Edit):
@@ -202,7 +202,7 @@ class AddWall(Edit):
         return scene.changed(walls=[*scene.walls, Wall(**self.model_dump(exclude={"step", "do"}))], expect=())
 
     def check_room(self, before: Situation, after: Situation) -> None:
-        check_wall_fits(len(after.scene.walls) - 1, None, after)
+        check_fits(~(len(after.scene.walls) - 1), None, after)
 
 
 class ChangeWall(_Changes):
@@ -235,7 +235,7 @@ class ChangeWall(_Changes):
         return scene.changed(walls=walls, expect=())
 
     def check_room(self, before: Situation, after: Situation) -> None:
-        check_wall_fits(self.wall, before, after)
+        check_fits(~self.wall, before, after)
 
 
 class DeleteWall(Edit):
