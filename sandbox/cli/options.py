@@ -178,7 +178,6 @@ Inputs = Annotated[Path | None, file_option("Replay the drags and edits saved wi
 JsonFile = Annotated[str | None, file_option("Write the figures as JSON.", "--json")]
 CsvFile = Annotated[str | None, file_option("Write the figures as CSV.", "--csv")]
 ReportFile = Annotated[str | None, file_option("Write a report as one .html file.")]
-JunitFile = Annotated[str | None, file_option("Write the results as JUnit XML.", "--junit")]
 SizeOption = Annotated[Any, typer.Option(metavar="WxH", parser=parse_size, help="Width and height, px.")]
 Layers = Annotated[Any, _names(f"What to show: {', '.join(Layer)}.", parse_layers)]
 MaxGap = Annotated[float | None, _limit("a gap is larger", "PX")]
