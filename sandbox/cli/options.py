@@ -42,19 +42,13 @@ def parse_names(text: str) -> Sequence[str]:
     """
     names = [name.strip() for name in re.split(r",(?![^(]*\))", text)]  # not at the commas in brackets
     if not any(names):
-        raise OptionError(f"{text!r}: must be names separated by commas")
+        hint = "as in pymunk,exact; leave the option out for the default"
+        raise OptionError(f"{text!r}: must be names separated by commas, {hint}")
     if not all(names):
         raise OptionError(f"{text}: has a comma without a name")
     if len(set(names)) < len(names):
         raise OptionError(f"{text}: has a name twice")
     return names
-
-
-def parse_engines(text: str) -> Sequence[str]:
-    """Parse "pymunk,exact". The message for an empty text says how to run the default engines."""
-    if not text.strip(" ,"):
-        raise OptionError(f"{text!r}: must name an engine, as in pymunk,exact; leave the option out for the default")
-    return parse_names(text)
 
 
 def parse_engine(text: str) -> str:
@@ -159,13 +153,9 @@ def file_option(what: str, *names: str) -> Any:
 
 
 SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="A file, or the name of a bundled scene.")]
-Engines = Annotated[
-    Sequence[str] | None, _names("Engines. Default: pymunk, and article or else impulse.", parse_engines)
-]
-EnginesToCompare = Annotated[
-    Sequence[str] | None, _names("Engines. Default: pymunk, article or else impulse, exact.", parse_engines)
-]
-EnginesToScore = Annotated[Sequence[str] | None, _names("Engines. Default: all.", parse_engines)]
+Engines = Annotated[Sequence[str] | None, _names("Engines. Default: pymunk, and article or else impulse.")]
+EnginesToCompare = Annotated[Sequence[str] | None, _names("Engines. Default: pymunk, article or else impulse, exact.")]
+EnginesToScore = Annotated[Sequence[str] | None, _names("Engines. Default: all.")]
 Parts = Annotated[Sequence[str] | None, _names("Parts to measure. Default: all.")]
 Against = Annotated[
     str | None, _engine("Engine that the others are measured against. Default: exact, or else the last.")
