@@ -10,6 +10,7 @@ import shutil
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -51,7 +52,8 @@ def pytest_configure(config: pytest.Config) -> None:
     """Compile the kernels of new sources once, before several processes need them."""
     starts_workers = getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput")
     if starts_workers:
-        compile_engines(KERNEL_ENGINES)
+        with ProcessPoolExecutor() as pool:
+            list(pool.map(compile_engines, zip(KERNEL_ENGINES)))
 
 
 @pytest.hookimpl(optionalhook=True)
