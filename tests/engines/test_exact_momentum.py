@@ -7,13 +7,13 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from conftest import sample
+from conftest import bundled_scenes
 from recorded import recorded
 
 from sandbox.engines.exact.engine import ExactEngine
 from sandbox.errors import SandboxError
 from sandbox.quantity import momentum, tangent
-from sandbox.scene.files import bundled, load, parse
+from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import Floats, States
@@ -195,7 +195,7 @@ def test_ball_that_comes_to_rest_in_a_corner_gives_both_walls_its_momentum() -> 
     assert unexplained(scene, 600).max() < KEPT * 900 * 10
 
 
-@pytest.mark.parametrize("name", sample(bundled(), 3))
+@pytest.mark.parametrize("name", bundled_scenes())
 def test_walls_and_gravity_account_for_the_momentum_of_bundled_scenes(name: str) -> None:
     scene = load(name)
     scale = np.hypot(*spawn(scene).velocity.T) @ scene.bodies.mass + scene.bodies.mass.sum() * np.hypot(*scene.gravity)
