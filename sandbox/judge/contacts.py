@@ -38,6 +38,8 @@ def near_pairs_of(run: Run, step: Integers, ball: Integers, way: Floats, margin:
     Broad phase: they are sorted by (step, cell), and each is compared with those in its cell, the next and the next
     row's three. A cell is as wide as the reach of two balls; the few that fly further are compared with all others.
     """
+    meets = run.meets[ball]
+    step, ball, way = step[meets], ball[meets], way[meets]
     if not len(ball):
         return Contacts(*[np.empty(0, np.int64)] * 3)
     x, r = run.x[step, ball], run.r[ball]
@@ -113,6 +115,8 @@ def until(run: Run, i: Integers, j: Integers, x: Vectors, v: Vectors, limit: Flo
     n = OUTWARD[wall[faces]]
     gap = run.face[wall[faces]] - dot(x[0, faces], n) - run.r[i[faces]]
     t[faces] = to_close(gap, -dot(v[0, faces], n), -dot(pull, n))
+    if not inner.any():
+        return t
     w, x, v, dt = wall[inner], x[0, inner], v[0, inner], limit[inner]
     reach, along = run.r[i[inner]] + run.half[w], run.along[w]
     off, v_off, g_off = cross(along, x - run.start[w]), cross(along, v), cross(along, pull)
@@ -121,7 +125,8 @@ def until(run: Run, i: Integers, j: Integers, x: Vectors, v: Vectors, limit: Flo
     s = np.where(np.isfinite(face), face, 0.0)
     part = dot(along, x + s * (v + s * run.pull / 2) - run.start[w])
     face = np.where((part >= 0) & (part <= run.length[w]), face, NEVER)
-    t[inner] = np.minimum(face, np.minimum(*(to_touch(z[w] - x, v, reach, run.pull, dt) for z in (run.start, run.end))))
+    at_ends = to_touch(np.stack([run.start[w], run.end[w]]) - x, v, reach, run.pull, dt)
+    t[inner] = np.minimum(face, at_ends.min(axis=0))
     return t
 
 

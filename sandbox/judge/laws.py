@@ -53,8 +53,9 @@ class Law:
 
 def six_of(impulse: Floats, friction: Floats, spun: Floats | None = None) -> Six:
     """Return the six numbers of two bodies, (k,) for both or (2, k); spun: as friction by default."""
-    both = np.broadcast_arrays(impulse, friction, friction if spun is None else spun, np.empty((2, 1)))
-    return np.stack(both[:3])
+    six = np.empty((3, 2, np.shape(impulse)[-1]))
+    six[0], six[1], six[2] = impulse, friction, friction if spun is None else spun
+    return six
 
 
 def _given(c: Met, impulse: Floats) -> Six:
