@@ -8,7 +8,6 @@ from sandbox.judge.run import NEVER, OUTWARD, Contacts, Run, Vectors, cross, dot
 from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Floats, Integers
 
-ALL_PAIRS: Final = 14  # balls, up to which all pairs are compared: faster than sorting them
 BRUTE_FORCE: Final = 1_000_000  # pairs of the fastest balls that are compared with all of their step
 NEWTON: Final = 8  # steps of Newton's method, which converge to rounding
 
@@ -20,19 +19,7 @@ def way_of(run: Run) -> Floats:
     return np.maximum(fastest, np.abs(run.x[1:] - run.x[:-1])) + abs(run.g) * dt**2 + run.floor
 
 
-def near_pairs(run: Run, way: Floats) -> Contacts:
-    """Return the contacts of balls that may happen. way: (steps, n) px."""
-    if run.n > ALL_PAIRS:
-        return near_pairs_of(run, *run.every, way.ravel())
-    i, j = np.triu_indices(run.n, 1)
-    meets = ~run.passes(i, j)
-    i, j = i[meets], j[meets]
-    gap = np.abs(run.x[:-1, i] - run.x[:-1, j]) - run.r[i] - run.r[j]
-    k, pair = np.nonzero(gap <= way[:, i] + way[:, j])
-    return Contacts(k, i[pair], j[pair])
-
-
-def near_pairs_of(run: Run, step: Integers, ball: Integers, way: Floats, margin: float = 0.0) -> Contacts:
+def near_pairs(run: Run, step: Integers, ball: Integers, way: Floats, margin: float = 0.0) -> Contacts:
     """Return the contacts of some balls in steps, (k,) each, that may come within a margin of each other, px.
 
     Broad phase: they are sorted by (step, cell), and each is compared with those in its cell, the next and the next

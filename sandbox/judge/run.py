@@ -99,9 +99,10 @@ class Run:
     """What the balls did. x, v, w: (steps + 1, n) px, px/s and rad/s; v0: (steps, n), v with each push in it.
 
     meets: (n,), which balls can meet another; dt: (steps,) s; floor: px, below which a difference of places, or of
-    velocities times dt, is rounding; tiny: px, below which two places are one. Once it is known how the engine flies, see `fly`: hx, hv: (steps, n), where its own
-    flights end; u: px/s, the velocity with which a parabola begins that ends there, too; pull: px/s², how it falls;
-    kept: the share of its spin that a ball keeps in a step; flown: (steps,) s, for how long it flies.
+    velocities times dt, is rounding; tiny: px, below which two places are one. Once it is known how the engine flies,
+    see `fly`: hx, hv: (steps, n), where its own flights end; u: px/s, the velocity with which a parabola begins that
+    ends there, too; pull: px/s², how it falls; kept: the share of its spin that a ball keeps in a step; flown:
+    (steps,) s, for how long it flies.
     """
 
     def __init__(self, scene: Scene, states: States, pushes: Pushes, clock: Floats) -> None:
