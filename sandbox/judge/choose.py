@@ -202,9 +202,12 @@ def _right(s: Singles, case: Case) -> Iterator[Candidate]:
 def _wrong(s: Singles, law: Law, case: Case) -> Iterator[Candidate]:
     """Yield what has another law of contact."""
     c = case.met
+    if law.of_pairs and not c.pair.any():
+        return
     with np.errstate(all="ignore"):
         says = law.formula(c, None)
-        ok = c.is_valid & (c.closes | law.parting) & (s.miss(c.six, says.six) <= s.tol + c.slack) & says.may
+        ok = c.is_valid & says.may & (c.closes | law.parting) & (c.pair | (not law.of_pairs))
+        ok &= s.miss(c.six, says.six) <= s.tol + c.slack
     if not ok.any():
         return
     value = np.full(len(ok), np.nan) if says.value is None else says.value
