@@ -67,7 +67,7 @@ class Outcome(NamedTuple):
     @property
     def speeds(self) -> Floats:
         """The motion in floats."""
-        return self.motion.astype(float)
+        return np.array(self.motion, float)
 
 
 class Touching:
@@ -87,6 +87,8 @@ class Touching:
             self.law: list[Decimals] = []
             self._find(scene, in_decimal(state.position), Decimal(slack))
             self.per_mass = (self.normal * self.normal) @ self.yields
+            touches = (self.tangent != 0).any(axis=0)
+            self.still = STILL * np.abs(self.motion[touches]).max(initial=ZERO)  # px/s: a slower approach is none
 
     def _find(self, scene: Scene, x: Decimals, slack: Decimal) -> None:
         radius = in_decimal(scene.bodies.radius)
@@ -112,12 +114,6 @@ class Touching:
         for k, sign in ends:
             row[:, 0, 3 * k : 3 * k + 3] = [[sign * n[0], sign * n[1], ZERO], [-sign * n[1], sign * n[0], Decimal(1)]]
         self.normal, self.tangent = np.concatenate([[self.normal, self.tangent], row], axis=1)
-
-    @property
-    def still(self) -> Decimal:
-        """The speed, px/s, below which an approach is none."""
-        touches = ((self.normal != 0) | (self.tangent != 0)).any(axis=0)
-        return STILL * np.abs(self.motion[touches]).max(initial=ZERO)
 
     def course(self, k: int, motion: Decimals) -> int | None:
         """Return what contact k does next."""
@@ -171,7 +167,7 @@ class Touching:
 
         Returns the motion, the impulses given, and whether this has no end.
         """
-        after = np.where(np.eye(len(motion), dtype=bool), Decimal(1), ZERO)
+        after = in_decimal(np.eye(len(motion)))
         impulses = np.full((len(given), len(motion)), ZERO)
         for courses in rounds:
             for k, course in zip(order, courses, strict=True):

@@ -101,8 +101,9 @@ def test_exact_leaves_the_velocities_and_the_energy_of_impacts_one_by_one(
     endings: list[Ending] = []
     while len(endings) < count:
         e, mu = math.sqrt(rng.choice([0.05, 0.25, 0.5, 0.8, 0.9])), math.sqrt(rng.choice([0, 0.1, 0.5, 1]))
-        parts, factors = draw(rng), {"elasticity": e, "friction": mu}
-        scene = box_of(*(part + lines(**factors) for part in parts), head=ONE_STEP, **factors)
+        parts = draw(rng)
+        law = lines(elasticity=e, friction=mu)
+        scene = box_of(*(part + law for part in parts), head=ONE_STEP, elasticity=e, friction=mu)
         touching = Touching(scene, TOUCHING)
         outcome = continued(touching)
         if not is_decided(touching, outcome):

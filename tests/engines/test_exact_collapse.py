@@ -83,12 +83,11 @@ SQUEEZED_OUT = box_of(  # a light disc leaves an edge along a face
 
 def column_of(masses: list[float], e: float, friction: float = 0, velocity: tuple[float, float] = (0, 100)) -> Scene:
     """Return a column of discs that touch each other and the floor; the highest one has a velocity."""
-    kind = {"elasticity": e, "friction": friction}
     balls = (
-        ball((400, 590 - 20 * (len(masses) - 1 - k)), (0, 0) if k else velocity, mass=mass, **kind)
-        for k, mass in enumerate(masses)
+        ball((400, 590 - 20 * below), (0, 0) if k else velocity, mass=mass, elasticity=e, friction=friction)
+        for k, (mass, below) in enumerate(zip(masses, range(len(masses))[::-1], strict=True))
     )
-    return box_of(*balls, **kind)
+    return box_of(*balls, elasticity=e, friction=friction)
 
 
 def after_a_step(scene: Scene) -> tuple[State, Contacts]:
