@@ -265,9 +265,9 @@ class CheckedEngine:
 
     def _in_order(self, contacts: Contacts) -> Contacts:
         """Return a copy of contacts, each with the lower ball first, by our clock, which may round otherwise."""
-        contacts, time = contacts.copy(), contacts["time"]
-        end = self._clock.times(self._clock.steps_containing(time - ROUNDING * self._step))
-        contacts["time"] = np.minimum(np.minimum(time, end), self._time)  # the engine's clock may be ahead of ours
+        contacts, time, slack = contacts.copy(), contacts["time"], ROUNDING * self._step
+        end = self._clock.times(self._clock.steps_containing(time - slack))
+        contacts["time"] = np.minimum(np.where(np.abs(time - end) <= slack, end, time), self._time)
         turned = (contacts["second"] >= 0) & (contacts["first"] > contacts["second"])
         contacts["first"][turned], contacts["second"][turned] = contacts["second"][turned], contacts["first"][turned]
         contacts["normal"][turned] *= -1

@@ -213,6 +213,23 @@ class NoState(Flying):
         return None  # type: ignore[return-value]
 
 
+class Nan(Flying):
+    def state(self) -> State:
+        state = super().state()
+        state.position[1] = np.nan if self.steps >= 5 else state.position[1]
+        return state
+
+
+class Short(Flying):
+    def state(self) -> State:
+        return State(self.time, self.position.copy(), self.velocity[:1].copy())
+
+
+class NoArray(Flying):
+    def contacts(self) -> Contacts:
+        return None  # type: ignore[return-value]
+
+
 class ElsewhereAtStart(Flying):
     def __init__(self, scene: Scene, initial: State) -> None:
         super().__init__(scene, initial)
@@ -246,6 +263,14 @@ class Disordered(Found):
 
 class OutOfTime(Found):
     rows = (contact(1.05),)
+
+
+class Stranger(Found):
+    rows = (contact(0.05, 0, 3),)
+
+
+class Endless(Found):
+    rows = (contact(math.inf),)
 
 
 class WithItself(Found):
@@ -299,6 +324,11 @@ def of_three(position: Floats, velocity: Floats, dt: float) -> None: ...
         (of_two, f"mine: raised TypeError: unsupported operand type(s) for /: 'State' and 'int'{OF_TWO}"),
         (returns_nothing, f"mine: has no method step; an engine has step and state{OF_TWO}"),
         (NoState, "mine: its state must be a sandbox.State, got None"),
+        (Nan, "mine: the position of ball 1 must be finite, got [nan, nan]"),
+        (Short, "mine: its velocity must be of shape (2, 2), got (1, 2)"),
+        (NoArray, "mine: its contacts must be an array of sandbox.state.CONTACT, got None"),
+        (Stranger, "mine: its contacts must name the 2 balls and 4 walls"),
+        (Endless, "mine: its contacts must have finite numbers"),
         (
             ElsewhereAtStart,
             "mine: must start with the state it is built from: position [500.0, 300.0], got [501.0, 301.0] of ball 1",
