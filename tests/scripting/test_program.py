@@ -21,8 +21,8 @@ from sandbox.space.changes import CALLS, NAMES
 
 SPACE = """
 import sys, pymunk
-def make_space(moment=10):
-    space = pymunk.Space()
+def make_space(moment=10, space=None):
+    space = space or pymunk.Space()
     space.gravity = 0, 900
     body = pymunk.Body(1, moment)
     body.position = 100, 100
@@ -86,17 +86,16 @@ class Mine(pymunk.Space):
     def step(self, dt):
         super().step(dt / 2)
         super().step(dt / 2)
-mine = Mine()
-mine.add(pymunk.Body(1, 1))
+space = make_space(space=Mine())
+mine = space
 for _ in range(15):
     mine.step(1 / 30)
 """,
     "replaced": f"old = pymunk.Space.step\npymunk.Space.step = lambda self, dt: old(self, dt)\n{STEPS}",
     "thread": "import threading\nthreading.Thread(target=lambda: [space.step(1 / 60) for _ in range(30)]).start()\n",
     "threaded": f"""
-space = pymunk.Space(threaded=True)
+space = make_space(space=pymunk.Space(threaded=True))
 space.threads = 2
-space.add(pymunk.Body(1, 1))
 {STEPS}
 """,
 }
@@ -107,7 +106,7 @@ def test_every_way_to_step_is_recorded(working_folder: Path, command: Command, r
     write(working_folder, rest)
     (space,) = diagnoses(command, "game.py")["spaces"]
     assert (space["steps"], space["seconds"]) == (30, pytest.approx(0.5))
-    assert set(rules(space)) & {"moment", "no-shape"}
+    assert rules(space) == ["moment"]
 
 
 @pytest.mark.parametrize(
@@ -140,7 +139,7 @@ def test_a_traceback_has_no_line_of_the_sandbox(working_folder: Path, command: C
     write(working_folder, "space.add(pymunk.Body())\nspace.step(1 / 60)\n")
     code, out, err = command("watch", "game.py")
     assert code == 1
-    assert "its mass is 0" in out.replace("\n     ", " ")
+    assert "Space 1, " in out
     files = [line.partition('"')[2].partition('"')[0] for line in err.splitlines() if line.startswith("  File")]
     assert [Path(file).name for file in files] == ["game.py", "space.py"]
 
@@ -236,10 +235,7 @@ def test_no_space_is_one_clear_message(working_folder: Path, command: Command) -
 
 SHOWN_BY_STEPS = {
     "dt-varies": "for dt in (0.016, 0.017, 0):\n    space.step(dt)\n",
-    "dt-long": "for _ in range(3):\n    space.step(0.05)\n",
-    "dt-invalid": "space.step(-0.01)\n",
     "not-finite": f"{STEPS}    for b in space.bodies:\n        b.velocity = float('nan'), 0\n",
-    "mass": "space.add(pymunk.Body())\ntry:\n    space.step(0.01)\nexcept AssertionError:\n    pass\n",
     "tunnelling": f"{WALL}for b in space.bodies:\n    b.velocity = 0, 1800\n{STEPS}",
     "static-moved": f"{WALL}{STEPS}    space.static_body.position += 0, 1\n",
 }
@@ -400,40 +396,6 @@ def test_every_name_in_a_replacement_exists() -> None:
             assert hasattr(names[owner], name), change
     for vector in re.findall(r"\bv\.(\w+)", " ".join(change.instead for change in NAMES.values())):
         assert hasattr(pymunk.Vec2d, vector)
-
-
-def test_what_changed_without_an_error_is_as_documented() -> None:
-    """The second table of docs/your-program.md."""
-    space, body = pymunk.Space(), pymunk.Body(1, 1)
-    shape = pymunk.Circle(body, 5)
-    shapes = space.shapes
-    space.add(body, shape)
-    assert list(shapes) == [shape]
-    shape.sensor = True
-    nearest = space.point_query_nearest((0, 0), 0, pymunk.ShapeFilter())
-    assert nearest
-    assert nearest.shape is shape
-    assert shape.segment_query((0, 9), (9, 9)) is None
-    assert not pymunk.Vec2d(0, 0)
-    assert isinstance(shape.point_query((0, 0)), pymunk.PointQueryInfo)
-    assert abs(pymunk.Vec2d(3, 4)) == 5
-    pair: object = [1, 2]
-    assert pymunk.Vec2d(1, 2) != pair
-    assert pymunk.Vec2d(1, 2) == (1, 2)
-    assert not pymunk.pygame_util.positive_y_is_up
-    shape.sensor = False
-    wall = pymunk.Segment(space.static_body, (-9, 8), (9, 8), 4)
-    space.add(wall)
-    body.velocity = 0, 100
-    space.on_collision(None, None, begin=lambda *_: False)  # type: ignore[arg-type]
-    for _ in range(60):
-        space.step(1 / 60)
-    assert body.position.y < 8
-    space.on_collision(None, None, begin=lambda arbiter, *_: setattr(arbiter, "process_collision", False))
-    body.position, body.velocity = (0, -50), (0, 100)
-    for _ in range(60):
-        space.step(1 / 60)
-    assert body.position.y > 8
 
 
 @pytest.mark.wide

@@ -44,22 +44,10 @@ def ragdoll_in_itself() -> Game:
     return Game(space)
 
 
-def long_steps() -> Game:
-    space = ground()
-    ball(space, 0, 100)
-    return Game(space, dt=lambda _: 0.04)
-
-
 def varying_steps() -> Game:
     space = ground()
     ball(space, 0, 100)
     return Game(space, dt=lambda number: DT * (1 + 0.1 * (number % 3)))
-
-
-def step_back() -> Game:
-    space = ground()
-    ball(space, 0, 100)
-    return Game(space, 2, dt=lambda number: -DT if number else DT)
 
 
 # Faults that steps show.
@@ -98,10 +86,8 @@ def rocket_pushed_at_its_place() -> Game:
 
 
 FAULTS: dict[Callable[[], Game], str] = {
-    ragdoll_in_itself: "overlap-joined",
-    long_steps: "dt-long",
+    ragdoll_in_itself: "overlap",
     varying_steps: "dt-varies",
-    step_back: "dt-invalid",
     shot_through_a_wall: "passed-through",
     box_through_a_box: "passed-through",
     rocket_pushed_at_its_place: "wrong-point",
@@ -430,19 +416,6 @@ def test_what_flies_lengthwise_is_long(speed: float) -> None:
     assert ("tunnelling" in findings_of(Game(space, 3))) == (speed > 2100)
 
 
-def test_a_wall_behind_another_body_is_not_in_the_way() -> None:
-    def bullet_at_a_box(*, with_box: bool) -> set[str]:
-        space = world(gravity=0)
-        wall(space, (300, -100), (300, 100))
-        if with_box:
-            box(space, 150, 0, (40, 40))
-        ball(space, 0, 0, velocity=(1200, 0))
-        return {finding.rule for finding in sandbox.lint(space)}
-
-    assert bullet_at_a_box(with_box=False) == {"tunnelling"}
-    assert bullet_at_a_box(with_box=True) == set()
-
-
 def dropped_on_a_floor(*, meets: bool, of_handler: float | None = None) -> Game:
     """A box that falls on a floor; there is a wall without friction and elasticity, which it may meet."""
     space = ground()
@@ -484,7 +457,7 @@ def test_a_fast_ball_is_not_said_to_be_pushed_by_a_bat_that_is_moved() -> None:
 
     found = findings_of(Game(space, 300, follow))
     assert "deep-at-once" in found
-    assert found.keys() & {"pushed-by-hand", "sinks-in"} == set()
+    assert "sinks-in" not in found
 
 
 def test_what_the_program_puts_into_another_is_not_said_to_be_found_late() -> None:
@@ -522,7 +495,7 @@ def test_a_wrong_moment_comes_before_what_it_does() -> None:
 
 @pytest.mark.parametrize("make", [ragdoll_in_itself, rocket_pushed_at_its_place], ids=lambda make: make.__name__)
 def test_what_is_wrong_in_the_program_comes_before_what_follows_from_it(make: Callable[[], Game]) -> None:
-    assert next(iter(findings_of(make()))) in {"overlap-joined", "wrong-point"}
+    assert next(iter(findings_of(make()))) in {"overlap", "wrong-point"}
 
 
 def test_a_shape_that_is_gone_when_the_run_ends_is_found_too() -> None:
