@@ -258,11 +258,11 @@ def hint(error: BaseException) -> str:
 def _of_pymunk(error: BaseException) -> str:
     for name in _missing_names(error):
         if change := NAMES.get(name):
-            return f"Pymunk has had no {name} since version {change.since}. Instead: {change.plain}."
+            return f"Pymunk has had no {name} since version {change.since}. Instead: {change.instead}."
     text = f"{_file(error)}: {error}"
     for call, change in CALLS.items():
         if re.search(change.pattern, text):
-            return f"An error since version {change.since} of Pymunk: {call}. Instead: {change.plain}."
+            return f"An error since version {change.since} of Pymunk: {call}. Instead: {change.instead}."
     return ""
 
 

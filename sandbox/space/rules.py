@@ -227,8 +227,8 @@ def _could_meet(a: pymunk.Shape, b: pymunk.Shape) -> bool:
 def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
     for shape in filter(contents.is_new, contents.shapes):
         for name in filter(vars(shape).__contains__, OF_OLD_SHAPES):
-            yield contents.fault(shape, f"shape.{name} was set; write {NAMES[f'Shape.{name}'].plain}")
-    cures = {name: NAMES[f"Body.{name}"].plain for name in OF_OLD_BODIES} | {
+            yield contents.fault(shape, f"shape.{name} was set; write {NAMES[f'Shape.{name}'].instead}")
+    cures = {name: NAMES[f"Body.{name}"].instead for name in OF_OLD_BODIES} | {
         name: f"shape.{name}" for name in ON_SHAPES
     }
     for body, _ in contents.new_bodies:
