@@ -16,7 +16,7 @@ from typing import Any, Final, NamedTuple, Self
 import numpy as np
 
 from sandbox.quantity import dot
-from sandbox.space.recording import VECTORS, Change, JointKind, Numbers, Rows, Run, knows_joints
+from sandbox.space.recording import VECTORS, JointKind, Numbers, Rows, Run, Snapshot, knows_joints
 from sandbox.state import Floats
 
 LEAST_SHARE: Final = 0.005  # of the largest kinetic energy; smaller lines are printed together
@@ -43,8 +43,7 @@ class Cause(StrEnum):
     RESTITUTION = "restitution", "bounces, as elasticities say"
     # A contact ended with another normal velocity than that:
     RESTITUTION_ERROR = "restitution_error", "bounces, other than elasticities say", True
-    FRICTION = "friction", "friction"
-    SURFACE = "surface", "surface velocities"
+    FRICTION = "friction", "friction and surface velocities"
     JOINTS = "joints", "joints", True  # all but motors and springs
     LIMITED_JOINTS = "limited_joints", "joints with a max_force"  # which may give way, as friction does
     MOTORS = "motors", "motors"
@@ -57,13 +56,9 @@ class Cause(StrEnum):
     INTEGRATION = "integration", STEPS
     CORRECTION = "correction", "bodies moved apart that overlapped", True  # against gravity
     FUNCTIONS = "functions", "velocity and position functions"
-    # Changed within the step by nothing that was recorded: handlers, and what they removed:
+    # Changed within the step by nothing that was recorded: handlers, and what they add and remove:
     CALLBACKS = "callbacks", "handlers and callbacks"
-    VELOCITY_SET = "velocity_set", "the program: velocities and impulses"  # between steps, as what follows
-    POSITION_SET = "position_set", "the program: positions"
-    SETTINGS_SET = "settings_set", "the program: masses, moments, gravity"
-    ADDED = "added", "bodies added"
-    REMOVED = "removed", "bodies removed"
+    PROGRAM = "program", "the program: what it sets, adds and removes between steps"
 
 
 _COLUMN: Final = {cause: column for column, cause in enumerate(Cause)}
@@ -157,59 +152,28 @@ def _finite(value: Floats) -> Floats:
     return np.asarray(np.where(np.isfinite(value), value, 0.0))
 
 
-def _kinetic(of: Rows, motion: Rows) -> Floats:
-    """Return the kinetic energy of each body: with the masses and moments of one table, the motion of another."""
-    v = motion["velocity"]
-    return np.asarray((_finite(of["mass"]) * dot(v, v) + _finite(of["moment"]) * motion["spin"] ** 2) / 2)
-
-
 def _potential(of: Rows, position: Floats, gravity: Floats) -> Floats:
     """Return the potential energy of each body."""
     return -_finite(of["mass"]) * dot(position, gravity)
 
 
-class _Books:
-    """Changes of energy, by step and cause."""
-
-    def __init__(self, count: int) -> None:
-        self.work = np.zeros((count, len(Cause)))
-
-    def add(self, cause: Cause, step: Numbers, energy: Floats) -> None:
-        """Add energies of some steps. energy: (n,), of the steps."""
-        np.add.at(self.work[:, _COLUMN[cause]], step, energy)
-
-    def change(self, change: Change, state: Rows, old: Floats, new: Floats) -> None:
-        """Add other masses, bodies that come and go, another gravity. state: of the bodies; old, new: (K, 2) px/s²."""
-        step, position, g = change.step, state["position"], old[change.step]
-        for sign, of in ((1, change.new), (-1, change.old)):
-            energy = _kinetic(of, state) + _potential(of, position, g)
-            self.add(Cause.SETTINGS_SET, step, sign * energy)
-        for cause, sign, (at, rows) in ((Cause.ADDED, 1, change.come), (Cause.REMOVED, -1, change.gone)):
-            self.add(cause, at, sign * (_kinetic(rows, rows) + _potential(rows, rows["position"], old[at])))
-        for at, rows in ((step, change.new), change.come):
-            self.add(Cause.SETTINGS_SET, at, _potential(rows, rows["position"], (new - old)[at]))
-
-
 def ledger_of(run: Run) -> Ledger:
     """Return the energy ledger of a run."""
-    count, steps = len(run.steps), run.steps
-    begin, end = ([step.before.settings for step in steps], [step.after.settings for step in steps])
-    gravity, after = (np.array([each.gravity for each in of]).reshape(-1, 2) for of in (begin, end))
-    previous = np.concatenate([gravity[:1], after[:-1]])
-    books, changed = _Books(count), run.set
-    energy = _kinetic(changed.old, changed.new) - _kinetic(changed.old, changed.old)
-    books.add(Cause.VELOCITY_SET, changed.step, energy)
-    way = changed.new["position"] - changed.old["position"]
-    books.add(Cause.POSITION_SET, changed.step, _potential(changed.old, way, previous[changed.step]))
-    books.change(changed, changed.new, previous, gravity)
-    books.change(run.moved, run.moved.old, gravity, after)
-    _Work(run, books, gravity).add()
-    states = [run.first, *(step.after for step in steps)]
-    kinetic = [_kinetic(state.bodies, state.bodies).sum() for state in states]
-    potential = [
-        _potential(state.bodies, state.bodies["position"], np.array(state.settings.gravity)).sum() for state in states
-    ]
-    return Ledger(run.time, np.array(kinetic), np.array(potential), books.work)
+    work = np.zeros((len(run.steps), len(Cause)))
+    _Work(run, work).add()
+    states = [run.first, *(step.after for step in run.steps)]
+    kinetic, potential = np.array([_energies(state) for state in states]).T
+    total, before = kinetic + potential, np.array([sum(_energies(step.before)) for step in run.steps])
+    work[:, _COLUMN[Cause.CALLBACKS]] = total[1:] - before - work.sum(axis=1)
+    work[:, _COLUMN[Cause.PROGRAM]] = before - total[:-1]
+    return Ledger(run.time, kinetic, potential, work)
+
+
+def _energies(state: Snapshot) -> tuple[float, float]:
+    """Return the kinetic and the potential energy of all bodies."""
+    bodies, v = state.bodies, state.bodies["velocity"]
+    kinetic = (_finite(bodies["mass"]) * dot(v, v) + _finite(bodies["moment"]) * bodies["spin"] ** 2) / 2
+    return float(kinetic.sum()), float(_potential(bodies, bodies["position"], np.array(state.settings.gravity)).sum())
 
 
 class _Motion(NamedTuple):
@@ -257,17 +221,18 @@ class _Links(NamedTuple):
 
 
 class _Work:
-    """The work of all that acts within steps, added to the books by cause.
+    """The work of all that acts within steps, added to a ledger's by cause.
 
     The motion is followed from `start`: damping with gravity and forces, velocity functions, then springs, contacts and
     joints. What differs from this in the end is by callbacks. Of velocity functions, only the result is known, from the
     end without the impulses.
     """
 
-    def __init__(self, run: Run, books: _Books, gravity: Floats) -> None:
-        self._run, self._books, self._gravity = run, books, gravity
-        step, old, new = run.moved[:3]
-        self._step, self._old, self._new = step, old, new
+    def __init__(self, run: Run, work: Floats) -> None:
+        self._run, self._work = run, work
+        self._step, old, new = run.moved
+        self._old, self._new = old, new
+        self._gravity = np.array([step.before.settings.gravity for step in run.steps]).reshape(-1, 2)[self._step]
         mass, moment = (np.append(_finite(new[key]), 0.0) for key in ("mass", "moment"))
         self._mass, self._moment = mass, moment
         self._inverse = [np.divide(1, of, where=of > 0, out=np.zeros_like(of)) for of in (mass, moment)]
@@ -291,9 +256,7 @@ class _Work:
         solved = unsolved.plus(*kick)
         self._book(Cause.FUNCTIONS, self._energy(unsolved) - self._energy(updated))
         rest = self._energy(self._end) - self._energy(solved)
-        is_sprung = self._is_sprung(joints)
-        self._book(Cause.SPRINGS, np.where(is_sprung, rest, 0.0))
-        self._book(Cause.CALLBACKS, np.where(is_sprung, 0.0, rest))
+        self._book(Cause.SPRINGS, rest * self._is_sprung(joints))
         self._add_contacts(contacts, unsolved, solved)
         self._add_joints(joints, unsolved, solved)
         on_infinite = dot(linear, unsolved.velocity) * (self._inverse[0] == 0)
@@ -301,9 +264,10 @@ class _Work:
         self._book(Cause.KINEMATIC, -on_infinite)
         self._add_positions()
 
-    def _book(self, cause: Cause, energy: Floats) -> None:
-        """Add an energy of each body, without that of the last row."""
-        self._books.add(cause, self._step, energy[: len(self._step)])
+    def _book(self, cause: Cause, energy: Floats, step: Numbers | None = None) -> None:
+        """Add energies of some steps, or of each body in each step."""
+        step = self._step if step is None else step
+        np.add.at(self._work[:, _COLUMN[cause]], step, energy[: len(step)])
 
     def _energy(self, motion: _Motion) -> Floats:
         energies = self._mass * dot(motion.velocity, motion.velocity) + self._moment * motion.spin**2
@@ -366,22 +330,20 @@ class _Work:
         first, between, last = (dot(velocity, n) for velocity in velocities)
         slip = [dot(velocity, tangent) for velocity in velocities]
         target = -rows["elasticity"] * np.minimum(first, 0)
-        surface = dot(rows["surface_velocity"], tangent)
         support = normal * (between - first) + tangential * (slip[1] - slip[0])
         for cause, twice in (
             (Cause.RESTITUTION, normal * (np.minimum(first, 0) + target)),
             (Cause.RESTITUTION_ERROR, normal * (last - target + np.maximum(first, 0))),
-            (Cause.FRICTION, tangential * (slip[0] + slip[2] + 2 * surface)),
-            (Cause.SURFACE, -2 * tangential * surface),
+            (Cause.FRICTION, tangential * (slip[0] + slip[2])),
             (Cause.INTEGRATION, support),
         ):
-            self._books.add(cause, step, twice / 2)
+            self._book(cause, twice / 2, step)
 
     def _add_joints(self, joints: _Links, unsolved: _Motion, solved: _Motion) -> None:
         """Add the work of joints, by their kinds."""
         kind, is_limited = joints.rows["kind"], np.isfinite(joints.rows["max_force"])
         before, between, after = (joints.power(motion) for motion in (self._start, unsolved, solved))
-        self._books.add(Cause.INTEGRATION, joints.step, (between - before) / 2)
+        self._book(Cause.INTEGRATION, (between - before) / 2, joints.step)
         is_spring, is_motor = _is_spring(kind), kind == JointKind.SimpleMotor
         is_joint = ~is_spring & ~is_motor
         for cause, chosen in (
@@ -390,7 +352,7 @@ class _Work:
             (Cause.JOINTS, is_joint & ~is_limited),
             (Cause.LIMITED_JOINTS, is_joint & is_limited),
         ):
-            self._books.add(cause, joints.step[chosen], (before + after)[chosen] / 2)
+            self._book(cause, (before + after)[chosen] / 2, joints.step[chosen])
 
     def _add_velocity_update(self) -> _Motion:
         """Add the work of damping, gravity and forces, and return the motion after them."""
@@ -400,7 +362,7 @@ class _Work:
         left = np.append(np.where(is_updated, damping, 1.0), 1.0)
         damped = _Motion(left[:, None] * start.velocity, left * start.spin)
         for_dt = np.append(is_updated * dt, 0.0)
-        by_gravity = for_dt[:, None] * np.append(self._gravity[self._step], [[0, 0]], axis=0)
+        by_gravity = for_dt[:, None] * np.append(self._gravity, [[0, 0]], axis=0)
         by_force = (for_dt * self._inverse[0])[:, None] * np.append(old["force"], [[0, 0]], axis=0)
         by_torque = for_dt * self._inverse[1] * np.append(old["torque"], 0)
         updated = damped.plus(by_gravity + by_force, by_torque)
@@ -412,14 +374,13 @@ class _Work:
 
     def _add_positions(self) -> None:
         """Add the change of potential energy, by the step's first velocity and by the rest of the displacement."""
-        old, own, gravity = self._old, self._new["own_position"], self._gravity[self._step]
+        old, own, gravity = self._old, self._new["own_position"], self._gravity
         is_awake = ~old["asleep"]
         drift = (is_awake * self._run.dt[self._step])[:, None] * old["velocity"]
         self._book(Cause.INTEGRATION, _potential(old, drift, gravity))
         change = _potential(old, self._new["position"] - old["position"] - drift, gravity)
         self._book(Cause.FUNCTIONS, change * own)
         self._book(Cause.CORRECTION, change * (is_awake & ~own))
-        self._book(Cause.CALLBACKS, change * (~is_awake & ~own))
 
 
 def _is_spring(kind: Numbers) -> Any:

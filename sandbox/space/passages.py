@@ -12,7 +12,7 @@ import numpy as np
 import pymunk
 
 from sandbox.space.contents import Contents, body_of, half_length, half_width, is_static, may_collide
-from sandbox.space.recording import Change, Recording, Rows, Step, address
+from sandbox.space.recording import Recording, Rows, Step, address, pairs_of
 from sandbox.space.rules import off_its_place
 
 MAX_TURN: Final = 1.0  # rad in a step: seen from a body that turns further, ways are no straight lines
@@ -49,7 +49,7 @@ class Passages:
 
     def of(self, step: Step) -> Iterator[Passage]:
         """Yield the passages of a step that was just done."""
-        _, before, after, *_ = Change.of([(step.before, step.after)])
+        _, before, after = pairs_of([(step.before, step.after)])
         ids = after["id"].tolist()
         half, reach = np.array([self._sizes.get(body, (math.inf, 0.0)) for body in ids]).reshape(-1, 2).T
         way, turn = after["position"] - before["position"], np.abs(after["angle"] - before["angle"])

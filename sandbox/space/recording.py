@@ -11,8 +11,8 @@ from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from enum import IntEnum
 from functools import cached_property
-from itertools import pairwise, takewhile
-from typing import Any, Final, NamedTuple, Self
+from itertools import takewhile
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pymunk
@@ -146,6 +146,7 @@ _BODY_FIELDS: Final = (
     | BodyFields.FORCE
     | BodyFields.TORQUE
 )
+_READ: Final = {"asleep": lib.cpBodyIsSleeping, "mass": lib.cpBodyGetMass, "moment": lib.cpBodyGetMoment}
 _ARBITER_FIELDS: Final = (
     ArbiterFields.BODY_A_ID | ArbiterFields.BODY_B_ID | ArbiterFields.DISTANCE_1 | ArbiterFields.DISTANCE_2
 )
@@ -243,7 +244,7 @@ class Recording:
         if not self.steps:
             return self._snapshot()
         last, settings = self.steps[-1].after, self._settings()
-        bodies = self._bodies(last.bodies)
+        bodies = self._bodies()
         if settings == last.settings and bodies.tobytes() == last.bodies.tobytes():
             return last
         return last._replace(bodies=bodies, settings=settings)
@@ -251,7 +252,7 @@ class Recording:
     def _snapshot(self) -> Snapshot:
         joints = [joint for joint in self._space.constraints if not (joint.a.is_sleeping or joint.b.is_sleeping)]
         rows = [_joint(joint) for joint in joints] if knows_joints() else []
-        return Snapshot(self._bodies(None), _contacts(self._space), np.array(rows, JOINT), self._settings())
+        return Snapshot(self._bodies(), _contacts(self._space), np.array(rows, JOINT), self._settings())
 
     def _look(self) -> None:
         """Look at what is new, and keep it."""
@@ -268,28 +269,22 @@ class Recording:
         used += [body for joint in joints for body in (joint.a, joint.b)]
         self.bodies |= {body.id: body for body in used if body and body is not space.static_body}
 
-    def _bodies(self, last: Rows | None) -> Rows:
-        """Return all bodies. last: those whose masses still hold, if they have not changed; else they are read."""
+    def _bodies(self) -> Rows:
+        """Return all bodies."""
         self._buffer.clear()
         get_space_bodies(self._space, _BODY_FIELDS, self._buffer)
         ids = np.frombuffer(self._buffer.int_buf(), np.uintp)
         rows = np.zeros(len(ids), BODY)
-        motion = np.frombuffer(self._buffer.float_buf(), np.dtype(_MOTION))
+        rows["id"], motion = ids, np.frombuffer(self._buffer.float_buf(), np.dtype(_MOTION))
         for name in motion.dtype.names or ():
             rows[name] = motion[name]
-        rows["id"] = ids
         bodies = [self.bodies.get(each) or self._space.static_body for each in ids.tolist()]
-        pointers = [body._body for body in bodies]
-        rows["asleep"] = [lib.cpBodyIsSleeping(each) for each in pointers]
-        if last is not None and np.array_equal(last["id"], rows["id"]):
-            for name in ("mass", "moment", "own_velocity", "own_position"):
-                rows[name] = last[name]
-        else:
-            rows["mass"] = [lib.cpBodyGetMass(each) for each in pointers]
-            rows["moment"] = [lib.cpBodyGetMoment(each) for each in pointers]
-            rows["own_velocity"] = [body._velocity_func is not None for body in bodies]
-            rows["own_position"] = [body._position_func is not None for body in bodies]
-        for row, centre in enumerate(map(lib.cpBodyGetCenterOfGravity, pointers)):
+        rows["own_velocity"] = [body._velocity_func is not None for body in bodies]
+        rows["own_position"] = [body._position_func is not None for body in bodies]
+        for name, read in _READ.items():
+            rows[name] = [read(body._body) for body in bodies]
+        for row, body in enumerate(bodies):
+            centre = lib.cpBodyGetCenterOfGravity(body._body)
             if centre.x or centre.y:
                 rows["position"][row] += pymunk.Vec2d(centre.x, centre.y).rotated(float(rows["angle"][row]))
         return rows
@@ -361,36 +356,27 @@ def _error(joint: pymunk.Constraint, arm_a: tuple[float, float], arm_b: tuple[fl
 VECTORS: Final = (JointKind.PivotJoint, JointKind.GrooveJoint)  # whose impulse has two coordinates
 
 
-class Change(NamedTuple):
-    """Bodies in a snapshot and in the next one, for K pairs of them.
-
-    step: (n,) the number of the pair; old, new: (n,) BODY, before and after; gone, come: (number of the pair, BODY) of
-    those that only the first, the second has.
-    """
+class Pairs(NamedTuple):
+    """Bodies that a snapshot and a later one have: (n,) the number of the step, BODY then, BODY later."""
 
     step: Numbers
     old: Rows
     new: Rows
-    gone: tuple[Numbers, Rows]
-    come: tuple[Numbers, Rows]
-
-    @classmethod
-    def of(cls, pairs: Iterable[tuple[Snapshot, Snapshot]]) -> Self:
-        """Return the bodies of pairs of snapshots; a pair of one and the same has none."""
-        split = [(NO_BODIES,) * 4 if old is new else _split(old.bodies, new.bodies) for old, new in pairs]
-        old, new, gone, come = (listed([each[column] for each in split], BODY) for column in range(4))
-        return cls(old[0], old[1], new[1], gone, come)
 
 
-NO_BODIES: Final = np.empty(0, BODY)
-
-
-def _split(old: Rows, new: Rows) -> tuple[Rows, Rows, Rows, Rows]:
-    """Return the bodies that two tables have in common, in the first and the second, and those that only one has."""
-    if np.array_equal(old["id"], new["id"]):
-        return old, new, NO_BODIES, NO_BODIES
-    _, first, second = np.intersect1d(old["id"], new["id"], return_indices=True)
-    return old[first], new[second], np.delete(old, first), np.delete(new, second)
+def pairs_of(snapshots: Iterable[tuple[Snapshot, Snapshot]]) -> Pairs:
+    """Return the bodies of pairs of snapshots, one for each step; of one and the same snapshot none."""
+    old, new = [], []
+    for then, later in snapshots:
+        a, b = then.bodies, later.bodies
+        if then is later:
+            a = b = a[:0]
+        elif not np.array_equal(a["id"], b["id"]):
+            _, first, second = np.intersect1d(a["id"], b["id"], return_indices=True)
+            a, b = a[first], b[second]
+        old.append(a)
+        new.append(b)
+    return Pairs(*listed(old, BODY), listed(new, BODY)[1])
 
 
 def listed(of_step: Sequence[Rows], kind: np.dtype[Any]) -> tuple[Numbers, Rows]:
@@ -424,18 +410,18 @@ class Run:
         return listed([step.after.joints for step in self.steps], JOINT)
 
     @cached_property
-    def moved(self) -> Change:  # noqa: D102
-        return Change.of((step.before, step.after) for step in self.steps)
+    def moved(self) -> Pairs:  # noqa: D102
+        return pairs_of((step.before, step.after) for step in self.steps)
 
     @cached_property
-    def set(self) -> Change:  # noqa: D102
-        first = [(step.before, step.before) for step in self.steps[:1]]
-        return Change.of([*first, *((last.after, step.before) for last, step in pairwise(self.steps))])
+    def set(self) -> Pairs:  # noqa: D102
+        befores = [step.before for step in self.steps]
+        return pairs_of(zip([*befores[:1], *(step.after for step in self.steps)], befores, strict=False))
 
     @cached_property
     def _keys(self) -> tuple[Rows, Rows, Numbers]:
         """The ids of all bodies; of the rows of `moved`, numbers for step and body, sorted; the order of the rows."""
-        step, old = self.moved[:2]
+        step, old, _ = self.moved
         ids, body = np.unique(old["id"], return_inverse=True)
         keys = step * len(ids) + body
         order = np.argsort(keys)

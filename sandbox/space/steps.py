@@ -143,7 +143,7 @@ class Evidence:
 
     def placed(self, number: int, ends: tuple[int, int]) -> float:
         """Return how far the program put one of two bodies elsewhere before a step, by its number, px."""
-        step, old, new = self.run.set[:3]
+        step, old, new = self.run.set
         at = (step == number) & np.isin(old["id"], ends)
         return float(np.hypot(*(new["position"] - old["position"])[at].T).max(initial=0.0))
 
@@ -285,7 +285,7 @@ def reversals(run: Run) -> dict[int, float]:
     A body is at rest while it is slower than what gravity adds in two steps. Reversals count from a tenth of that on,
     of bodies that were at rest for MIN_RESTING steps.
     """
-    step, _, new = run.moved[:3]
+    step, _, new = run.moved
     gravity = np.array([math.hypot(*each.before.settings.gravity) for each in run.steps])
     limit, speed = (RESTING_SPEED * gravity * run.dt)[step], np.hypot(*new["velocity"].T)
     resting = np.isfinite(new["mass"]) & ~new["asleep"] & (speed > 0) & (speed < limit)
@@ -312,7 +312,7 @@ def _moved(evidence: Evidence) -> Iterator[Fault]:
     Of kinematic ones, those that touch something then, and are moved further than their own velocity moves them, which
     would be a correction.
     """
-    step, old, new = evidence.run.set[:3]
+    step, old, new = evidence.run.set
     way = np.hypot(*(new["position"] - old["position"]).T)
     step, new, way = step[way > 0], new[way > 0], way[way > 0]
     is_further = way > np.hypot(*new["velocity"].T) * evidence.run.dt[step]

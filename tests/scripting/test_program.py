@@ -157,7 +157,7 @@ def test_a_body_that_a_handler_removes_is_one_of_the_energy_s_lines(working_fold
     write(working_folder, f"{WALL}{remove}space.on_collision(0, 0, post_solve=remove)\n{STEPS * 2}")
     (space,) = diagnoses(command, "game.py")["spaces"]
     assert space["steps"] == 60
-    assert space["energy"]["lines"]["removed"] > 0  # it was below y = 0, where its potential energy is negative
+    assert space["energy"]["lines"]["callbacks"] > 0  # it was below y = 0, where its potential energy is negative
 
 
 def test_a_diagnosis_comes_before_os_exit(working_folder: Path) -> None:
