@@ -16,7 +16,17 @@ from typing import Any, Final, NamedTuple, Self
 import numpy as np
 
 from sandbox.quantity import dot
-from sandbox.space.recording import VECTORS, JointKind, Numbers, Rows, Run, Snapshot, knows_joints
+from sandbox.space.recording import (
+    FIRST_ANGULAR,
+    MOTOR,
+    SPRINGS,
+    VECTORS,
+    Numbers,
+    Rows,
+    Run,
+    Snapshot,
+    knows_joints,
+)
 from sandbox.state import Floats
 
 LEAST_SHARE: Final = 0.005  # of the largest kinetic energy; smaller lines are printed together
@@ -277,7 +287,7 @@ class _Work:
         """Return which bodies a spring moved before the damping of their step, which their work here is after."""
         is_sprung = np.zeros(len(self._mass), bool)
         for rows in (joints.a, joints.b):
-            is_sprung[rows[_is_spring(joints.rows["kind"])]] = True
+            is_sprung[rows[np.isin(joints.rows["kind"], SPRINGS)]] = True
         is_damped = np.array([step.before.settings.damping != 1 for step in self._run.steps], bool)
         return is_sprung & np.append(is_damped[self._step], False)
 
@@ -313,10 +323,10 @@ class _Work:
         step, rows = self._run.joints
         kind, impulse = rows["kind"], rows["impulse"]
         last = _previous(rows["key"], step)
-        is_cached = (last >= 0) & ~_is_spring(kind)
+        is_cached = (last >= 0) & ~np.isin(kind, SPRINGS)
         share = np.where(is_cached, self._cached_share[step] - 1, 0.0)
         applied = (impulse + share[:, None] * impulse[last]) * ~rows["is_free"][:, None]
-        is_angular = kind >= JointKind.DampedRotarySpring
+        is_angular = kind >= FIRST_ANGULAR
         linear = np.where(np.isin(kind, VECTORS)[:, None], applied, applied[:, :1] * rows["normal"])
         linear[is_angular] = 0.0
         return self._links(step, rows, linear, np.where(is_angular, applied[:, 0], 0.0), rows["ratio"])
@@ -344,7 +354,7 @@ class _Work:
         kind, is_limited = joints.rows["kind"], np.isfinite(joints.rows["max_force"])
         before, between, after = (joints.power(motion) for motion in (self._start, unsolved, solved))
         self._book(Cause.INTEGRATION, (between - before) / 2, joints.step)
-        is_spring, is_motor = _is_spring(kind), kind == JointKind.SimpleMotor
+        is_spring, is_motor = np.isin(kind, SPRINGS), kind == MOTOR
         is_joint = ~is_spring & ~is_motor
         for cause, chosen in (
             (Cause.SPRINGS, is_spring),
@@ -381,10 +391,6 @@ class _Work:
         change = _potential(old, self._new["position"] - old["position"] - drift, gravity)
         self._book(Cause.FUNCTIONS, change * own)
         self._book(Cause.CORRECTION, change * (is_awake & ~own))
-
-
-def _is_spring(kind: Numbers) -> Any:
-    return (kind == JointKind.DampedSpring) | (kind == JointKind.DampedRotarySpring)
 
 
 def _previous(keys: Rows, step: Numbers) -> Numbers:

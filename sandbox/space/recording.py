@@ -9,7 +9,6 @@ Handlers and callbacks stay as they are. Bodies and constraints may come and go 
 import math
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
-from enum import IntEnum
 from functools import cached_property
 from itertools import takewhile
 from typing import Any, Final, NamedTuple
@@ -28,21 +27,6 @@ ROWS_OF_A_STEP: Final = 100  # that a step counts as besides its own: with few b
 LARGEST: Final = 1e120  # px, px/s, rad or rad/s: beyond that, energies overflow
 KNOWN: Final = ("7.3",)  # versions of Pymunk
 original_step: Final = pymunk.Space.step  # another one may take its place
-
-
-class JointKind(IntEnum):
-    """The ten constraints of Pymunk, in the order of `_WORDS`."""
-
-    PinJoint = 0
-    SlideJoint = 1
-    PivotJoint = 2
-    GrooveJoint = 3
-    DampedSpring = 4
-    DampedRotarySpring = 5
-    RotaryLimitJoint = 6
-    RatchetJoint = 7
-    GearJoint = 8
-    SimpleMotor = 9
 
 
 # Masses kg, moments kg px², places px, angles rad, velocities px/s and rad/s, forces kg px/s², impulses kg px/s.
@@ -87,7 +71,7 @@ CONTACT: Final = np.dtype(  # a point of an arbiter; the normal points from body
 JOINT: Final = np.dtype(
     [
         ("key", "u8"),  # distinguishes constraints
-        ("kind", "i8"),  # JointKind
+        ("kind", "i8"),  # its place in KINDS
         ("is_free", "?"),  # it is a limit that is not reached, which applies no impulse
         ("body_a", "u8"),
         ("body_b", "u8"),
@@ -100,19 +84,24 @@ JOINT: Final = np.dtype(
         ("error", "f8"),  # how far its anchors are off its law, px
     ]
 )
-# 64-bit words of each kind: arm A, arm B, normal, impulse (each a vector: the first of two), bias; 0: it has none.
-_WORDS: Final = (
-    (18, 20, 22, 25, 0),
-    (19, 21, 23, 26, 0),
-    (17, 19, 0, 25, 0),
-    (24, 26, 0, 32, 0),
-    (23, 25, 28, 30, 0),
-    (0, 0, 0, 20, 0),
-    (0, 0, 0, 17, 16),
-    (0, 0, 0, 18, 17),
-    (0, 0, 0, 18, 0),
-    (0, 0, 0, 15, 0),
-)
+# 64-bit words of each constraint: arm A, arm B, normal, impulse (each a vector: the first of two), bias; 0: none.
+_WORDS: Final = {
+    "PinJoint": (18, 20, 22, 25, 0),
+    "SlideJoint": (19, 21, 23, 26, 0),
+    "PivotJoint": (17, 19, 0, 25, 0),
+    "GrooveJoint": (24, 26, 0, 32, 0),
+    "DampedSpring": (23, 25, 28, 30, 0),
+    "DampedRotarySpring": (0, 0, 0, 20, 0),
+    "RotaryLimitJoint": (0, 0, 0, 17, 16),
+    "RatchetJoint": (0, 0, 0, 18, 17),
+    "GearJoint": (0, 0, 0, 18, 0),
+    "SimpleMotor": (0, 0, 0, 15, 0),
+}
+KINDS: Final = [*_WORDS]
+VECTORS: Final = [KINDS.index("PivotJoint"), KINDS.index("GrooveJoint")]  # whose impulse has two coordinates
+SPRINGS: Final = [KINDS.index("DampedSpring"), KINDS.index("DampedRotarySpring")]
+FIRST_ANGULAR: Final = KINDS.index("DampedRotarySpring")  # from it on, impulses are angular
+MOTOR: Final = KINDS.index("SimpleMotor")
 
 
 def _struct(name: str, **kinds: Any) -> np.dtype[Any]:
@@ -321,9 +310,9 @@ def _contacts(space: pymunk.Space) -> Rows:
 def _joint(joint: pymunk.Constraint) -> tuple[Any, ...]:
     """Return a row of JOINT."""
     name = next(each.__name__ for each in type(joint).__mro__ if each.__module__ == "pymunk.constraints")
-    kind = JointKind[name]  # also of a class of the program's own
-    words = ffi.unpack(ffi.cast("double *", joint._constraint), max(_WORDS[kind]) + 2)
-    *places, bias = _WORDS[kind]
+    kind = KINDS.index(name)  # also of a class of the program's own
+    *places, bias = _WORDS[name]
+    words = ffi.unpack(ffi.cast("double *", joint._constraint), max(places) + 2)
     arm_a, arm_b, normal, impulse = ((words[at], words[at + 1]) if at else (0.0, 0.0) for at in places)
     if kind not in VECTORS:
         impulse = impulse[0], 0.0
@@ -351,9 +340,6 @@ def _error(joint: pymunk.Constraint, arm_a: tuple[float, float], arm_b: tuple[fl
             return length
         case _:
             return 0.0
-
-
-VECTORS: Final = (JointKind.PivotJoint, JointKind.GrooveJoint)  # whose impulse has two coordinates
 
 
 class Pairs(NamedTuple):

@@ -1,16 +1,15 @@
 """Watching live Spaces: their steps are recorded beside their own program, and then diagnosed."""
 
 import math
-import os
 import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from functools import cached_property
 from types import TracebackType
-from typing import Any, Final, Self
+from typing import Any, Final, NoReturn, Self
 from unittest.mock import patch
 from weakref import WeakSet
 
@@ -95,7 +94,8 @@ class Trials:
     seconds: of a Space's time, after which KeyboardInterrupt ends the program, as Ctrl-C does; parts, iterations: that
     a step is done in, and times those of each Space that it gets, to try whether that mends something.
     others: the number of Spaces beyond those that are diagnosed; stepping: the Space that is in a step; thread: that
-    does the step; since: when the step began, or the last one ended, by the clock.
+    does the step; since: when the step began, or the last one ended, by the clock; finish: ends the process where the
+    program goes on, with the diagnosis.
     """
 
     def __init__(self, seconds: float | None = None, parts: int = 1, iterations: int = 1) -> None:
@@ -110,6 +110,7 @@ class Trials:
         self._waited = 0.0  # s, since the last step
         self.stepping: Trial | None = None
         self.thread, self.since = 0, time.monotonic()
+        self.finish: Callable[[], NoReturn] = sys.exit
 
     def __enter__(self) -> Self:
         add = pymunk.Space.add
@@ -189,7 +190,7 @@ class Trials:
         self.out_of_time = True
         self._raised += 1
         if self._raised > MAX_RAISED:
-            os._exit(0)
+            self.finish()
         if threading.current_thread() is threading.main_thread():
             raise KeyboardInterrupt
         interrupt_main_thread()

@@ -160,14 +160,6 @@ def test_a_body_that_a_handler_removes_is_one_of_the_energy_s_lines(working_fold
     assert space["energy"]["lines"]["callbacks"] > 0  # it was below y = 0, where its potential energy is negative
 
 
-def test_a_diagnosis_comes_before_os_exit(working_folder: Path) -> None:
-    write(working_folder, STEPS + "import os\nprint('last words', flush=True)\nos._exit(5)\n")
-    program = [sys.executable, "-m", "sandbox", "watch", "game.py"]
-    ran = subprocess.run(program, cwd=working_folder, capture_output=True, text=True, check=False)
-    assert ran.returncode == 5
-    assert ran.stdout.index("last words") < ran.stdout.index("moment 10, 20 times")
-
-
 def test_the_time_of_a_space_ends_a_program(working_folder: Path, command: Command) -> None:
     write(working_folder, "while True:\n    try:\n        space.step(1 / 60)\n    finally:\n        pass\n")
     document = diagnoses(command, "--seconds", "2", "game.py")
