@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import Contacts, State
+from sandbox.state import State
 
 MAX_RECENT: Final = 1200  # moments kept without gaps: twenty seconds at 60 steps per second
 MAX_BYTES_KEPT: Final = 12_000_000  # of recent moments, and as much again of older ones
@@ -15,19 +15,16 @@ MOMENT_BYTES: Final = 1_500  # approximate size of a moment without its arrays, 
 class Reading(NamedTuple):
     """An engine at a step.
 
-    contacts: found in the step that led here; contact_count: so far; work: what mouse and edits have added to its
-    energy; stands: why it stands still, or nothing.
+    work: what mouse and edits have added to its energy; stands: why it stands still, or nothing.
     """
 
     state: State
-    contacts: Contacts
-    contact_count: int
     energy: float  # kg px²/s², as is the work
     work: float
     stands: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Moment:
     """One step of a run, as it is shown.
 
@@ -59,7 +56,7 @@ class Moment:
     @property
     def size(self) -> int:
         """Its approximate size in bytes."""
-        arrays = sum(reading.state.nbytes + reading.contacts.nbytes for reading in self.engines.values())
+        arrays = sum(reading.state.nbytes for reading in self.engines.values())
         return arrays + 8 * len(self.balls) + MOMENT_BYTES * (1 + len(self.engines))
 
 

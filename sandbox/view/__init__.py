@@ -39,7 +39,6 @@ class Layer(StrEnum):
 
     VELOCITY = "velocity"
     TRAILS = "trails"
-    CONTACTS = "contacts"
     CENTRE = "centre"
     NUMBERS = "numbers"
     GHOSTS = "ghosts"

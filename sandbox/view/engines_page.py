@@ -1,6 +1,5 @@
 """The column's page of the engines: which of them run, in which panes, and with which settings of Pymunk."""
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
@@ -19,7 +18,7 @@ from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.fields import Field, Slider
 from sandbox.view.widgets.group import rows_of
 
-SCALES: Final[dict[str, tuple[float, ...]]] = {  # the values to choose from, round Pymunk's own
+SCALES: Final[dict[str, tuple[float, ...]]] = {  # the values to choose from
     "iterations": (1, 2, 3, 5, 10, 15, 20, 30, 50, 100, 200, 500),
     "substeps": (1, 2, 3, 4, 6, 8, 12, 16, 24, 32),
     "collision_slop": (0, 0.001, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5),
@@ -28,7 +27,6 @@ SCALES: Final[dict[str, tuple[float, ...]]] = {  # the values to choose from, ro
     "damping": (0.1, 0.2, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999, 1),
 }
 UNITS: Final = {"collision_slop": " px"}
-SAME: Final = 1e-4  # relative difference below which a value in force stands in place of one of a scale
 NONE: Final = -1  # of the panes is unfolded
 MAX_PANES: Final = 6  # that are large enough to compare, each in a colour of its own
 ONLY_ONE: Final = "the last engine stays: add another one first"
@@ -74,12 +72,6 @@ def with_setting(spec: str, scene: Scene, key: str, value: float) -> str:
     return normal(with_settings(base, settings | {key: value}), scene)
 
 
-def scale_of(key: str, *values: float) -> tuple[float, ...]:
-    """Return the values of a setting to choose from, in ascending order; some values are among them to the bit."""
-    others = (one for one in SCALES[key] if not any(math.isclose(one, value, rel_tol=SAME) for value in values))
-    return tuple(sorted({*others, *values}))
-
-
 def meaning_of(key: str) -> str:
     """Return what a setting is, as the scene's schema says it."""
     return str(PymunkSettings.model_fields[key].description).partition(";")[0].rstrip(".")
@@ -104,7 +96,6 @@ class LineUp:
     _playback: Playback
     _notice: Notice
     _use: Callable[[Sequence[str]], None]
-    _ever: Sequence[str] = ()  # engines that have run in this window, in files of their own too
     _choices: Sequence[Choice] = ()
     _choices_for: object = None  # the scene, edits and engines of these
 
@@ -156,16 +147,12 @@ class LineUp:
 
     @property
     def choices(self) -> Sequence[Choice]:
-        """Every engine by its name, and those in files that have run in this window.
-
-        While Pymunk runs, another one has other settings.
-        """
+        """Every engine by its name; while Pymunk runs, another one has other settings."""
         wanted = self.scene, self.names
         if wanted != self._choices_for:
             self._choices_for = wanted
-            names = dict.fromkeys([*known(), *self._ever, *self.names])
-            self._ever = [name for name in names if not has_settings(name)]
-            self._choices = [Choice(spec, self._refusal(spec)) for spec in (self._another(), *self._ever)]
+            others = [name for name in known() if not has_settings(name)]
+            self._choices = [Choice(spec, self._refusal(spec)) for spec in (self._another(), *others)]
         return self._choices
 
     def _another(self) -> str:
@@ -197,14 +184,13 @@ class EnginesPage:
         self._line_up = line_up
         self._open = next((k for k, name in enumerate(line_up.names) if has_settings(name)), NONE)
         self._remove_button = TextButton(
-            "remove", self._remove, "remove the pane", refusal=lambda: ONLY_ONE * (len(line_up.names) == 1)
+            "Remove", self._remove, "remove the pane", refusal=lambda: ONLY_ONE * (len(line_up.names) == 1)
         )
         self._values: dict[str, float] = {}  # of the sliders, in force in the unfolded pane
-        self._values_of: object = None  # the scene and the engine of these
         self._sliders = {key: self._slider(key) for key in SCALES}
         self._choice = cache(self._make_choice)
         self._heading = cache(self._make_heading)
-        self._to_add = Words("Add a pane:")
+        self._to_add = Words("Add a pane")
         self._typed = Field("or type one", str, self._add, TYPED)
 
     def _slider(self, key: str) -> Slider:
@@ -242,12 +228,7 @@ class EnginesPage:
     def _unfolded(self, name: str) -> Sequence[Sequence[Widget]]:
         if not has_settings(name):
             return [[self._remove_button]]
-        scene = self._line_up.scene
-        if self._values_of != (name, scene):
-            own, self._values = in_force(TUNED, scene), in_force(name, scene)
-            self._values_of = name, scene
-            for key, slider in self._sliders.items():
-                slider.values = scale_of(key, own[key], self._values[key])
+        self._values = in_force(name, self._line_up.scene)
         return [[self._remove_button], *rows_of(list(self._sliders.values()))]
 
     # What its widgets do

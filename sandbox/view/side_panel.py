@@ -24,7 +24,7 @@ GRAVITIES: Final = tuple(range(-10, 21))  # m/s², downwards
 PIXELS_PER_METRE: Final = 100.0  # of scenes that do not say it
 RATES: Final = (15, 30, 60, 120, 240, 480, 960, 1920, 3840)
 LAYERS: Final = (
-    *(Action.VELOCITY, Action.TRAILS, Action.CONTACTS, Action.CENTRE),
+    *(Action.VELOCITY, Action.TRAILS, Action.CENTRE),
     *(Action.NUMBERS, Action.GHOSTS, Action.GRID, Action.CHARTS),
 )
 LOOKS: Final = (Action.PLAIN, Action.THEME, Action.SMALLER_TEXT, Action.LARGER_TEXT, Action.FULL_SCREEN)
@@ -53,6 +53,7 @@ class SidePanel:
             for panel in pages
         ]
         self._scrolled = 0.0  # heights of the text
+        self._height = 0  # of the page, px
         self.open: Panel | None = None
         self._latest = next(iter(pages))
         self._was_wide = False
@@ -96,10 +97,10 @@ class SidePanel:
         if self.open is None:
             return []
         body = _body(place, text_height)
-        rows, height = stacked(self._pages[self.open].rows(), body.width, text_height)
+        rows, self._height = stacked(self._pages[self.open].rows(), body.width, text_height)
         for widget, _ in rows:
             widget.seen_in = body
-        lines = max(0, height - body.height) / text_height
+        lines = max(0, self._height - body.height) / text_height
         self._scrolled = min(max(self._scrolled, 0), lines)
         y = body.y - round(self._scrolled * text_height)
         head, _ = stacked([self._tabs], body.width, text_height)
@@ -109,17 +110,15 @@ class SidePanel:
             *((widget, where.move(body.x, y)) for widget, where in rows),
         ]
 
-    def draw(self, surface: Surface, place: Rect, text_height: int, placed: Sequence[Placed]) -> None:
-        """Draw the page, and at its right which part of it is seen. placed: its widgets."""
-        if not placed:
+    def draw(self, surface: Surface, place: Rect, text_height: int) -> None:
+        """Draw the ground of the page, and at its right which part of it is seen."""
+        if self.open is None:
             return
         pygame.draw.rect(surface, theme.raised, place, border_radius=8)
         pygame.draw.rect(surface, theme.line, place, 1, border_radius=8)
-        self._group.draw(surface, placed, text_height)
         body = _body(place, text_height)
         surface.fill(theme.line, (body.x, body.y - text_height // 3, body.width, 1))
-        bottom = placed[-1][1].bottom + round(self._scrolled * text_height)
-        draw_scroll_bar(surface, body, bottom - body.y, self._scrolled * text_height, text_height)
+        draw_scroll_bar(surface, body, self._height, self._scrolled * text_height, text_height)
 
 
 def _body(place: Rect, text_height: int) -> Rect:

@@ -295,8 +295,8 @@ def test_speeds_range_from_a_hundredth_to_as_fast_as_possible(window: Window) ->
 def test_after_a_jump_in_time_trails_include_the_steps_before(window: Window) -> None:
     run(window, 100)
     window.playback.seek(50)
-    places = window.view.panes[0].trail.positions()
+    places = window.view.trail(window.view.panes[0])
     assert np.array_equal(places, simulate(window.scene, "pymunk", steps=50).position)
     press(window, ".", "Delete")
-    assert window.view.panes[0].trail.positions().shape[1:] == (2, 2)
+    assert window.view.trail(window.view.panes[0]).shape[1:] == (2, 2)
     window.draw()

@@ -62,18 +62,18 @@ class TextButton(Pressable):
         write(surface, text, line, refused if self.refusal() else ink, height, bold=bold)
 
 
-@dataclass(eq=False)
-class Menu(Pressable):
+class Menu(TextButton):
     """Shows what is chosen; a press opens the list of items, which are placed like other widgets, and closes it."""
 
-    said: Callable[[], str]
-    items: Callable[[], Sequence[TextButton]]
-    does: str = ""
-    is_on: Callable[[], bool] = bool
-    widest: str = ""
-    is_open: bool = False
+    def __init__(
+        self, said: Callable[[], str], items: Callable[[], Sequence[TextButton]], does: str = "", widest: str = ""
+    ) -> None:
+        super().__init__("", self._toggle, does, said=said, widest=widest)
+        self._items = items
+        self.is_open = False
 
-    text = ""
+    def _toggle(self) -> None:
+        self.is_open = not self.is_open
 
     @property
     def tip(self) -> str:
@@ -82,26 +82,17 @@ class Menu(Pressable):
 
     def natural_width(self, text_height: int) -> int:
         """Return the width of its text with room round it, px."""
-        return text_width(self.widest or self.said(), text_height) + round(2.5 * text_height)
+        return super().natural_width(text_height) + text_height
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
-        """Draw the text, smaller if need be, and a triangle that points down."""
-        on = self.is_on()
-        draw_ground(surface, place, theme.accent if on else theme.raised, text_height, hot=hot or self.is_open)
-        ink = theme.on_accent if on else theme.ink
-        line = Rect(place.x + round(0.7 * text_height), place.y, place.width - round(2.1 * text_height), place.height)
-        height = fitting(text_width(self.said(), text_height), line.width, text_height)
-        write(surface, self.said(), line, ink, height)
-        x, y, wing = place.right - round(0.9 * text_height), place.centery, text_height / 4
-        pygame.draw.polygon(surface, ink, [(x - wing, y - wing / 2), (x + wing, y - wing / 2), (x, y + wing / 2)])
-
-    def act(self) -> None:
-        """Open the list, or close it."""
-        self.is_open = not self.is_open
+        """Draw the button, and a triangle that points down."""
+        super().draw(surface, place, text_height, hot=hot or self.is_open)
+        x, y, wing = place.right - round(0.8 * text_height), place.centery, text_height / 4
+        pygame.draw.polygon(surface, theme.ink, [(x - wing, y - wing / 2), (x + wing, y - wing / 2), (x, y + wing / 2)])
 
     def listed(self, place: Rect, text_height: int, within: Rect) -> list[tuple[Widget, Rect]]:
         """Return the items with their places below the button, or above it, inside a place; nothing while closed."""
-        items = self.items() if self.is_open else ()
+        items = self._items() if self.is_open else ()
         width, side = max((item.natural_width(text_height) for item in items), default=0), place.height
         below = place.bottom + len(items) * side <= within.bottom
         top = place.bottom if below else place.y - len(items) * side

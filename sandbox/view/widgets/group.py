@@ -135,14 +135,14 @@ def items_of(placed: Sequence[Placed], text_height: int, within: Rect) -> list[P
 
 
 class WidgetRow:
-    """Places widgets in a row: some at its left, and others at its right."""
+    """Places widgets in a row: some at its left, and others at its right. filler: a widget that has what they leave."""
 
-    def __init__(self, left: Sequence[Widget], right: Sequence[Widget] = ()) -> None:
-        self.left, self.right = list(left), list(right)
+    def __init__(self, left: Sequence[Widget], right: Sequence[Widget] = (), filler: Widget | None = None) -> None:
+        self._widgets, self._left, self._filler = [*left, *right], len(left), filler
 
     def widths(self, text_height: int) -> tuple[int, ...]:
         """Return the width of each widget, px."""
-        return tuple(widget.natural_width(text_height) for widget in (*self.left, *self.right))
+        return tuple(0 if each is self._filler else each.natural_width(text_height) for each in self._widgets)
 
     def width(self, text_height: int) -> int:
         """Return the width of all widgets side by side, px."""
@@ -150,14 +150,13 @@ class WidgetRow:
 
     def placed(self, place: Rect, text_height: int, side: int) -> list[Placed]:
         """Return the widgets with their places. Those that have no room are left out. side: height of a row, px."""
-        widths = self.widths(text_height)
-        rows, line = in_rows(widths, place.width), side + BETWEEN
-        spare = place.width - sum(widths) - BETWEEN * (len(widths) - 1)
-        placed = []
-        for k, (widget, width, (row, x)) in enumerate(zip((*self.left, *self.right), widths, rows, strict=True)):
-            shift = spare if k >= len(self.left) and spare > 0 else 0
+        widths, line = self.widths(text_height), side + BETWEEN
+        spare, placed = max(0, place.width - sum(widths) - BETWEEN * (len(widths) - 1)), list[Placed]()
+        for k, (row, x) in enumerate(in_rows(widths, place.width)):
+            widget, shift = self._widgets[k], spare if k >= self._left else 0
+            width = spare if widget is self._filler else widths[k]
             placed.append((widget, Rect(place.x + x + shift, place.y + row * line, width, side)))
-        return [(widget, where) for widget, where in placed if place.contains(where)]
+        return [(widget, where) for widget, where in placed if where.width > text_height and place.contains(where)]
 
 
 def rows_of(widgets: Sequence[Widget], per_row: int = 2) -> list[Sequence[Widget]]:
