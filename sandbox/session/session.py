@@ -279,10 +279,6 @@ class Session:
         self._change(self._undone.pop())
         return True
 
-    def return_to(self, step: int, inputs: list[Input]) -> None:
-        """Go to a step, and replace the inputs from there on."""
-        self._change(Change(step, inputs, step))
-
     def _change(self, change: Change) -> None:
         if change.back:
             self._restarts.append(change)

@@ -8,7 +8,6 @@ from typing import Final
 
 from pygame import Rect, Surface
 
-from sandbox.engines.machine_code import status
 from sandbox.quantity import kinetic_energy, potential_energy, spin_energy
 from sandbox.scene.units import Dimension
 from sandbox.view.controls import HELP
@@ -16,7 +15,7 @@ from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout, ScreenPoint
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.notice import Notice, NoticeKind, draw_notice
-from sandbox.view.playback import Playback, speed_text
+from sandbox.view.playback import Playback
 from sandbox.view.primitives import card, panel, text_width, wrapped, write
 from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import Pane
@@ -38,13 +37,10 @@ class Messages:
     speeds: str = ""
     _measured: float = 0.0  # s of the scene
 
-    def status(self, recorded: float | None) -> str:
-        """Return all that the window says of time and of what was done last. recorded: s, or None."""
-        playback = self._playback
-        speed = "paused" if playback.paused else speed_text(playback.speed)
-        video = "" if recorded is None else f"    {recorded:.1f} s"
-        time, note = playback.view.moment.time, playback.view.charts.note
-        return f"{time:.2f} s    {speed}{video}    {note}    {status()}    {self._progress or self._notice.text}"
+    @property
+    def text(self) -> str:
+        """What the window says: how far engines are that run again, the latest message, or how fast all are."""
+        return self._progress or self._notice.text or self.speeds
 
     @property
     def _progress(self) -> str:
@@ -57,10 +53,10 @@ class Messages:
         return ""
 
     def draw(self, surface: Surface, layout: Layout) -> None:
-        """Draw a message, or else how fast the window and the engines are."""
-        if text := self._progress or self._notice.text:
+        """Draw what the window says, a message on a card."""
+        if self._progress or self._notice.text:
             kind = NoticeKind.HINT if self._progress else self._notice.kind
-            draw_notice(surface, layout.status, layout.text_height, text, kind)
+            draw_notice(surface, layout.status, layout.text_height, self.text, kind)
         else:
             write(surface, self.speeds, layout.status, theme.dim, layout.text_height)
 

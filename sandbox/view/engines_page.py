@@ -1,7 +1,7 @@
 """The column's page of the engines: which of them run, in which panes, and with which settings of Pymunk."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cache, partial
 from itertools import chain, count
 from typing import Final
@@ -61,11 +61,6 @@ def normal(spec: str, scene: Scene) -> str:
     return with_settings(base, {key: wanted[key] for key in settings if wanted[key] != own[key]})
 
 
-def are_same(spec: str, other: str, scene: Scene) -> bool:
-    """Return whether two specs are of the same engine: with the same settings, in whatever order."""
-    return settings_in(normal(spec, scene)) == settings_in(normal(other, scene))
-
-
 def with_setting(spec: str, scene: Scene, key: str, value: float) -> str:
     """Return the shortest spec of Pymunk with one of its settings changed; a new one is the last."""
     base, settings = settings_in(spec)
@@ -75,14 +70,6 @@ def with_setting(spec: str, scene: Scene, key: str, value: float) -> str:
 def meaning_of(key: str) -> str:
     """Return what a setting is, as the scene's schema says it."""
     return str(PymunkSettings.model_fields[key].description).partition(";")[0].rstrip(".")
-
-
-@dataclass(frozen=True)
-class Choice:
-    """An engine to choose by its spec. refusal: why it cannot be chosen, or nothing."""
-
-    spec: str
-    refusal: str
 
 
 @dataclass
@@ -96,8 +83,8 @@ class LineUp:
     _playback: Playback
     _notice: Notice
     _use: Callable[[Sequence[str]], None]
-    _choices: Sequence[Choice] = ()
-    _choices_for: object = None  # the scene, edits and engines of these
+    _choices: Mapping[str, str] = field(default_factory=dict)
+    _choices_for: object = None  # the scene and engines of these
 
     @property
     def names(self) -> list[str]:
@@ -136,7 +123,7 @@ class LineUp:
         except SandboxError as error:
             self._notice.show(str(error), NoticeKind.ERROR)
             return
-        if any(are_same(spec, name, self.scene) for name in others):
+        if settings_in(spec) in [settings_in(normal(name, self.scene)) for name in others]:
             self._notice.show(f"{spec} runs already, in another pane", NoticeKind.ERROR)
         elif len(others) == MAX_PANES:
             self._notice.show(FULL, NoticeKind.ERROR)
@@ -146,13 +133,12 @@ class LineUp:
     # Choices
 
     @property
-    def choices(self) -> Sequence[Choice]:
-        """Every engine by its name; while Pymunk runs, another one has other settings."""
+    def choices(self) -> Mapping[str, str]:
+        """Why each engine cannot be added, or nothing; while Pymunk runs, another one has other settings."""
         wanted = self.scene, self.names
         if wanted != self._choices_for:
-            self._choices_for = wanted
-            others = [name for name in known() if not has_settings(name)]
-            self._choices = [Choice(spec, self._refusal(spec)) for spec in (self._another(), *others)]
+            specs = [self._another(), *(name for name in known() if not has_settings(name))]
+            self._choices_for, self._choices = wanted, {spec: self._refusal(spec) for spec in specs}
         return self._choices
 
     def _another(self) -> str:
@@ -188,8 +174,8 @@ class EnginesPage:
         )
         self._values: dict[str, float] = {}  # of the sliders, in force in the unfolded pane
         self._sliders = {key: self._slider(key) for key in SCALES}
-        self._choice = cache(self._make_choice)
-        self._heading = cache(self._make_heading)
+        self._choice = cache(lambda spec: TextButton(spec, partial(self._add, spec), f"run {spec}"))
+        self._heading = cache(lambda pane: Words("", do=partial(self._fold, pane), does="show or hide its settings"))
         self._to_add = Words("Add a pane")
         self._typed = Field("or type one", str, self._add, TYPED)
 
@@ -214,16 +200,11 @@ class EnginesPage:
             heading.text, heading.dots = name, (lines[name],)
             heading.marked = pane == self._open
             rows += [[heading], *(self._unfolded(name) if heading.marked else [])]
-        buttons = [self._choice(choice.spec) for choice in self._line_up.choices]
-        for button, choice in zip(buttons, self._line_up.choices, strict=True):
-            button.refusal = partial(str, FULL if len(names) >= MAX_PANES else choice.refusal)
+        choices = self._line_up.choices
+        buttons = [self._choice(spec) for spec in choices]
+        for button, why in zip(buttons, choices.values(), strict=True):
+            button.refusal = partial(str, FULL if len(names) >= MAX_PANES else why)
         return [*rows, [self._to_add], buttons[:1], *rows_of(buttons[1:]), [self._typed]]  # Pymunk's has a long text
-
-    def _make_heading(self, pane: int) -> Words:
-        return Words("", do=partial(self._fold, pane), does="show or hide its settings")
-
-    def _make_choice(self, spec: str) -> TextButton:
-        return TextButton(spec, partial(self._add, spec), f"run {spec}")
 
     def _unfolded(self, name: str) -> Sequence[Sequence[Widget]]:
         if not has_settings(name):

@@ -65,9 +65,9 @@ class Layout:
     has_column; else a line of text is below. palette_widths, before_track, after_track: of the widgets there, px.
     timeline_share: of the window's height that the timeline has at least; it also has what the panes leave.
 
-    line_height: of a line of text with room round it; side: height of a button; pane_room: the right edge of the panes;
-    scale: px of the screen for one px of the scene; origin: where the scene's is in a pane; all in px. What is not
-    shown has no height.
+    line_height: of a line of text with room round it; side: height of a button; top: the upper edge of the panes;
+    pane_room: their right edge; scale: px of the screen for one px of the scene; origin: where the scene's is in a
+    pane; all in px. What is not shown has no height.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Layout:
         self.line_height, side = round(LINE * letter), round(SIDE * letter)
         self.side, self._side = side, side if has_controls else 0  # of a button, and of one that is shown
         self.header = Rect(GAP, GAP, width - 2 * GAP, self._side)
-        self._top = self.header.bottom + GAP // 2 if has_controls else 0
+        self.top = self.header.bottom + GAP // 2 if has_controls else 0
         column = round(min(COLUMN_LETTERS * letter, COLUMN_SHARE * width)) if has_column else 0
         self.pane_room = width - GAP - (column + GAP if has_column else 0)
         is_whole = self.pane_room - before_track - after_track >= MIN_TRACK * letter  # the column, beside the timeline
@@ -111,7 +111,7 @@ class Layout:
         text_place = Rect(GAP, timeline.y - GAP - side, max(1, self.pane_room - GAP), side)
         below = Rect(GAP, bottom, max(1, width - 2 * GAP), self.line_height)
         self.status = text_place if has_controls else below  # the place of messages
-        top, end = self._top + GAP // 2, (height if is_whole else timeline.y) - GAP
+        top, end = self.top + GAP // 2, (height if is_whole else timeline.y) - GAP
         self.panel = Rect(width - GAP * has_column - column, top, column, end - top)  # the column
 
     def _place_panes(self, panes: int, lens: Lens, bottom: int, palette_widths: Sequence[int]) -> None:
@@ -121,7 +121,7 @@ class Layout:
 
         def scale(columns: int) -> float:
             across = self.pane_room / columns - GAP - 2 * EDGE
-            down = (bottom - below - self._top) / math.ceil(panes / columns) - GAP // 2 - 2 * EDGE - self.line_height
+            down = (bottom - below - self.top) / math.ceil(panes / columns) - GAP // 2 - 2 * EDGE - self.line_height
             return min(max(across, 1.0) / width, max(down, 1.0) / height)
 
         columns = max(range(1, panes + 1), key=scale)
@@ -133,7 +133,7 @@ class Layout:
         )
         size = max(1, round(width * whole)), max(1, round(height * whole))
         across, down = size[0] + GAP + 2 * EDGE, size[1] + GAP // 2 + 2 * EDGE + self.line_height
-        left, top = GAP + EDGE + max(0, (self.pane_room - columns * across) // 2), self._top + EDGE + self.line_height
+        left, top = GAP + EDGE + max(0, (self.pane_room - columns * across) // 2), self.top + EDGE + self.line_height
         self.arenas = [Rect(left + k % columns * across, top + k // columns * down, *size) for k in range(panes)]
         end = max(arena.bottom for arena in self.arenas) + EDGE + GAP // 2
         self.palette = Rect(GAP, end, self.pane_room - GAP, rows * (self.side + BETWEEN))

@@ -314,13 +314,13 @@ def _disc_picture(right: float, low: float, radius: float, colour: tuple[int, ..
 
 
 @lru_cache(maxsize=4096)
-def _line_picture(right: float, low: float, length: float, turn: int) -> Surface:
+def _line_picture(right: float, low: float, length: float, turn: int, ink: tuple[int, ...]) -> Surface:
     """Return a line from a disc's centre to its rim, 1 px wide, and 2 px from a length of 20 px on, as Pymunk's."""
     x, y = math.cos(turn / TURNS * math.tau), math.sin(turn / TURNS * math.tau)
     off_x, off_y = _offsets(length, right, low)
     along, across = off_x * x + off_y * y, np.abs(off_x * y - off_y * x)
     beside = np.clip((1.5 if length > 20 else 1.0) - across, 0, 1)
-    return _painted(beside * np.clip(np.minimum(along, length - along) + 0.5, 0, 1), RADIUS_INK)
+    return _painted(beside * np.clip(np.minimum(along, length - along) + 0.5, 0, 1), ink)
 
 
 class Discs:
@@ -357,5 +357,5 @@ class Discs:
             pictures.append(_disc(x, y, r, self._inks[k]))
             if r - 1 > MIN_TURNED:
                 turn = round(turned / math.tau * TURNS) % TURNS
-                pictures.append(_sprite(_line_picture, x, y, r - 1, PHASES, turn))
+                pictures.append(_sprite(_line_picture, x, y, r - 1, PHASES, turn, RADIUS_INK))
         surface.blits(pictures, doreturn=False)

@@ -21,7 +21,7 @@ from sandbox.view.balls_page import BallsPage
 from sandbox.view.cards import Cards, MassSlider, Messages
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Action, Panel, Topic, action_of
-from sandbox.view.display import PendingEvents, Stopped, caption, open_window, set_mode
+from sandbox.view.display import PendingEvents, Stopped, caption, open_window
 from sandbox.view.editor import Editor
 from sandbox.view.engines_page import EnginesPage, LineUp
 from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, layout_of
@@ -60,8 +60,8 @@ class Window:
     running = True
     _cursor = pygame.SYSTEM_CURSOR_ARROW
     _window_size: tuple[int, int] | None = None  # before full screen, px
-    _outdated = True  # something other than step and status has changed since the window was drawn
-    _drawn: tuple[Moment | None, Moment | None, str] = (None, None, "")  # in the panes and charts; and status
+    _outdated = True  # something other than step and messages has changed since the window was drawn
+    _drawn: tuple[Moment | None, Moment | None, str] = (None, None, "")  # in the panes and charts; and message
     _drawn_places: list[Placed] | None = None  # of the widgets as they were drawn, until an event
     _frames = 0  # that have passed
 
@@ -192,9 +192,9 @@ class Window:
 
     @property
     def _is_drawn(self) -> bool:
-        moment, charted, status = self._drawn
+        moment, charted, text = self._drawn
         view = self.view
-        return moment is view.moment and charted is view.charts.moment and status == self.status
+        return moment is view.moment and charted is view.charts.moment and text == self.messages.text
 
     # Events
 
@@ -222,7 +222,7 @@ class Window:
             self.running = False
         elif event.type == pygame.WINDOWSIZECHANGED:
             if self._is_too_small and not self.is_full_screen:
-                self.screen = set_mode(self.layout.window)
+                self.screen = pygame.display.set_mode(self.layout.window, pygame.RESIZABLE)
             self._fit_column()
         elif event.type == pygame.DROPFILE:
             self.scenes.open_file(Path(event.file))
@@ -311,7 +311,7 @@ class Window:
         desktop = pygame.display.get_desktop_sizes()[0]
         size, flags = (self._window_size, pygame.RESIZABLE) if self._window_size else (desktop, pygame.FULLSCREEN)
         self._window_size = None if self._window_size else self.screen.get_size()
-        self.screen = set_mode(size, flags)
+        self.screen = pygame.display.set_mode(size, flags)
 
     def toggle_plain(self) -> None:
         """Let Pymunk draw as it does by itself, or with smooth edges."""
@@ -383,7 +383,7 @@ class Window:
 
     def draw(self) -> None:
         """Draw everything."""
-        self._drawn = self.view.moment, self.view.charts.moment, self.status
+        self._drawn = self.view.moment, self.view.charts.moment, self.messages.text
         self._outdated = self.scenes.picker is not None and not self.scenes.picker.is_complete
         over_panes = not self.scenes.picker and self.widgets.over is None
         cursor = self.mouse.cursor if over_panes else pygame.SYSTEM_CURSOR_ARROW
@@ -413,11 +413,6 @@ class Window:
         self.view.draw_chart(surface, layout, free_point)
         self.widgets.draw(surface, placed[len(items) :], layout.text_height)
         self.cards.draw(surface, layout, placed, items, free_point)
-
-    @property
-    def status(self) -> str:
-        """What the window says of time and of what was done last."""
-        return self.messages.status(self.recorder.seconds)
 
 
 def _close(number: int, _frame: FrameType | None) -> None:

@@ -82,7 +82,7 @@ class Menu(TextButton):
 
     def natural_width(self, text_height: int) -> int:
         """Return the width of its text with room round it, px."""
-        return super().natural_width(text_height) + text_height
+        return super().natural_width(text_height) + round(1.6 * text_height)
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
         """Draw the button, and a triangle that points down."""
