@@ -12,7 +12,7 @@ from sandbox.quantity import kinetic_energy, potential_energy, spin_energy
 from sandbox.scene.units import Dimension
 from sandbox.view.controls import HELP
 from sandbox.view.editor import Editor
-from sandbox.view.layout import Layout, ScreenPoint
+from sandbox.view.layout import Layout
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.notice import Notice, NoticeKind, draw_notice
 from sandbox.view.playback import Playback
@@ -90,15 +90,8 @@ class Cards:
         self.help_open, self._scenes.error = False, ""
         return were_open
 
-    def draw(
-        self,
-        surface: Surface,
-        layout: Layout,
-        placed: Sequence[Placed],
-        items: Sequence[Placed],
-        free_point: ScreenPoint | None,
-    ) -> None:
-        """Draw everything. placed: the widgets; items: of an open menu; free_point: where the mouse is without one."""
+    def draw(self, surface: Surface, layout: Layout, placed: Sequence[Placed]) -> None:
+        """Draw everything. placed: the widgets."""
         self._messages.draw(surface, layout)
         self._draw_ball(surface, layout)
         if self._scenes.error:
@@ -108,11 +101,9 @@ class Cards:
         if self._scenes.picker:
             self._scenes.picker.fit(surface.get_rect(), layout.text_height)
             self._scenes.picker.draw(surface)
-        elif not self._mouse.holds:
-            self._widgets.draw(surface, items, layout.text_height)
-            if not self.help_open:
-                titles = [layout.title(pane) for pane in range(len(layout.arenas))]
-                self._widgets.draw_tip(surface, placed, titles, layout.text_height)
+        elif not self._mouse.holds and not self.help_open:
+            titles = [layout.title(pane) for pane in range(len(layout.arenas))]
+            self._widgets.draw_tip(surface, placed, titles, layout.text_height)
 
     def _draw_ball(self, surface: Surface, layout: Layout) -> None:
         """Draw the card of the ball under the mouse."""

@@ -87,7 +87,10 @@ class Action(Enum):
     UNDO = _first("U, Ctrl Z", "Undo", "undo the last throw or edit", lambda w: w.playback.undo())
     WHY = _page(Panel.WHY, "F5, W", "why engines differ: verdict, contacts and causes")
     SAVE_SCENE = _first(
-        "S, Ctrl S", "Scene", "save the balls as they are as a scene", lambda w: w.saver.save_scene(w.mouse.pane or 0)
+        "S, Ctrl S",
+        "Scene file",
+        "save the balls as they are as a scene",
+        lambda w: w.saver.save_scene(w.mouse.pane or 0),
     )
     HELP = _first("F1", "Help", "show or hide the help", lambda w: w.cards.toggle_help(), lambda w: w.cards.help_open)
     ESCAPE = _first(
@@ -99,8 +102,8 @@ class Action(Enum):
     GO_TO_END = _time(
         "End", f"{RIGHT}|", "go to the latest step reached", lambda w: w.playback.seek(w.playback.session.end)
     )
-    SLOWER = _time("-", "", "slower, down to 1/100", lambda w: w.playback.slower(), more_keys=("[-]",))
-    FASTER = _time("+, =", "", "faster, up to as fast as possible", lambda w: w.playback.faster(), more_keys=("[+]",))
+    SLOWER = _time("-", "\N{MINUS SIGN}", "slower, down to 1/100", lambda w: w.playback.slower(), more_keys=("[-]",))
+    FASTER = _time("+, =", "+", "faster, up to as fast as possible", lambda w: w.playback.faster(), more_keys=("[+]",))
 
     PREVIOUS_CONTACT = _compare(
         "<", f"{LEFT} Previous", "go to the previous contact that differs", lambda w: w.show_contact(-1), repeats=True

@@ -22,7 +22,7 @@ SPEEDS: Final = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.
 
 def speed_text(speed: float) -> str:
     """Return a speed as the window shows it."""
-    return "fastest" if speed == math.inf else f"{speed:g}\N{MULTIPLICATION SIGN}"
+    return "max" if speed == math.inf else f"{speed:g}\N{MULTIPLICATION SIGN}"
 
 
 class Playback:

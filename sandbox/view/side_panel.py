@@ -27,6 +27,7 @@ LAYERS: Final = (
     *(Action.VELOCITY, Action.TRAILS, Action.CENTRE),
     *(Action.NUMBERS, Action.GHOSTS, Action.GRID, Action.CHARTS),
 )
+SAVES: Final = (Action.SAVE_SCENE, Action.SAVE_PICTURE, Action.SAVE_INPUTS, Action.COPY_CODE)
 LOOKS: Final = (Action.PLAIN, Action.THEME, Action.SMALLER_TEXT, Action.LARGER_TEXT, Action.FULL_SCREEN)
 
 
@@ -146,9 +147,11 @@ class ScenePage:
             "elasticity", ELASTICITIES, editor.elasticity, editor.set_elasticity, "of any two that meet"
         )
         self._steps = Slider("steps", RATES, editor.rate, editor.set_rate, unit=" per second")
-        self._buttons = [
-            action_button(action, do) for action in (Action.RESTART, Action.DISCARD_EDITS, Action.NEXT_SEED)
-        ]
+        runs, saves = (
+            [action_button(action, do) for action in actions]
+            for actions in ((Action.RESTART, Action.DISCARD_EDITS, Action.NEXT_SEED), SAVES)
+        )
+        self._buttons: list[Sequence[Widget]] = [runs, [Words("Save", bold=True)], *rows_of(saves)]
 
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets."""
@@ -161,7 +164,7 @@ class ScenePage:
         self._elasticity.unit = "" if self._editor.has_one_elasticity else " between balls"
         texts = [self._title, *([self._about] if scene.about else []), self._facts]
         column = [*texts, self._gravity, self._elasticity, self._steps]
-        return [*rows_of(column, 1), self._buttons]
+        return [*rows_of(column, 1), *self._buttons]
 
 
 class ShowPage:

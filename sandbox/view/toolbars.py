@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import partial
-from operator import eq
 from typing import Any, Final
 
 import pygame
@@ -13,15 +12,14 @@ from sandbox.view.controls import Action, tip_of
 from sandbox.view.instruments import INSTRUMENTS, Instrument
 from sandbox.view.layout import GAP, TIME_LETTERS, Layout
 from sandbox.view.mouse_tool import MouseTool
-from sandbox.view.playback import SPEEDS, Playback, speed_text
+from sandbox.view.playback import Playback, speed_text
 from sandbox.view.primitives import write
 from sandbox.view.theme import chart_palette, theme
 from sandbox.view.video import Recorder
 from sandbox.view.widgets import Words
-from sandbox.view.widgets.buttons import Menu, TextButton
+from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.group import Placed, WidgetRow
 
-SAVES: Final = (Action.SAVE_SCENE, Action.SAVE_PICTURE, Action.SAVE_INPUTS, Action.COPY_CODE)
 THICKNESS: Final = 4  # px, of the track
 MARK: Final = 2  # px, width of a mark on it
 Do = Callable[[Action], None]  # does an action
@@ -48,14 +46,10 @@ class Toolbars:
             return playback.session.start.title or playback.session.start.name
 
         self._playback = playback
-        saves = [action_button(action, do) for action in SAVES]
         title = Words("", said=title_text, bold=True, scale=1.2)
         scenes = map(button, (Action.PICK_SCENE, Action.PREVIOUS_SCENE, Action.NEXT_SCENE))
-        save, record = (
-            Menu(lambda: "Save", lambda: saves),
-            button(Action.RECORD, said=record_text, widest="Stop 88.8 s"),
-        )
-        self._header = WidgetRow([*scenes, title], [save, record, button(Action.HELP), button(Action.COLUMN)], title)
+        record = button(Action.RECORD, said=record_text, widest="Stop 88.8 s")
+        self._header = WidgetRow([*scenes, title], [record, button(Action.HELP), button(Action.COLUMN)], title)
 
         tools = [
             TextButton(
@@ -71,10 +65,14 @@ class Toolbars:
 
         play = button(Action.PAUSE, said=lambda: "Play" if playback.paused else "Pause", widest="Pause")
         start, back, on, end = map(button, (Action.GO_TO_START, Action.STEP_BACK, Action.STEP, Action.GO_TO_END))
-        speeds = Menu(
-            lambda: speed_text(playback.speed), self._speeds, "how fast time passes  (+ and -)", widest="fastest"
+        speed = Words(
+            "",
+            said=lambda: speed_text(playback.speed),
+            widest="0.01\N{MULTIPLICATION SIGN}",
+            does="how fast time passes",
         )
-        self._before, self._after = WidgetRow([start, back, play, on]), WidgetRow([], [end, speeds])
+        after = [end, button(Action.SLOWER), speed, button(Action.FASTER)]
+        self._before, self._after = WidgetRow([start, back, play, on]), WidgetRow([], after)
         scale = button(
             Action.SCALE, widest="Logarithmic", refusal=lambda: self._charts.why_one_scale,
             said=lambda: "Logarithmic" if self._charts.is_logarithmic else "Linear",
@@ -91,13 +89,6 @@ class Toolbars:
             name, lambda: self._charts.show(instrument), f"{name}: {instrument.meaning}  (1: the next chart)",
             lambda: self._charts.instrument is instrument,
         )  # fmt: skip
-
-    def _speeds(self) -> list[TextButton]:
-        playback = self._playback
-        return [
-            TextButton(speed_text(speed), partial(playback.set_speed, speed), is_on=partial(eq, speed, playback.speed))
-            for speed in SPEEDS
-        ]
 
     # Places and drawing
 

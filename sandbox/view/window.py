@@ -10,7 +10,7 @@ from types import FrameType
 from typing import Final
 
 import pygame
-from pygame import Rect, Surface
+from pygame import Surface
 from pygame.event import Event
 
 from sandbox.run.inputs import Input
@@ -38,7 +38,7 @@ from sandbox.view.toolbars import Toolbars
 from sandbox.view.video import Recorder
 from sandbox.view.why_page import WhyPage
 from sandbox.view.widgets import ARROWS, ENTER
-from sandbox.view.widgets.group import Placed, WidgetGroup, items_of
+from sandbox.view.widgets.group import Placed, WidgetGroup
 
 FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
@@ -375,11 +375,10 @@ class Window:
 
     @property
     def _placed(self) -> list[Placed]:
-        """All widgets with their places: the items of an open menu, the slider at the selected ball, rows, column."""
+        """All widgets with their places: the slider at the selected ball, rows, column."""
         layout = self.layout
-        rows, column = self.toolbars.placed(layout), self.panel.placed(layout.panel, layout.text_height)
         at_ball = [] if self.mouse.holds else self._mass.placed(layout)
-        return [*items_of(rows, layout.text_height, Rect((0, 0), layout.window)), *at_ball, *rows, *column]
+        return [*at_ball, *self.toolbars.placed(layout), *self.panel.placed(layout.panel, layout.text_height)]
 
     def draw(self) -> None:
         """Draw everything."""
@@ -401,8 +400,6 @@ class Window:
     def _draw_on(self, surface: Surface, layout: Layout) -> None:
         """Draw everything on a surface of the layout's size."""
         self._drawn_places = placed = self._placed
-        items = items_of(placed, layout.text_height, surface.get_rect())
-        free_point = None if items else self.mouse.point  # unless a list is open there
         fill(surface, theme.ground)
         self.view.draw_panes(surface, layout, self.showing)
         if self.panel.open is Panel.WHY:
@@ -410,9 +407,9 @@ class Window:
         self.mouse.draw(surface)
         self.toolbars.draw_timeline(surface, layout)
         self.panel.draw(surface, layout.panel, layout.text_height)
-        self.view.draw_chart(surface, layout, free_point)
-        self.widgets.draw(surface, placed[len(items) :], layout.text_height)
-        self.cards.draw(surface, layout, placed, items, free_point)
+        self.view.draw_chart(surface, layout, self.mouse.point)
+        self.widgets.draw(surface, placed, layout.text_height)
+        self.cards.draw(surface, layout, placed)
 
 
 def _close(number: int, _frame: FrameType | None) -> None:

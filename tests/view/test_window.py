@@ -17,7 +17,6 @@ from sandbox.view.display import REPEAT, has_display
 from sandbox.view.layout import MIN_SIZE
 from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.theme import DARK, GREEN, LIGHT, VERMILLION, readable
-from sandbox.view.widgets.buttons import Menu
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -143,24 +142,6 @@ def test_closing_with_edits_that_are_not_saved_asks(window: Window) -> None:
     press(window, "s", "o", "Esc")
     assert window.messages.text.endswith("Esc again quits")
     assert "edits" not in window.messages.text
-
-
-def test_a_menu_is_used_by_mouse_alone_and_by_keys_alone(window: Window) -> None:
-    menu, place = next((w, at) for w, at in window._placed if isinstance(w, Menu) and "fast" in w.does)
-    click(window, place.center)
-    assert menu.is_open
-    window.draw()
-    assert window.screen.get_rect().contains(pygame.Rect(tool(window, "0.01\N{MULTIPLICATION SIGN}"), (1, 1)))
-    click(window, tool(window, "0.01\N{MULTIPLICATION SIGN}"))
-    assert (window.playback.speed, menu.is_open) == (0.01, False)
-    window.widgets.focus = menu
-    press(window, "Enter", "Tab")
-    assert menu.is_open
-    press(window, "Esc")
-    assert not menu.is_open
-    click(window, place.center)
-    click(window, point(window, 400, 300))
-    assert (given(window), menu.is_open, window.running) == ([], False, True)
 
 
 def test_full_screen_is_left_while_the_picker_is_open(window: Window) -> None:

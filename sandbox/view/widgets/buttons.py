@@ -1,6 +1,6 @@
-"""Buttons, and those that open a list to choose from."""
+"""Buttons."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import pygame
@@ -8,7 +8,7 @@ from pygame import Color, Rect, Surface
 
 from sandbox.view.primitives import fitting, text_width, write
 from sandbox.view.theme import readable, theme
-from sandbox.view.widgets import Pressable, Widget, draw_ground
+from sandbox.view.widgets import Pressable, draw_ground
 
 
 @dataclass(eq=False)
@@ -60,41 +60,3 @@ class TextButton(Pressable):
             line = Rect(line.x + mark, line.y, line.width - mark, line.height)
         refused = readable(theme.line, theme.raised)
         write(surface, text, line, refused if self.refusal() else ink, height, bold=bold)
-
-
-class Menu(TextButton):
-    """Shows what is chosen; a press opens the list of items, which are placed like other widgets, and closes it."""
-
-    def __init__(
-        self, said: Callable[[], str], items: Callable[[], Sequence[TextButton]], does: str = "", widest: str = ""
-    ) -> None:
-        super().__init__("", self._toggle, does, said=said, widest=widest)
-        self._items = items
-        self.is_open = False
-
-    def _toggle(self) -> None:
-        self.is_open = not self.is_open
-
-    @property
-    def tip(self) -> str:
-        """What it is for; nothing while it is open."""
-        return "" if self.is_open else self.does
-
-    def natural_width(self, text_height: int) -> int:
-        """Return the width of its text with room round it, px."""
-        return super().natural_width(text_height) + round(1.6 * text_height)
-
-    def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
-        """Draw the button, and a triangle that points down."""
-        super().draw(surface, place, text_height, hot=hot or self.is_open)
-        x, y, wing = place.right - round(0.8 * text_height), place.centery, text_height / 4
-        pygame.draw.polygon(surface, theme.ink, [(x - wing, y - wing / 2), (x + wing, y - wing / 2), (x, y + wing / 2)])
-
-    def listed(self, place: Rect, text_height: int, within: Rect) -> list[tuple[Widget, Rect]]:
-        """Return the items with their places below the button, or above it, inside a place; nothing while closed."""
-        items = self._items() if self.is_open else ()
-        width, side = max((item.natural_width(text_height) for item in items), default=0), place.height
-        below = place.bottom + len(items) * side <= within.bottom
-        top = place.bottom if below else place.y - len(items) * side
-        whole = Rect(place.x, top, max(width, place.width), len(items) * side).clamp(within)
-        return [(item, Rect(whole.x, whole.y + k * side, whole.width, side)) for k, item in enumerate(items)]

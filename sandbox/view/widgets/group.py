@@ -12,7 +12,6 @@ from sandbox.view.layout import BETWEEN, in_rows
 from sandbox.view.primitives import card
 from sandbox.view.theme import theme
 from sandbox.view.widgets import Widget
-from sandbox.view.widgets.buttons import Menu
 from sandbox.view.widgets.fields import Slider
 
 TIP_SECONDS: Final = 4.0  # that a tip is shown
@@ -44,10 +43,6 @@ class WidgetGroup:
             self._move_focus(None)
         self.over = self.over if self.over in places else None
         self.held = self.held if self.held in places else None
-        menu = next((widget for widget in places if isinstance(widget, Menu) and widget.is_open), None)
-        if menu and event.type == pygame.KEYDOWN and event.key == pygame.K_ESCAPE:
-            menu.is_open = False
-            return True
         if event.type == pygame.KEYDOWN:
             return self._on_key(event, placed)
         if event.type == pygame.MOUSEMOTION:
@@ -59,7 +54,7 @@ class WidgetGroup:
             return self.held is not None
         if event.type == pygame.MOUSEBUTTONDOWN:
             self._tip_seconds = 0.0
-            return event.button == 1 and self._on_press(event.pos, placed, menu)
+            return event.button == 1 and self._on_press(event.pos, placed)
         if event.type == pygame.WINDOWLEAVE:
             self.over = None
         if event.type == pygame.WINDOWFOCUSLOST or (event.type == pygame.MOUSEBUTTONUP and event.button == 1):
@@ -68,14 +63,12 @@ class WidgetGroup:
                 held.release()
         return False
 
-    def _on_press(self, point: tuple[int, int], placed: Sequence[Placed], menu: Menu | None) -> bool:
+    def _on_press(self, point: tuple[int, int], placed: Sequence[Placed]) -> bool:
         self.held = pressed = widget_at(point, placed)
         self._move_focus(pressed if pressed and pressed.takes_text else None)
         if pressed:
             pressed.press(dict(placed)[pressed], point)
-        if menu and pressed is not menu:
-            menu.is_open = False
-        return pressed is not None or menu is not None
+        return pressed is not None
 
     def _move_focus(self, widget: Widget | None) -> None:
         if self.focus is not None and self.focus is not widget:
@@ -126,12 +119,6 @@ def widget_at(point: tuple[int, int], placed: Sequence[Placed]) -> Widget | None
     """Return the widget at a point of the screen."""
     under = (widget for widget, place in placed if place.collidepoint(point))
     return next((widget for widget in under if widget.seen_in is None or widget.seen_in.collidepoint(point)), None)
-
-
-def items_of(placed: Sequence[Placed], text_height: int, within: Rect) -> list[Placed]:
-    """Return the items of the menu that is open, with their places inside another."""
-    menus = ((widget, place) for widget, place in placed if isinstance(widget, Menu))
-    return [item for menu, place in menus for item in menu.listed(place, text_height, within)]
 
 
 class WidgetRow:
