@@ -10,6 +10,7 @@ import pygame
 from pygame.event import Event
 
 from sandbox.view import Layer
+from sandbox.view.theme import theme
 
 LEFT: Final = "\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}"
 RIGHT: Final = "\N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}"
@@ -63,7 +64,14 @@ class Control:
 
 
 def _layer(layer: Layer, key: str, name: str, does: str) -> Control:
-    return Control(Topic.SEE, key, name, does, lambda w: w.toggle_layer(layer), lambda w: layer in w.showing)
+    return Control(
+        Topic.SEE,
+        key,
+        name,
+        does,
+        lambda w: w.showing.symmetric_difference_update({layer}),
+        lambda w: layer in w.showing,
+    )
 
 
 def _page(page: Panel, keys: str, does: str) -> Control:
@@ -87,11 +95,9 @@ class Action(Enum):
     UNDO = _first("U, Ctrl Z", "Undo", "undo the last throw or edit", lambda w: w.playback.undo())
     WHY = _page(Panel.WHY, "F5, W", "why engines differ: verdict, contacts and causes")
     SAVE_SCENE = _first(
-        "S, Ctrl S",
-        "Scene file",
-        "save the balls as they are as a scene",
+        "S, Ctrl S", "Scene file", "save the balls as they are as a scene",
         lambda w: w.saver.save_scene(w.mouse.pane or 0),
-    )
+    )  # fmt: skip
     HELP = _first("F1", "Help", "show or hide the help", lambda w: w.cards.toggle_help(), lambda w: w.cards.help_open)
     ESCAPE = _first(
         "Esc", "", "close what is open over the panes; twice, quit", lambda w: w.escape(), more_keys=("Escape",)
@@ -111,8 +117,8 @@ class Action(Enum):
     NEXT_CONTACT = _compare(
         ">", f"Next {RIGHT}", "go to the next one, and draw it", lambda w: w.show_contact(1), repeats=True
     )
-    NEXT_CHART = _compare("1", "", "next chart", lambda w: w.change_chart(w.view.charts.show_next))
-    SCALE = _compare("2", "", "logarithmic chart, or linear", lambda w: w.change_chart(w.view.charts.toggle_scale))
+    NEXT_CHART = _compare("1", "", "next chart", lambda w: w.view.charts.show_next())
+    SCALE = _compare("2", "", "logarithmic chart, or linear", lambda w: w.view.charts.toggle_scale())
     GHOSTS = _layer(Layer.GHOSTS, "G", "Outlines of exact", "outlines of the balls in exact")
     CHARTS = _layer(Layer.CHARTS, "H", "Chart", "charts")
 
@@ -134,12 +140,9 @@ class Action(Enum):
     NUMBERS = _layer(Layer.NUMBERS, "B", "Numbers", "ball numbers, of up to 1,000 balls")
     GRID = _layer(Layer.GRID, "L", "Grid", "grid lines")
     PLAIN = _see(
-        "D",
-        "Plain debug-draw",
-        "Pymunk's debug-draw plain, or smooth",
-        lambda w: w.toggle_plain(),
+        "D", "Plain debug-draw", "Pymunk's debug-draw plain, or smooth", lambda w: w.toggle_plain(),
         lambda w: w.view.plain,
-    )
+    )  # fmt: skip
     ZOOM_OUT = _see(
         "Shift Z", "\N{MINUS SIGN}", "show more of the arena", lambda w: w.mouse.zoom_by(1 / ZOOM_FACTOR), repeats=True
     )
@@ -153,19 +156,15 @@ class Action(Enum):
         "J, Ctrl C", "What I did", "save what you did, and copy the command", lambda w: w.saver.save_inputs()
     )
     COPY_CODE = _files(
-        "Q",
-        "Pymunk code",
-        "copy the balls as they are as a program for Pymunk",
+        "Q", "Pymunk code", "copy the balls as they are as a program for Pymunk",
         lambda w: w.saver.copy_code(w.mouse.pane or 0),
-    )
+    )  # fmt: skip
     SAVE_PICTURE = _files("F12", "Picture", "save a picture of the window", lambda w: w.save_picture())
     RECORD = _files(
-        "F9",
-        "Record",
-        "start or stop recording a GIF",
-        lambda w: w.toggle_recording(),
+        "F9", "Record", "start or stop recording a GIF",
+        lambda w: w.recorder.toggle(w.saver.free_name(".gif"), w.screen.get_size()),
         lambda w: w.recorder.seconds is not None,
-    )
+    )  # fmt: skip
 
     SCENE = _page(Panel.SCENE, "F2", "the scene: gravity, elasticity, steps")
     BALLS = _page(Panel.BALLS, "F3, K", "the balls: a table, and the selected ball or wall")
@@ -174,7 +173,7 @@ class Action(Enum):
     COLUMN = _window(
         "F8", "Panel", "show or hide the column", lambda w: w.panel.toggle(), lambda w: w.panel.open is not None
     )
-    THEME = _window("F7", "Dark", "light, or dark", lambda w: w.toggle_theme(), lambda w: w.is_dark)
+    THEME = _window("F7", "Dark", "light, or dark", lambda w: w.toggle_theme(), lambda _: theme.is_dark)
     LARGER_TEXT = _window(
         "Ctrl +", "Larger text", "larger text", lambda w: w.change_text(1), more_keys=("Ctrl =", "Ctrl [+]")
     )
@@ -182,12 +181,9 @@ class Action(Enum):
         "Ctrl -", "Smaller text", "smaller text", lambda w: w.change_text(-1), more_keys=("Ctrl [-]",)
     )
     FULL_SCREEN = _window(
-        "F11",
-        "Full screen",
-        "full screen, or a window again",
-        lambda w: w.toggle_full_screen(),
+        "F11", "Full screen", "full screen, or a window again", lambda w: w.toggle_full_screen(),
         lambda w: w.is_full_screen,
-    )
+    )  # fmt: skip
 
 
 PAGES: Final = {page: Action[page.name] for page in Panel}

@@ -2,8 +2,8 @@
 
 import os
 import signal
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from types import FrameType
@@ -201,18 +201,13 @@ class Window:
     def on_event(self, event: Event) -> None:
         """Handle an event. If engines must run again for what it asks for, Esc or closing the window stops that."""
         self._outdated = True
-        with self._stoppable():
-            self._handle(event)
-        self._drawn_places = None
-
-    @contextmanager
-    def _stoppable(self) -> Iterator[None]:
         try:
             with self.notice.surviving():
-                yield
+                self._handle(event)
         except Stopped:
             self.mouse.reset()
             self.notice.show(STOPPED)
+        self._drawn_places = None
 
     def _handle(self, event: Event) -> None:
         self.mouse.track(event)
@@ -277,15 +272,6 @@ class Window:
 
     # What actions do that are about the window
 
-    def toggle_layer(self, layer: Layer) -> None:
-        """Show a layer, or hide it."""
-        self.showing ^= {layer}
-
-    def change_chart(self, change: Callable[[], None]) -> None:
-        """Change what the chart shows, and show it."""
-        self.showing |= {Layer.CHARTS}
-        change()
-
     def show_contact(self, by: int) -> None:
         """Show the next contact that differs, or the previous one; first of all, open the page that finds them."""
         self.panel.show(Panel.WHY)
@@ -296,10 +282,6 @@ class Window:
         """Save a picture of the window."""
         self.draw()  # a window that has just got another size is black
         self.saver.save_picture(self.screen)
-
-    def toggle_recording(self) -> None:
-        """Start recording, or stop."""
-        self.recorder.toggle(self.saver.free_name(".gif"), self.screen.get_size())
 
     @property
     def is_full_screen(self) -> bool:
@@ -316,11 +298,6 @@ class Window:
     def toggle_plain(self) -> None:
         """Let Pymunk draw as it does by itself, or with smooth edges."""
         self.view.plain = not self.view.plain
-
-    @property
-    def is_dark(self) -> bool:
-        """Whether the dark theme is used."""
-        return theme.is_dark
 
     def toggle_theme(self) -> None:
         """Use the other theme."""

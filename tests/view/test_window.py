@@ -9,7 +9,7 @@ import pygame
 import pytest
 from pygame import Color
 from pygame.event import Event
-from window_driver import CODES, SMALL_SCENE, button, click, colours, given, point, press, step, tool
+from window_driver import CODES, SMALL_SCENE, button, click, colours, given, press, step, tool
 
 from sandbox.scene.files import load
 from sandbox.view.controls import Action
