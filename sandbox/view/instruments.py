@@ -79,7 +79,9 @@ ENERGY: Final = Instrument(
     _of(Quantity.ENERGY),
 )  # fmt: skip
 ERROR: Final = Instrument(
-    "error", "of the energy, in % of the largest kinetic energy that the reference has had by then", "%",
+    "error",
+    "of the energy, in % of the largest kinetic energy that the reference has had by then;\n"
+    "more than 100 % can be missing where balls fall, as height is lost too", "%",
     Samples.errors, "{:+.4g}", lambda units: BothSigns(), is_relative=True,
 )  # fmt: skip
 GAP: Final = Instrument(
