@@ -16,7 +16,7 @@ from sandbox.view.layout import Layout
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.notice import Notice, NoticeKind, draw_notice
 from sandbox.view.playback import Playback
-from sandbox.view.primitives import card, panel, text_width, wrapped, write
+from sandbox.view.primitives import card, panel, shortened, text_width, wrapped, write
 from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import Pane
 from sandbox.view.theme import theme
@@ -58,7 +58,8 @@ class Messages:
             kind = NoticeKind.HINT if self._progress else self._notice.kind
             draw_notice(surface, layout.status, layout.text_height, self.text, kind)
         else:
-            write(surface, self.speeds, layout.status, theme.dim, layout.text_height)
+            speeds = shortened(self.speeds, layout.status.width, layout.text_height)
+            write(surface, speeds, layout.status, theme.dim, layout.text_height)
 
     def measure(self, fps: float, frames: int) -> None:
         """Note how fast the run, the window and the engines have been in some frames. fps: frames a second."""

@@ -1,7 +1,6 @@
 """The column's page of the engines: which of them run, in which panes, and with which settings of Pymunk."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cache, partial
 from itertools import chain, count
 from typing import Final
@@ -72,23 +71,37 @@ def meaning_of(key: str) -> str:
     return str(PymunkSettings.model_fields[key].description).partition(";")[0].rstrip(".")
 
 
-@dataclass
-class LineUp:
-    """The engines that run, in the order of their panes.
+class EnginesPage:
+    """The engines that run: a heading for each pane, of which one is unfolded, and the engines to add.
 
     use: lets engines run instead of these, with the same inputs, to the same step. What cannot be done is shown as a
-    notice, and changes nothing.
+    notice, and changes nothing. The widgets of the unfolded pane are the same for all panes.
     """
 
-    _playback: Playback
-    _notice: Notice
-    _use: Callable[[Sequence[str]], None]
-    _choices: Mapping[str, str] = field(default_factory=dict)
-    _choices_for: object = None  # the scene and engines of these
+    def __init__(self, playback: Playback, notice: Notice, use: Callable[[Sequence[str]], None]) -> None:
+        self._playback, self._notice, self._use = playback, notice, use
+        self._open = next((k for k, name in enumerate(self.names) if has_settings(name)), NONE)
+        self._remove_button = TextButton(
+            "Remove", lambda: self.remove(self._open), "remove the pane",
+            refusal=lambda: ONLY_ONE * (len(self.names) == 1),
+        )  # fmt: skip
+        self._values: dict[str, float] = {}  # of the sliders, in force in the unfolded pane
+        self._sliders = {key: self._slider(key) for key in SCALES}
+        self._choice = cache(lambda spec: TextButton(spec, partial(self.add, spec), f"run {spec}"))
+        self._heading = cache(lambda pane: Words("", do=partial(self._fold, pane), does="show or hide its settings"))
+        self._to_add, self._typed = Words("Add a pane"), Field("or type one", str, self.add, TYPED)
+        self._choices: Mapping[str, str] = {}
+        self._choices_for: object = None  # the scene and engines of these
+
+    def _slider(self, key: str) -> Slider:
+        return Slider(
+            key.removeprefix("collision_"), SCALES[key], lambda: self._values[key],
+            lambda value: self.tune(self._open, key, value), f"{key}, {meaning_of(key)}", UNITS.get(key, ""),
+        )  # fmt: skip
 
     @property
     def names(self) -> list[str]:
-        """Their specs."""
+        """The specs of the engines, in the order of their panes."""
         return self._playback.session.names
 
     @property
@@ -99,8 +112,11 @@ class LineUp:
     # Changes
 
     def add(self, spec: str) -> None:
-        """Add a pane at the end."""
-        self._change(len(self.names), spec, replaced=0)
+        """Add a pane at the end, and unfold it."""
+        panes = len(self.names)
+        self._change(panes, spec, replaced=0)
+        if len(self.names) > panes:
+            self._open = panes
 
     def tune(self, pane: int, key: str, value: float) -> None:
         """Change a setting of the Pymunk that runs in a pane."""
@@ -111,6 +127,7 @@ class LineUp:
         if len(self.names) == 1:
             self._notice.show(ONLY_ONE)
         else:
+            self._open = NONE
             self._use([name for k, name in enumerate(self.names) if k != pane])
 
     def _change(self, pane: int, spec: str, replaced: int) -> None:
@@ -159,39 +176,11 @@ class LineUp:
             return ""
         return (refusal(spec, self.scene) or "").partition("; use --")[0]
 
-
-class EnginesPage:
-    """A heading for each pane, in their order, of which one is unfolded, and the engines to add.
-
-    The widgets of the unfolded pane are the same for all panes.
-    """
-
-    def __init__(self, line_up: LineUp) -> None:
-        self._line_up = line_up
-        self._open = next((k for k, name in enumerate(line_up.names) if has_settings(name)), NONE)
-        self._remove_button = TextButton(
-            "Remove", self._remove, "remove the pane", refusal=lambda: ONLY_ONE * (len(line_up.names) == 1)
-        )
-        self._values: dict[str, float] = {}  # of the sliders, in force in the unfolded pane
-        self._sliders = {key: self._slider(key) for key in SCALES}
-        self._choice = cache(lambda spec: TextButton(spec, partial(self._add, spec), f"run {spec}"))
-        self._heading = cache(lambda pane: Words("", do=partial(self._fold, pane), does="show or hide its settings"))
-        self._to_add = Words("Add a pane")
-        self._typed = Field("or type one", str, self._add, TYPED)
-
-    def _slider(self, key: str) -> Slider:
-        return Slider(
-            key.removeprefix("collision_"),
-            SCALES[key],
-            lambda: self._values[key],
-            lambda value: self._line_up.tune(self._open, key, value),
-            f"{key}, {meaning_of(key)}",
-            UNITS.get(key, ""),
-        )
+    # Its widgets
 
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets, from the top, as they are now."""
-        names = self._line_up.names
+        names = self.names
         lines = chart_palette().engines(names)
         self._open = self._open if self._open < len(names) else NONE
         rows: list[Sequence[Widget]] = []
@@ -200,7 +189,7 @@ class EnginesPage:
             heading.text, heading.dots = name, (lines[name],)
             heading.marked = pane == self._open
             rows += [[heading], *(self._unfolded(name) if heading.marked else [])]
-        choices = self._line_up.choices
+        choices = self.choices
         buttons = [self._choice(spec) for spec in choices]
         for button, why in zip(buttons, choices.values(), strict=True):
             button.refusal = partial(str, FULL if len(names) >= MAX_PANES else why)
@@ -209,23 +198,8 @@ class EnginesPage:
     def _unfolded(self, name: str) -> Sequence[Sequence[Widget]]:
         if not has_settings(name):
             return [[self._remove_button]]
-        self._values = in_force(name, self._line_up.scene)
+        self._values = in_force(name, self.scene)
         return [[self._remove_button], *rows_of(list(self._sliders.values()))]
-
-    # What its widgets do
 
     def _fold(self, pane: int) -> None:
         self._open = NONE if self._open == pane else pane
-
-    def _add(self, spec: str) -> None:
-        """Add a pane, and unfold it."""
-        panes = len(self._line_up.names)
-        self._line_up.add(spec)
-        if len(self._line_up.names) > panes:
-            self._open = panes
-
-    def _remove(self) -> None:
-        panes = len(self._line_up.names)
-        self._line_up.remove(self._open)
-        if len(self._line_up.names) < panes:
-            self._open = NONE

@@ -23,7 +23,7 @@ from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Action, Panel, Topic, action_of
 from sandbox.view.display import PendingEvents, Stopped, caption, open_window
 from sandbox.view.editor import Editor
-from sandbox.view.engines_page import EnginesPage, LineUp
+from sandbox.view.engines_page import EnginesPage
 from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, layout_of
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.notice import Notice
@@ -80,7 +80,7 @@ class Window:
         self.editor = editor = Editor(playback, notice)
         self.mouse = MouseTool(playback, editor, lambda: self.layout)
         self.scenes = SceneLoader(scene, engines, self.begin, notice)
-        self.line_up = LineUp(playback, notice, self.use_engines)
+        self.line_up = EnginesPage(playback, notice, self.use_engines)
         self.saver = Saver(playback, notice)
         self.recorder = Recorder(notice)
         self.showing = opens_with(len(scene.bodies))
@@ -94,7 +94,7 @@ class Window:
         pages: dict[Panel, Page] = {
             Panel.SCENE: ScenePage(playback, editor, self.do),
             Panel.BALLS: BallsPage(playback, editor, notice),
-            Panel.ENGINES: EnginesPage(self.line_up),
+            Panel.ENGINES: self.line_up,
             Panel.WHY: self.why,
             Panel.SHOW: ShowPage(self.do, self.is_on),
         }
