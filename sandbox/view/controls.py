@@ -108,8 +108,12 @@ class Action(Enum):
     GO_TO_END = _time(
         "End", f"{RIGHT}|", "go to the latest step reached", lambda w: w.playback.seek(w.playback.session.end)
     )
-    SLOWER = _time("-", "\N{MINUS SIGN}", "slower, down to 1/100", lambda w: w.playback.slower(), more_keys=("[-]",))
-    FASTER = _time("+, =", "+", "faster, up to as fast as possible", lambda w: w.playback.faster(), more_keys=("[+]",))
+    SLOWER = _time(
+        "-", "\N{MINUS SIGN}", "slower, down to 1/100", lambda w: w.playback.change_speed(-1), more_keys=("[-]",)
+    )
+    FASTER = _time(
+        "+, =", "+", "faster, up to as fast as possible", lambda w: w.playback.change_speed(1), more_keys=("[+]",)
+    )
 
     PREVIOUS_CONTACT = _compare(
         "<", f"{LEFT} Previous", "go to the previous contact that differs", lambda w: w.show_contact(-1), repeats=True
@@ -186,7 +190,6 @@ class Action(Enum):
     )  # fmt: skip
 
 
-PAGES: Final = {page: Action[page.name] for page in Panel}
 BY_MOUSE: Final = {
     Topic.FIRST: ("Drag a ball", "pull it while time passes; if paused, set its velocity"),
     Topic.TIME: ("Drag in the chart", "go to that time, as in the bar"),

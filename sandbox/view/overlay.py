@@ -1,7 +1,7 @@
 """A pane's canvas, and the layers over and under its balls: arrows, trails, numbers."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
 from typing import Final
@@ -25,6 +25,7 @@ MIN_NUMBERED: Final = 1.4  # diameter of a ball that its number is written on, i
 MIN_CONTRAST: Final = 3.0  # of an outline with its ground
 MIN_DASHED: Final = 8  # px, radius of an outline; dashes of smaller ones would not be seen
 MIN_APART: Final = 1.5  # px of the screen between a ball and its outline; closer ones would only fray it
+NO_TRAIL: Final = np.empty((0, 0, 2))
 MIN_CELL: Final = 40  # px of the screen between two lines of the grid
 
 
@@ -52,17 +53,20 @@ class Canvas:
         return position * self.scale + self.origin
 
 
-class Overlay:
+@dataclass(frozen=True)
+class Overlay(Canvas):
     """Draws layers on one pane's arena.
 
     trail: where the balls were, the oldest first: (positions, n, 2) px. ghosts: the reference's balls.
     """
 
-    def __init__(self, canvas: Canvas, trail: Floats, ghosts: State | None) -> None:
-        self._canvas, self._trail, self._ghosts = canvas, trail, ghosts
-        self.surface, self.scene, self.palette = canvas.surface, canvas.scene, canvas.palette
-        self._state, self._scale, self._at = canvas.state, canvas.scale, canvas.at
-        self.width = max(1, round(canvas.text_height / 10))  # of lines, px
+    trail: Floats = field(default_factory=lambda: NO_TRAIL)
+    ghosts: State | None = None
+
+    @property
+    def width(self) -> int:
+        """The width of lines, px."""
+        return max(1, round(self.text_height / 10))
 
     def _visible(self, colour: str) -> tuple[int, int, int]:
         """Return a ball's colour, or the nearest that is visible as a thin line."""
@@ -71,11 +75,11 @@ class Overlay:
 
     def grid(self) -> None:
         """Draw lines at round distances, with their positions in px of the scene."""
-        cell = round_up(MIN_CELL / self._scale)
-        (width, height), small = self.surface.get_size(), round(0.7 * self._canvas.text_height)
+        cell = round_up(MIN_CELL / self.scale)
+        (width, height), small = self.surface.get_size(), round(0.7 * self.text_height)
         for axis, size in enumerate(self.scene.arena.size):
             for k in range(1, int(size / cell) + 1):
-                at = round(k * cell * self._scale + self._canvas.origin[axis])
+                at = round(k * cell * self.scale + self.origin[axis])
                 start, end = ((at, 0), (at, height)) if axis == 0 else ((0, at), (width, at))
                 pygame.draw.line(self.surface, self.palette.faint, start, end)
                 number = lettering(f"{k * cell:g}", self.palette.ground.lerp(self.palette.ink, 0.5), small)
@@ -83,8 +87,8 @@ class Overlay:
 
     def trails(self) -> None:
         """Draw where the balls were, in their colours, fainter the longer ago."""
-        lines = np.rint(self._at(self._trail)).astype(int).swapaxes(0, 1)
-        cuts = [round(k * (len(self._trail) - 1) / 4) for k in range(5)]  # into four lines that meet
+        lines = np.rint(self.at(self.trail)).astype(int).swapaxes(0, 1)
+        cuts = [round(k * (len(self.trail) - 1) / 4) for k in range(5)]  # into four lines that meet
         for k, (start, end) in enumerate(pairwise(cuts)):
             for line, colour in zip(lines[:, start : end + 1].tolist(), self.scene.colors, strict=True):
                 if end > start:
@@ -93,16 +97,16 @@ class Overlay:
 
     def velocity(self) -> None:
         """Draw an arrow from each ball to where its velocity takes it in ARROW_SECONDS."""
-        position = self._state.position
-        tips = self._at(position + ARROW_SECONDS * self._state.velocity)
-        for tail, tip in zip(self._at(position).tolist(), tips.tolist(), strict=True):
+        position = self.state.position
+        tips = self.at(position + ARROW_SECONDS * self.state.velocity)
+        for tail, tip in zip(self.at(position).tolist(), tips.tolist(), strict=True):
             arrow(self.surface, self.palette.ink, tail, tip, self.width)
 
     def centre(self) -> None:
         """Draw the centre of mass as its usual symbol: a disc of two light and two dark quarters."""
         mass = self.scene.bodies.mass
-        at = self._at(mass @ self._state.position / mass.sum()).round().astype(int).tolist()
-        radius = round(0.55 * self._canvas.text_height)
+        at = self.at(mass @ self.state.position / mass.sum()).round().astype(int).tolist()
+        radius = round(0.55 * self.text_height)
         pygame.draw.circle(self.surface, self.palette.ground, at, radius)
         for quarter in ({"draw_top_right": True}, {"draw_bottom_left": True}):
             pygame.draw.circle(self.surface, self.palette.ink, at, radius, **quarter)
@@ -112,11 +116,11 @@ class Overlay:
         """Write each ball's number on it, or above it if it is small, unless there are too many to read them."""
         if len(self.scene.bodies) > MAX_NUMBERED:
             return
-        centres = self._at(self._state.position).tolist()
+        centres = self.at(self.state.position).tolist()
         balls = zip(centres, self.scene.bodies.radius, self.scene.colors, strict=True)
         for number, ((x, y), radius, colour) in enumerate(balls):
-            px = radius * self._scale
-            height = max(SMALLEST_TEXT, min(round(px), self._canvas.text_height))
+            px = radius * self.scale
+            height = max(SMALLEST_TEXT, min(round(px), self.text_height))
             has_room = 2 * px >= MIN_NUMBERED * height
             text = lettering(str(number), contrast(Color(*rgb(colour))) if has_room else self.palette.ink, height)
             centre = round(x), round(y if has_room else y - px - height / 2)
@@ -124,13 +128,13 @@ class Overlay:
                 pygame.draw.circle(self.surface, rgb(colour), centre, min(0.85 * height, px - 1))
             self.surface.blit(text, text.get_rect(center=centre))
 
-    def ghosts(self) -> None:
+    def outlines(self) -> None:
         """Draw the outlines of the reference's balls, except those that lie on their ball."""
-        if self._ghosts is None:
+        if self.ghosts is None:
             return
-        centres, width = self._at(self._ghosts.position), max(2, self.width)
-        radius, size = self._scale * self.scene.bodies.radius, np.array(self.surface.get_size())
-        apart = length(centres - self._at(self._state.position)) > MIN_APART
+        centres, width = self.at(self.ghosts.position), max(2, self.width)
+        radius, size = self.scale * self.scene.bodies.radius, np.array(self.surface.get_size())
+        apart = length(centres - self.at(self.state.position)) > MIN_APART
         seen = (np.abs(centres - size / 2) < size / 2 + radius[:, None]).all(axis=1)
         for k in np.flatnonzero(apart & seen).tolist():
             px, visible = max(2.0, float(radius[k])), self._visible(self.scene.colors[k])
@@ -139,8 +143,8 @@ class Overlay:
 
     def pull(self, ball: int, target: Vector) -> None:
         """Draw a ring round a held ball, and the line from it to where it is pulled, px of the scene."""
-        start, end = self._at(np.array([self._state.position[ball], target])).round().astype(int).tolist()
-        radius = self.scene.bodies.radius[ball] * self._scale
+        start, end = self.at(np.array([self.state.position[ball], target])).round().astype(int).tolist()
+        radius = self.scene.bodies.radius[ball] * self.scale
         width = max(2, self.width)
         pygame.draw.circle(self.surface, self.palette.ground, start, radius + 2 * width, width)
         pygame.draw.circle(self.surface, self.palette.ink, start, radius + 3 * width, width)
@@ -154,7 +158,7 @@ BELOW_BALLS: Final[Mapping[Layer, Callable[[Overlay], None]]] = {
     Layer.TRAILS: Overlay.trails,
 }
 ABOVE_BALLS: Final[Mapping[Layer, Callable[[Overlay], None]]] = {
-    Layer.GHOSTS: Overlay.ghosts,
+    Layer.GHOSTS: Overlay.outlines,
     Layer.VELOCITY: Overlay.velocity,
     Layer.NUMBERS: Overlay.numbers,
     Layer.CENTRE: Overlay.centre,

@@ -215,17 +215,9 @@ class Playback:
         """Pause or resume."""
         self.paused = not self.paused
 
-    def faster(self) -> None:
-        """Go to the next higher speed."""
-        self.set_speed(next((speed for speed in SPEEDS if speed > self.speed), SPEEDS[-1]))
-
-    def slower(self) -> None:
-        """Go to the next lower speed."""
-        self.set_speed(next((speed for speed in reversed(SPEEDS) if speed < self.speed), SPEEDS[0]))
-
-    def set_speed(self, speed: float) -> None:
-        """Set how many seconds of the scene pass in a second on the screen."""
-        self.speed = speed
+    def change_speed(self, by: int) -> None:
+        """Let time pass at a speed so many places further on in the list of speeds."""
+        self.speed = SPEEDS[min(max(SPEEDS.index(self.speed) + by, 0), len(SPEEDS) - 1)]
 
     # Undoing
 

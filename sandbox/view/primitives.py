@@ -334,17 +334,7 @@ class Discs:
     def __len__(self) -> int:
         return len(self._radius)
 
-    def draw(
-        self, surface: Surface, position: Floats, scale: float, angle: Floats, origin: Vector = (0.0, 0.0)
-    ) -> None:
-        """Draw the discs.
-
-        position: (n, 2) px of the scene; scale: px of the surface for one of these; angle: (n,); origin: where the
-        scene's is, px of the surface.
-        """
-        self.draw_at(surface, scale * position + origin, scale, angle)
-
-    def draw_at(self, surface: Surface, centre: Floats, scale: float, angle: Floats) -> None:
+    def draw(self, surface: Surface, centre: Floats, scale: float, angle: Floats) -> None:
         """Draw the discs with their centres at some places of the surface, (n, 2) px, and lines to their rims."""
         radius, middle = np.maximum(scale * self._radius, MIN_RADIUS), np.divide(surface.get_size(), 2)
         seen = np.flatnonzero((np.abs(centre - middle) < middle + radius[:, None]).all(axis=1))

@@ -20,7 +20,7 @@ from sandbox.view import Layer
 from sandbox.view.charts import Charts
 from sandbox.view.debug_draw import DebugDraw
 from sandbox.view.layout import EDGE, Layout, ScreenPoint
-from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Canvas, Overlay
+from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, NO_TRAIL, Overlay
 from sandbox.view.primitives import Discs, card, draw_walls, fill, first_lines, shortened, text_width, write
 from sandbox.view.run_so_far import Marks
 from sandbox.view.theme import chart_palette, palette, theme
@@ -111,8 +111,7 @@ class Pane:
         """
         place, height = layout.arenas[index], layout.text_height
         inside, scale, origin = surface.subsurface(place), layout.scale, layout.origin
-        canvas = Canvas(inside, self.scene, self.state, scale, height, origin)
-        overlay = Overlay(canvas, trail, ghosts)
+        overlay = Overlay(inside, self.scene, self.state, scale, height, origin, trail, ghosts)
         fill(inside, overlay.palette.ground)
         edge = EDGE if self.scene.arena.walls else 1
         pygame.draw.rect(surface, theme.wall, place.inflate(2 * edge, 2 * edge), edge, border_radius=edge)
@@ -124,7 +123,7 @@ class Pane:
             self.debug_draw.draw(inside, scale, origin)
         else:
             draw_walls(inside, self.scene, scale, origin)
-            self._discs.draw(inside, self.state.position, scale, self.state.angle, origin)
+            self._discs.draw(inside, overlay.at(self.state.position), scale, self.state.angle)
         for layer, draw in ABOVE_BALLS.items():
             if layer in showing:
                 draw(overlay)
@@ -251,7 +250,7 @@ class SessionView:
             layers, colour = ((), theme.dim) if pane.is_suspended else (showing, colours[pane.name])
             ghosts = outlined if pane.name != reference else None
             named = reference if ghosts is not None and Layer.GHOSTS in layers else ""
-            trail = self.trail(pane) if Layer.TRAILS in layers else np.empty((0, len(pane.state.position), 2))
+            trail = self.trail(pane) if Layer.TRAILS in layers else NO_TRAIL
             pane.draw(surface, layout, index, layers, colour, trail, ghosts, named)
 
     def trail(self, pane: Pane) -> Floats:

@@ -8,7 +8,7 @@ import pygame
 from pygame import Rect, Surface
 
 from sandbox.scene.units import PER_METRE, Dimension
-from sandbox.view.controls import PAGES, Action, Panel, tip_of
+from sandbox.view.controls import Action, Panel, tip_of
 from sandbox.view.editor import Editor
 from sandbox.view.playback import Playback
 from sandbox.view.theme import theme
@@ -48,10 +48,8 @@ class SidePanel:
         self._pages = pages
         self._group = group
         self._tabs = [
-            TextButton(
-                panel.value, partial(self.show, panel), tip_of(PAGES[panel]), partial(self._is_open, panel), flat=True
-            )
-            for panel in pages
+            TextButton(page.value, partial(self.show, page), tip_of(Action[page.name]), partial(self._is_open, page))
+            for page in pages
         ]
         self._scrolled = 0.0  # heights of the text
         self._height = 0  # of the page, px

@@ -9,7 +9,7 @@ from pygame import Color, Surface
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import Floats
-from sandbox.view.overlay import ARROW_SECONDS, Canvas, Overlay
+from sandbox.view.overlay import ARROW_SECONDS, Overlay
 from sandbox.view.theme import palette
 
 BLUE = "#0072b2"
@@ -27,7 +27,7 @@ def overlay_of(scene: Scene, scale: float = 1.0, trail: Floats = NO_TRAIL) -> Ov
     """Make an overlay of a scene's start, on grey."""
     surface, start = Surface((round(800 * scale), round(600 * scale))), spawn(scene)
     surface.fill(GREY)
-    return Overlay(Canvas(surface, scene, start, scale=scale, text_height=16), trail, None)
+    return Overlay(surface, scene, start, scale, 16, (0.0, 0.0), trail)
 
 
 def drawn(overlay: Overlay) -> pygame.Rect:

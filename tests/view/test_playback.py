@@ -269,7 +269,7 @@ def test_a_reference_that_reaches_its_limit_says_why_and_the_run_goes_on(
 
 def test_a_step_key_does_one_step_at_the_fastest_speed_too(window: Window) -> None:
     press(window, "p")
-    window.playback.set_speed(math.inf)
+    window.playback.speed = math.inf
     press(window, "o")
     window.playback.advance(0.0)
     assert window.view.session.lockstep.steps == 1

@@ -15,8 +15,7 @@ from sandbox.view.widgets import Pressable, draw_ground
 class TextButton(Pressable):
     """Does something. is_on: whether what it turns on is on; refusal: why it cannot be pressed, or nothing.
 
-    colour: of a mark before the text, such as an engine's in the charts, or in place of one. flat: it has no ground,
-    and a line below it while it is on, as a page's name.
+    colour: of a mark before the text, such as an engine's in the charts, or in place of one.
     """
 
     text: str
@@ -28,7 +27,6 @@ class TextButton(Pressable):
     width: float = 5.0
     said: Callable[[], str] | None = None
     widest: str = ""
-    flat: bool = False
 
     def natural_width(self, text_height: int) -> int:
         """Return the width of its text with room round it, px."""
@@ -39,17 +37,11 @@ class TextButton(Pressable):
         """Draw the text in the middle, smaller if need be; on the accent while on, grey if it is refused."""
         on, text = self.is_on(), self.label
         ink = theme.on_accent if on else theme.ink
-        if self.flat:
-            ink = theme.ink if on or hot else theme.dim
-            if on or hot:
-                surface.fill(theme.accent if on else theme.line, (place.x + 3, place.bottom - 2, place.width - 6, 2))
-        else:
-            draw_ground(surface, place, theme.accent if on else theme.raised, text_height, hot=hot)
-        bold = self.flat and on
+        draw_ground(surface, place, theme.accent if on else theme.raised, text_height, hot=hot)
         mark = text_height if self.colour else 0
-        width, room = text_width(text, text_height, bold=bold), place.width - text_height // 2 - mark
+        width, room = text_width(text, text_height), place.width - text_height // 2 - mark
         height = fitting(width, room, text_height)
-        pad = max(text_height // 4, (place.width - text_width(text, height, bold=bold) - mark) // 2)
+        pad = max(text_height // 4, (place.width - text_width(text, height) - mark) // 2)
         line = Rect(place.x + pad, place.y, place.width - pad, place.height)
         if self.colour:
             swatch = Rect(0, 0, 2 * text_height // 3, 2 * text_height // 3)
@@ -59,4 +51,4 @@ class TextButton(Pressable):
             pygame.draw.rect(surface, self.colour, swatch, border_radius=2)
             line = Rect(line.x + mark, line.y, line.width - mark, line.height)
         refused = readable(theme.line, theme.raised)
-        write(surface, text, line, refused if self.refusal() else ink, height, bold=bold)
+        write(surface, text, line, refused if self.refusal() else ink, height)
