@@ -13,7 +13,7 @@ from sandbox.state import Floats, State
 
 CAPACITY: Final = 2048  # samples kept of a run, however long; about as many as a screen has columns
 NEGLIGIBLE: Final = 5e-5  # of the scale of energy
-TIME, LOW, HIGH, SCALE, FIRST = range(5)  # columns of a sample; the quantities of the engines are the last
+TIME, FALL, FIRST = range(3)  # columns of a sample; the quantities of the engines are the last
 
 
 class Quantity(IntEnum):
@@ -98,92 +98,79 @@ class Samples:
     def __init__(self, engines: Sequence[str], reference: str) -> None:
         self.engines = list(engines)
         self.reference = reference
-        # Time, the lowest and highest energy of the reference's own around it, the scale of energy, and each
-        # quantity of each engine.
+        self._index = self.engines.index(reference)
         self.series = Series(FIRST + len(Quantity) * len(self.engines))
-        self._reached = self._completed = -1  # steps
-        self._own, self._largest = np.nan, 0.0  # the reference's own energy, and its largest kinetic one so far
 
     def __len__(self) -> int:
         return len(self.series)
 
     def add(self, moment: Moment) -> None:
         """Sample the engines that are there after a step, in order."""
-        if moment.step > self._reached and self.series.wants(moment.step):
-            self.series.add(moment.step, [moment.time, *[np.nan] * (self.series.rows.shape[1] - 1)])
-            self._measure(self.series.rows[-1], moment)
-        self._reached = max(self._reached, moment.step)
+        if self.series.wants(moment.step):
+            unknown = [np.nan] * (self.series.rows.shape[1] - FIRST)
+            self.series.add(moment.step, [moment.time, fall(moment.scene), *unknown])
+            self.complete(moment)
 
     def complete(self, moment: Moment) -> None:
-        """Sample the reference, and what is compared with it, after a step that was added, in order."""
-        if moment.step <= self._completed:
-            return
-        self._completed, before, reference = moment.step, self._own, moment.running.get(self.reference)
-        self._own = reference.energy - reference.work if reference else np.nan
-        if reference:
-            kinetic = _kinetic(reference.state, moment.scene)
-            self._largest = max(kinetic, fall(moment.scene), self._largest)
-        for row in self.series.at(moment.step - 1):
-            row[LOW : HIGH + 1] = min(row[LOW], self._own), max(row[HIGH], self._own)
-        for row in self.series.at(moment.step):
-            around = [before, self._own] if before == before else [self._own]  # noqa: PLR0124 (not NaN)
-            row[LOW : HIGH + 1] = min(around), max(around)
-            row[SCALE] = self._largest
-            self._measure(row, moment)
-
-    def _measure(self, row: Floats, moment: Moment) -> None:
-        """Enter into a sample the quantities of the engines that run."""
-        table, running, scene = self._table(row), moment.running, moment.scene
+        """Sample the engines that are there by now after a step that was added."""
+        running, scene = moment.running, moment.scene
         reference = running.get(self.reference)
-        for k, name in enumerate(self.engines):
-            if reading := running.get(name):
-                state, energy = reading.state, reading.energy
-                total = float(length(momentum(state.velocity, scene.bodies.mass)))
-                table[: Quantity.GAP, k] = energy - reading.work, energy - fall(scene), _kinetic(state, scene), total
-                if reference:
-                    table[Quantity.GAP, k] = length(state.position - reference.state.position).max()
+        for table in self._table(self.series.at(moment.step)):
+            for k, name in enumerate(self.engines):
+                if reading := running.get(name):
+                    state, energy = reading.state, reading.energy
+                    total = float(length(momentum(state.velocity, scene.bodies.mass)))
+                    table[: Quantity.GAP, k] = (
+                        energy - reading.work,
+                        energy - fall(scene),
+                        _kinetic(state, scene),
+                        total,
+                    )
+                    if reference:
+                        table[Quantity.GAP, k] = length(state.position - reference.state.position).max()
 
     def _table(self, rows: Floats) -> Floats:
-        """Return the quantities of the engines in samples: (..., quantities, engines)."""
-        table: Floats = rows[..., FIRST:].reshape(*rows.shape[:-1], len(Quantity), len(self.engines))
+        """Return the quantities of the engines in samples: (samples, quantities, engines)."""
+        table: Floats = rows[:, FIRST:].reshape(len(rows), len(Quantity), len(self.engines))
         return table
 
     def cut(self, step: int) -> None:
         """Drop the samples after a step, from which the run takes another course."""
         self.series.cut(step)
-        if step < self._completed:
-            rows, reference = self.series.rows, self.engines.index(self.reference)
-            self._own = float(self.of(Quantity.OWN)[-1, reference]) if len(rows) else np.nan
-            self._largest = float(rows[-1, SCALE]) if len(rows) else 0.0
-        self._reached, self._completed = min(self._reached, step), min(self._completed, step)
-
-    @property
-    def final(self) -> int:
-        """The number of samples that no later step changes any more."""
-        return int(np.searchsorted(self.series.steps, self._completed))
 
     def of(self, quantity: Quantity) -> Floats:
         """Return a quantity in all samples, one column per engine: (samples, engines)."""
         values: Floats = self._table(self.series.rows)[:, quantity]
         return values
 
+    @property
+    def _scale(self) -> Floats:
+        """The largest kinetic energy that the reference has had by each sample, or `fall` if that is more."""
+        scale: Floats = np.maximum.accumulate(
+            np.fmax(self.of(Quantity.KINETIC)[:, self._index], self.series.rows[:, FALL])
+        )
+        return scale
+
     def errors(self) -> Floats:
         """Return by how much energy is off in all samples, %, one column per engine: (samples, engines).
 
         It is what an engine has by itself less what the reference has then, as a share of the largest kinetic energy
         that the reference has had until then, or of `fall`, if that is more. It counts only if the reference does not
-        have that energy a step earlier or later: where energy is lost in contacts, an engine that is late by a step is
-        not accused of the loss. So the latest sample keeps the error of the sample before. One engine alone is
+        have that energy a sample earlier or later: where energy is lost in contacts, an engine that is late by a step
+        is not accused of the loss. So the latest sample keeps the error of the sample before. One engine alone is
         compared with its start.
         """
-        own, (low, high, scale) = self.of(Quantity.OWN), self.series.rows[:, LOW : SCALE + 1].T
-        if self.is_alone:
-            low = high = np.full(len(own), own[0, 0])
-        off = np.maximum(own - high[:, None], 0.0) + np.minimum(own - low[:, None], 0.0)
+        own = self.of(Quantity.OWN)
+        expected = np.full(len(own), own[0, 0]) if self.is_alone else own[:, self._index]
+        around = np.pad(expected, 1, mode="edge")
+        low, high = (least([around[:-2], expected, around[2:]])[:, None] for least in (np.fmin.reduce, np.fmax.reduce))
+        off = np.maximum(own - high, 0.0) + np.minimum(own - low, 0.0)
+        off[np.isnan(expected)] = np.nan
         with np.errstate(divide="ignore"):
-            errors: Floats = np.divide(100 * off, scale[:, None], out=np.zeros_like(off), where=off != 0)
-        if 0 < self.final < len(errors):
-            errors[self.final] = errors[self.final - 1]
+            errors: Floats = np.divide(100 * off, self._scale[:, None], out=np.zeros_like(off), where=off != 0)
+        latest = int(np.isfinite(expected).nonzero()[0].max(initial=0))
+        if latest and not self.is_alone:
+            errors[latest] = errors[latest - 1]
         return errors
 
     def error_at(self, step: int) -> dict[str, float]:
@@ -194,8 +181,8 @@ class Samples:
     @property
     def keeps_energy(self) -> bool:
         """Whether the reference has had the same energy of its own all the time."""
-        own = self.of(Quantity.OWN)[:, self.engines.index(self.reference)]
-        return not np.nanmax(np.abs(own - own[0])) > NEGLIGIBLE * self._largest
+        own = self.of(Quantity.OWN)[:, self._index]
+        return not np.nanmax(np.abs(own - own[0])) > NEGLIGIBLE * self._scale[-1]
 
     @property
     def is_alone(self) -> bool:
