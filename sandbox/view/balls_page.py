@@ -187,7 +187,7 @@ class Inspector:
         self._editor = editor
         self._notice = notice
         self._heading, self._hint = Words("", width=2.0), Words(HINT)
-        self._delete = TextButton("delete", lambda: editor.delete(None), "delete it", width=1.0)
+        self._delete = TextButton("Delete", lambda: editor.delete(None), "delete it", width=1.0)
         self._fields = {key: self._number_field(key) for key in dict.fromkeys((*BALL_KEYS, *WALL_KEYS))}
         colour = self._field(
             "colour", self._colour, lambda text: editor.change(color=text), "a CSS colour name or #rrggbb"
