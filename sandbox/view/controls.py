@@ -226,7 +226,7 @@ BY_MOUSE: Final = {
     Topic.FIRST: ("Drag a ball", "pull it while time passes; if paused, set its velocity"),
     Topic.TIME: ("Drag in the charts", "go to that time, as in the bar; the wheel zooms"),
     Topic.COMPARE: ("Mouse on a ball", "its position, velocity and energy in every engine"),
-    Topic.EDIT: ("Drag a wall", "push it, or move it if paused; the tools below the panes do more"),
+    Topic.EDIT: ("Drag a wall", "move it; the tools below the panes do more"),
     Topic.SEE: ("Wheel, drag", "zoom in and out; move what the panes show by empty ground"),
     Topic.FILES: ("Drop a file", "run its scene, or list those of a folder"),
     Topic.WINDOW: ("Tab, Enter, arrows", "next button, press it, move a slider"),

@@ -130,7 +130,7 @@ class Window:
         self.showing ^= {  # unless it was chosen otherwise
             layer for layer in before ^ opens_with(len(scene.bodies)) if (layer in before) == (layer in self.showing)
         }
-        self.editor.select(None)
+        self.editor.select()
         self.mouse.reset()
         self.notice.clear()
         self.guard.try_again()
@@ -184,8 +184,6 @@ class Window:
         if playback.paused:
             playback.wait()
         else:
-            if self.mouse.drag:
-                self.mouse.drag.step()
             playback.advance(seconds)
         self._outdated = self.guard.run(WHY_PAGE, self.why.update) or self._outdated
         self._outdated = self.view.mark(self.why.marks) or self._outdated

@@ -289,7 +289,7 @@ def test_fields_and_gravity_show_and_take_the_units_of_the_scene(desk: Window) -
     assert (value(desk, "x"), value(desk, "vx")) == ("1.505", "0.07")
     units = {one.name: one.unit for one, _ in widgets(desk) if isinstance(one, Field)}
     assert (units["x"], units["vx"], units["radius"], units["mass"]) == ("m", "m/s", "m", "kg")
-    desk.editor.select_wall(0)
+    desk.editor.select(wall=0)
     typed_into(desk, "to x", "4.5")
     assert desk.view.moment.scene.walls[0].to == (450, 400)
     gravity, _ = slider(desk, "gravity")
