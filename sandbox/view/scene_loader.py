@@ -8,7 +8,7 @@ from typing import Final
 
 from sandbox.errors import Refused, SandboxError
 from sandbox.files import MAX_TEXT_FILE_BYTES
-from sandbox.scene.files import TRUTHS, bundled, load
+from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
 from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.offscreen import Previews
@@ -20,7 +20,6 @@ CHECK_INTERVAL: Final = 0.2  # s between two checks of the file
 class FileWatcher:
     """Reports when a file's content changes. While the file cannot be read, it counts as unchanged."""
 
-    _stamp: tuple[int, int, int] | None = None
     _content = b""
 
     def __init__(self, file: Path) -> None:
@@ -30,12 +29,8 @@ class FileWatcher:
     def changed(self) -> bool:
         """Return whether the content has changed since the last call."""
         before = self._content
-        with suppress(OSError):
-            status = self.file.stat()
-            stamp = status.st_mtime_ns, status.st_size, status.st_ino
-            if stamp != self._stamp:
-                with self.file.open("rb") as file:
-                    self._stamp, self._content = stamp, file.read(MAX_TEXT_FILE_BYTES + 1)
+        with suppress(OSError), self.file.open("rb") as file:
+            self._content = file.read(MAX_TEXT_FILE_BYTES + 1)
         return self._content != before
 
 
@@ -118,9 +113,8 @@ class SceneLoader:
         self.try_to_run(load(names[(here + by) % len(names)]))
 
     def open_picker(self) -> None:
-        """Open the scene picker, with the truths if one of them runs."""
-        truths = self._scene.file in bundled(TRUTHS).values()
-        self.picker = ScenePicker(self._folders, self.open_file, self.close_picker, self._previews, with_truths=truths)
+        """Open the scene picker."""
+        self.picker = ScenePicker(self._folders, self.open_file, self.close_picker, self._previews)
 
     def close_picker(self) -> None:
         """Close the scene picker."""
