@@ -9,8 +9,7 @@ from pygame.event import Event
 
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import Input
-from sandbox.view.case import Case
-from sandbox.view.case_so_far import CaseWorker, answer
+from sandbox.view.case_so_far import Case, CaseWorker, answer
 from sandbox.view.controls import Action, Panel, Topic, tip_of
 from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.view.widgets.fields import Slider

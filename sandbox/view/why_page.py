@@ -9,8 +9,7 @@ from pygame import Color, Surface
 from sandbox.analysis.difference import MAX_DIFFERENCES, Difference
 from sandbox.judge.causes import Cause
 from sandbox.scene.fields import rgb
-from sandbox.view.case import Case, LedgerLine, OtherContact
-from sandbox.view.case_so_far import CaseSoFar
+from sandbox.view.case_so_far import Case, CaseSoFar, LedgerLine, OtherContact
 from sandbox.view.contact_mark import ContactPicture, draw_contact
 from sandbox.view.controls import RIGHT, Action
 from sandbox.view.layout import Layout

@@ -16,8 +16,7 @@ from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.session.session import Session
 from sandbox.state import State
-from sandbox.view.case import Case, case_of
-from sandbox.view.case_so_far import DIED, CaseWorker
+from sandbox.view.case_so_far import DIED, Case, CaseWorker, case_of
 from sandbox.view.contact_mark import NORMAL
 from sandbox.view.controls import RIGHT
 from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
