@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -269,7 +270,7 @@ def run():
     while True:
         space.step(1 / 60)
         time.sleep(0.001)
-threading.Thread(target=run, daemon=True).start()
+threading.Thread(target=run, daemon=True, name="steps").start()
 """
 
 
@@ -282,6 +283,9 @@ def test_a_thread_steps_while_the_program_waits_without_a_window(
     loop = f"import pygame\nclock = pygame.time.Clock()\nwhile True:\n    {wait}\n"
     write(working_folder, IN_A_THREAD + loop)
     document = diagnoses(command, "--headless", "--seconds", "0.4", "game.py")
+    for thread in threading.enumerate():
+        if thread.name == "steps":
+            thread.join()  # by SystemExit, which another test would be told of
     assert [(space["steps"], document["ended_by"]) for space in document["spaces"]] == [(24, "time is up")]
 
 
