@@ -148,9 +148,12 @@ class Action(Enum):
     DISCARD_EDITS = _edit(
         "Shift R", "Discard edits", "restart without edits; undo brings them back", lambda w: w.restart(keep=False)
     )
-    ADD_BALL = _edit("A", "", "add a ball at the mouse", lambda w: w.mouse.add_ball())
+    ADD_BALL = _edit("A", "", "add a ball at the mouse", lambda w: w.editor.add(w.mouse.position))
     DELETE_BALL = _edit(
-        "Delete, Backspace", "", "delete the ball at the mouse, or the selected one", lambda w: w.mouse.delete_ball()
+        "Delete, Backspace",
+        "",
+        "delete the ball at the mouse, or the selected one",
+        lambda w: w.editor.delete(w.mouse.ball),
     )
     NEXT_TOOL = _edit("F", "", "next tool: hand, move, ball, wall, erase", lambda w: w.mouse.choose_next())
     SELECT_PREVIOUS = _edit(",", "", "select the previous ball", lambda w: w.editor.select_next(-1), repeats=True)

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import count
 from typing import Final
 
 import numpy as np
@@ -57,8 +56,8 @@ class Bench:
         here, scene = np.array(spot.position), self.scene
         to_balls = length(self.playback.view.panes[spot.pane].state.position - here) - scene.bodies.radius
         to_walls = [float(segment_distance(here, wall.start, wall.to)) - wall.thickness / 2 for wall in scene.walls]
-        ball, (to_wall, wall) = int(to_balls.argmin()), min(zip(to_walls, count(), strict=False), default=(math.inf, 0))
-        if to_balls[ball] > 0 and to_wall <= spot.reach:
+        ball, wall = int(to_balls.argmin()), int(np.argmin([*to_walls, math.inf]))
+        if to_balls[ball] > 0 and [*to_walls, math.inf][wall] <= spot.reach:
             return None, wall
         return (ball if to_balls[ball] <= spot.reach else None), None
 

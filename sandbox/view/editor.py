@@ -176,6 +176,6 @@ class Editor:
 def _is_free(moment: Moment, position: Vector, radius: float) -> bool:
     """Return whether a ball at a position would touch no ball of any engine, and no inner wall."""
     scene, here = moment.scene, np.array(position)
-    return all(
-        bool((length(state.position - here) >= scene.bodies.radius + radius).all()) for state in moment.states.values()
-    ) and all(float(segment_distance(here, wall.start, wall.to)) >= radius + wall.thickness / 2 for wall in scene.walls)
+    gaps = [length(state.position - here) - scene.bodies.radius for state in moment.states.values()]
+    gaps += [segment_distance(here, wall.start, wall.to) - wall.thickness / 2 for wall in scene.walls]
+    return all((np.asarray(gap) >= radius).all() for gap in gaps)

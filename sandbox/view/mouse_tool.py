@@ -90,10 +90,6 @@ class MouseTool:
         self.tool = self.hand
         self.point: ScreenPoint | None = None
         self.lens, self.timeline_share = Lens(), TIMELINE_SHARE
-        self.reset()
-
-    def reset(self) -> None:
-        """Drop what the mouse holds, because another run begins."""
         self.drag: Drag | None = None
 
     def choose(self, tool: Tool) -> None:
@@ -105,10 +101,6 @@ class MouseTool:
     def choose_next(self) -> None:
         """Let the mouse do what the next tool does."""
         self.choose(self.tools[(self.tools.index(self.tool) + 1) % len(self.tools)])
-
-    def is_used(self, tool: Tool) -> bool:
-        """Return whether a tool is chosen."""
-        return self.tool is tool
 
     # What the mouse is over
 
@@ -255,17 +247,6 @@ class MouseTool:
             drag.end()
         elif self._playback.session.held is not None:
             self._playback.give(Release(step=self._playback.session.step))
-
-    # Actions that depend on where the mouse is
-
-    def add_ball(self) -> None:
-        """Add a ball at the mouse."""
-        self.release()
-        self._editor.add(self.position)
-
-    def delete_ball(self) -> None:
-        """Delete the ball under the mouse, or else the selected ball or wall."""
-        self._editor.delete(self.ball)
 
     def draw(self, surface: Surface) -> None:
         """Mark what is selected in every pane, and what the mouse holds or could hold."""

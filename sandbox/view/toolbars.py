@@ -13,7 +13,7 @@ from sandbox.view.charts import Charts
 from sandbox.view.controls import Action, tip_of
 from sandbox.view.instruments import OTHERS, TABS, Instrument
 from sandbox.view.layout import GAP, TIME_LETTERS, Layout
-from sandbox.view.mouse_tool import MouseTool
+from sandbox.view.mouse_tool import MouseTool, Tool
 from sandbox.view.playback import SPEEDS, Playback, speed_text
 from sandbox.view.primitives import write
 from sandbox.view.theme import chart_palette, theme
@@ -69,10 +69,10 @@ class Header:
 
 def tool_palette(mouse: MouseTool, playback: Playback, do: Do) -> WidgetRow:
     """Return the row of tools."""
-    tools = [
-        TextButton(tool.name, partial(mouse.choose, tool), f"{tool.does}  (F: next tool)", partial(mouse.is_used, tool))
-        for tool in mouse.tools
-    ]
+
+    def button(tool: Tool) -> TextButton:
+        does = f"{tool.does}  (F: next tool)"
+        return TextButton(tool.name, partial(mouse.choose, tool), does, lambda: mouse.tool is tool)
 
     undo = action_button(
         Action.UNDO, do, refusal=lambda: "" if playback.session.can_undo else "there is nothing to undo here"
@@ -82,7 +82,7 @@ def tool_palette(mouse: MouseTool, playback: Playback, do: Do) -> WidgetRow:
     )
     zoom = Words("", said=lambda: f"{100 * mouse.lens.zoom:.0f} %", widest="5000 %", colour=theme.dim)
     zooms = (action_button(action, do) for action in (Action.ZOOM_OUT, Action.SHOW_ALL, Action.ZOOM_IN))
-    return WidgetRow([*tools, undo, redo], [zoom, *zooms])
+    return WidgetRow([*map(button, mouse.tools), undo, redo], [zoom, *zooms])
 
 
 WIDEST: Final = "1\N{MULTIPLICATION SIGN} (0.88\N{MULTIPLICATION SIGN})"

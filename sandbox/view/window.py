@@ -131,13 +131,13 @@ class Window:
             layer for layer in before ^ opens_with(len(scene.bodies)) if (layer in before) == (layer in self.showing)
         }
         self.editor.select()
-        self.mouse.reset()
+        self.mouse.drag = None
         self.notice.clear()
         self.guard.try_again()
 
     def restart(self, *, keep: bool) -> None:
         """Run the scene again from its start. keep: whether the edits stay."""
-        self.mouse.reset()
+        self.mouse.drag = None
         self.guard.try_again()
         self.playback.restart(keep=keep)
 
@@ -215,7 +215,7 @@ class Window:
             with self.guard.reporting():
                 yield
         except Stopped:
-            self.mouse.reset()
+            self.mouse.drag = None
             self.notice.show(STOPPED)
 
     def _handle(self, event: Event) -> None:
