@@ -40,14 +40,10 @@ class WorkerHere(CaseWorker):
         self._so_far = ComparisonSoFar()
 
     def ask(self, run: RunSoFar) -> None:
-        self.is_busy, self._answer = True, answer(self._so_far, run)
+        self._answer = answer(self._so_far, run)
 
     def poll(self) -> Case | SandboxError | None:
-        was_busy, self.is_busy = self.is_busy, False
-        return self._answer if was_busy else None
-
-    def stop(self) -> None:
-        self.is_busy = False
+        return self._answer
 
 
 class IdleWorker(CaseWorker):

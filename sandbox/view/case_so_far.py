@@ -111,20 +111,17 @@ class CaseWorker:
 
     def __init__(self) -> None:
         self._process: ChildProcess | None = None
-        self.is_busy = False
 
     def ask(self, run: RunSoFar) -> None:
-        """Begin to compare a run so far. It must not be busy."""
+        """Begin to compare a run so far. It must have done with the one before."""
         if self._process is None:
             self._process = ChildProcess(_serve)
-        self.is_busy = True
         self._process.send(run)
 
     def poll(self) -> Case | SandboxError | None:
-        """Return what has become of the task if it is done. The task is then forgotten."""
-        if not self.is_busy or self._process is None or not self._process.connection.poll():
+        """Return what has become of the task, once it is done."""
+        if self._process is None or not self._process.connection.poll():
             return None
-        self.is_busy = False
         try:
             answer: Case | SandboxError = self._process.receive()
         except EOFError:  # a bug, of which it has printed the traceback, or too little memory
@@ -134,7 +131,7 @@ class CaseWorker:
 
     def stop(self) -> None:
         """End the process, and what it does."""
-        process, self._process, self.is_busy = self._process, None, False
+        process, self._process = self._process, None
         if process is not None:
             process.stop()
 

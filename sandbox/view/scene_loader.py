@@ -17,23 +17,6 @@ from sandbox.view.scene_picker import ScenePicker
 CHECK_INTERVAL: Final = 0.2  # s between two checks of the file
 
 
-class FileWatcher:
-    """Reports when a file's content changes. While the file cannot be read, it counts as unchanged."""
-
-    _content = b""
-
-    def __init__(self, file: Path) -> None:
-        self.file = file
-        self.changed()
-
-    def changed(self) -> bool:
-        """Return whether the content has changed since the last call."""
-        before = self._content
-        with suppress(OSError), self.file.open("rb") as file:
-            self._content = file.read(MAX_TEXT_FILE_BYTES + 1)
-        return self._content != before
-
-
 class SceneLoader:
     """Opens scenes. While the next one cannot be run, the current one keeps running.
 
@@ -60,8 +43,8 @@ class SceneLoader:
         self._scene = scene
         self._add_folder(scene.file.parent)
         self.error = ""  # of a file that could not be opened since
-        self._watcher = FileWatcher(scene.file)
-        self._next_check = monotonic() + CHECK_INTERVAL
+        self._content = b""  # of the file, when it was last read
+        self._has_changed()
 
     def _add_folder(self, folder: Path) -> None:
         if folder.resolve() not in [known.resolve() for known in self._folders]:
@@ -92,14 +75,19 @@ class SceneLoader:
             self._notice.show(str(refusal), NoticeKind.ERROR)
         self._opened(scene)
 
+    def _has_changed(self) -> bool:
+        """Return whether the file's content has changed since the last call; not while the file cannot be read."""
+        self._next_check, before = monotonic() + CHECK_INTERVAL, self._content
+        with suppress(OSError), self._scene.file.open("rb") as file:
+            self._content = file.read(MAX_TEXT_FILE_BYTES + 1)
+        return self._content != before
+
     def reload_if_edited(self) -> bool:
         """Open the scene's file again if it has been edited. Return whether it has."""
-        if monotonic() < self._next_check:
-            return False
-        self._next_check = monotonic() + CHECK_INTERVAL
-        if changed := self._watcher.changed():
-            self.open_file(self._watcher.file)
-        return changed
+        is_edited = monotonic() >= self._next_check and self._has_changed()
+        if is_edited:
+            self.open_file(self._scene.file)
+        return is_edited
 
     def next_seed(self) -> None:
         """Restart the scene with the next seed."""

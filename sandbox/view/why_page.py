@@ -15,7 +15,7 @@ from sandbox.view.controls import RIGHT, Action
 from sandbox.view.layout import Layout
 from sandbox.view.playback import Playback
 from sandbox.view.run_so_far import Marks
-from sandbox.view.session_view import IT_SHOULD_HAVE, MIN_ERROR, amount_text
+from sandbox.view.session_view import energy_in_words
 from sandbox.view.theme import chart_palette, palette, theme
 from sandbox.view.toolbars import action_button
 from sandbox.view.widgets import Bar, Widget, Words
@@ -130,7 +130,8 @@ class WhyPage:
         if not case:
             return [status, self._buttons]
         of_engine = case.engines[engine]
-        self._headline.text = self._headline_text
+        error = self._playback.view.energy_errors.get(engine, 0.0)
+        self._headline.text = f"{engine}: {energy_in_words(error, self._playback.view.beside)}"
         rows: list[Row] = [*self._choices(case.engines), [self._headline], status, self._buttons]
         if shown:
             against, ink = self._playback.session.reference, palette(self._playback.scene.arena.background).ink
@@ -169,19 +170,6 @@ class WhyPage:
             until = f"up to {contacts[-1].time:.3f} s"
             return f"The first {MAX_DIFFERENCES} contacts that differ from {reference}, {until}; the last of them first"
         return f"{len(contacts)} contacts differ from {reference}" if len(contacts) > 1 else "1 contact differs"
-
-    @property
-    def _headline_text(self) -> str:
-        """How much energy is missing, or is too much, in the engine that the page speaks of."""
-        view = self._playback.view
-        error = view.energy_errors.get(self.engine, 0.0)
-        if abs(error) < MIN_ERROR:
-            return "The energy is as it should be"
-        amount = amount_text(error)
-        if view.beside != IT_SHOULD_HAVE:
-            return f"{amount} {'less' if error < 0 else 'more'} energy than {view.beside}"
-        of_energy = "" if "energy" in amount else " of the energy so far"
-        return f"{amount}{of_energy} is missing" if error < 0 else f"{amount} too much energy"
 
     def _ledger_rows(self, lines: Sequence[LedgerLine]) -> Iterator[Row]:
         """Yield the engine's own errors as bars, and then what the scene takes and gives."""

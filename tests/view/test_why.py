@@ -130,9 +130,9 @@ def test_a_long_run_is_compared_in_parts_each_twice_as_long() -> None:
 def test_the_headline_says_what_the_title_says_at_any_step(article: Window) -> None:
     for at in (60, 50, 40):
         article.playback.seek(at)
-        error = article.view.energy_errors[article.why.engine]
-        missing = f"{-error:.2g} % of the energy so far is missing"
-        assert (missing if error else "The energy is as it should be") in words(article)
+        [pane] = [pane for pane in article.view.panes if pane.name == article.why.engine]
+        article.draw()
+        assert f"{pane.name}: {pane.energy_text}" in words(article)
 
 
 def test_the_page_follows_the_run_and_forgets_what_an_edit_undoes(article: Window) -> None:
