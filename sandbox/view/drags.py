@@ -63,7 +63,23 @@ class Bench:
 
 
 class Drag:
-    """Something that the mouse holds."""
+    """What the mouse does with what is selected, from the press at a spot to the release."""
+
+    def __init__(self, bench: Bench, spot: Spot) -> None:
+        self.bench, self.spot = bench, spot
+
+    @property
+    def step(self) -> int:
+        """The current step, to which inputs belong."""
+        return self.bench.playback.session.step
+
+    def target(self, point: ScreenPoint) -> Vector:
+        """Return where a point of the screen is in the scene of the pane that was pressed, inside the arena."""
+        return self.bench.scene.arena.nearest_inside(self.bench.layout().to_scene(self.spot.pane, point))
+
+    def is_moved(self, point: ScreenPoint) -> bool:
+        """Return whether the mouse has gone further than in a click."""
+        return math.dist(point, self.spot.point) > CLICK_DISTANCE
 
     def move(self, point: ScreenPoint) -> None:
         """Handle a move of the mouse to a point of the screen."""
@@ -90,27 +106,7 @@ class Slide(Drag):
         self._go_to(point)
 
 
-class Hold(Drag):
-    """Holds what is selected, from a spot on."""
-
-    def __init__(self, bench: Bench, spot: Spot) -> None:
-        self.bench, self.spot = bench, spot
-
-    @property
-    def step(self) -> int:
-        """The current step, to which inputs belong."""
-        return self.bench.playback.session.step
-
-    def target(self, point: ScreenPoint) -> Vector:
-        """Return where a point of the screen is in the scene of the pane that was pressed, inside the arena."""
-        return self.bench.scene.arena.nearest_inside(self.bench.layout().to_scene(self.spot.pane, point))
-
-    def is_moved(self, point: ScreenPoint) -> bool:
-        """Return whether the mouse has gone further than in a click."""
-        return math.dist(point, self.spot.point) > CLICK_DISTANCE
-
-
-class Pull(Hold):
+class Pull(Drag):
     """Pulls the selected ball in every engine while time passes."""
 
     def __init__(self, bench: Bench, spot: Spot) -> None:
@@ -130,7 +126,7 @@ class Pull(Hold):
     cancel = end
 
 
-class Aim(Hold):
+class Aim(Drag):
     """Sets the velocity of the selected ball of a paused run, in every engine.
 
     velocity: that the drag gives to it, px/s; None until the mouse has moved.
@@ -153,7 +149,7 @@ class Aim(Hold):
             self.bench.editor.set_velocity(self.bench.editor.selected, self.velocity)
 
 
-class Shift(Hold):
+class Shift(Drag):
     """Moves the selected ball or wall, or an end of the wall, to the same place in every engine, at its release."""
 
     at: Vector | None = None  # px of the scene, where the mouse has dragged it
