@@ -91,7 +91,8 @@ def passing(filters: Integers, first: Integers, second: Integers) -> Bools:
 def meeting(filters: Integers) -> Bools:
     """Return which balls can meet another ball: (n,). filters: (n, 3), as in `Bodies`."""
     kinds, kind, count = np.unique(filters, axis=0, return_inverse=True, return_counts=True)
-    meets: Bools = ~pass_through(kinds.T[:, :, None], kinds.T[:, None])
+    passes: Bools = pass_through(kinds.T[:, :, None], kinds.T[:, None])
+    meets = ~passes
     meets[np.diag_indices(len(kinds))] &= count > 1
     return np.asarray(meets.any(axis=1)[kind.ravel()])
 
