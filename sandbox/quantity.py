@@ -94,7 +94,7 @@ def meeting(filters: Integers) -> Bools:
     passes: Bools = pass_through(kinds.T[:, :, None], kinds.T[:, None])
     meets = ~passes
     meets[np.diag_indices(len(kinds))] &= count > 1
-    return np.asarray(meets.any(axis=1)[kind.ravel()])
+    return np.take(meets.any(axis=1), kind.ravel())
 
 
 def deepest_overlap(position: Floats, radius: Floats, filters: Integers | None = None) -> tuple[float, int, int]:
