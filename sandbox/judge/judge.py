@@ -18,7 +18,7 @@ from sandbox.judge.ledger import NO_BODY, Errors, Ledger, pairs
 from sandbox.judge.observe import SIGN, Singles, When
 from sandbox.judge.run import NEVER, Contacts, Run, Vectors, cross, dot
 from sandbox.judge.summary import Judged, Verdict, summary
-from sandbox.judge.thresholds import MAX_TOGETHER, NEGLIGIBLE, REST
+from sandbox.judge.thresholds import ALIKE, MAX_TOGETHER, NEGLIGIBLE, REST
 from sandbox.judge.words import of_flight
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT
@@ -28,7 +28,6 @@ OF_OVERLAP: Final = (  # causes of what balls do that overlap at the start
     *(Cause.LATE, Cause.EARLY, Cause.POSITION_CORRECTION, Cause.TELEPORTED, Cause.OVERSHOOT, Cause.DOUBLE_BOUNCE),
     *(Cause.WARM_START, Cause.UNCONVERGED, Cause.UNKNOWN),
 )
-SLIGHT: Final = 1e-3  # of a radius; an overlap at the start that is less deep comes of digits that were rounded
 BLOCK: Final = 2**20  # steps of a ball that are judged at once, some 300 MB of arrays
 
 
@@ -454,7 +453,7 @@ class _Block:
 
     def mark_overlaps(self, errors: Errors) -> None:
         """Blame on an overlap at the start what balls do until it ends: no step led them into each other."""
-        run, deep = self.run, self.c.part(self.before > SLIGHT * float(self.run.r.min()))
+        run, deep = self.run, self.c.part(self.before > ALIKE * float(self.run.r.min()))  # less comes of three digits
         keys = np.sort(keys_of(deep, run))
         begins = np.flatnonzero(np.diff(keys, prepend=-9) != 1)
         of_start = np.repeat(keys[begins] % (run.steps + 1) == 0, np.diff(np.append(begins, len(keys))))
