@@ -93,7 +93,7 @@ def meeting(filters: Integers) -> Bools:
     kinds, kind, count = np.unique(filters, axis=0, return_inverse=True, return_counts=True)
     meets: Bools = ~pass_through(kinds.T[:, :, None], kinds.T[:, None])
     meets[np.diag_indices(len(kinds))] &= count > 1
-    return np.asarray(meets.any(axis=1)[kind.ravel()])
+    return np.asarray(meets.any(axis=1))[kind.ravel()]
 
 
 def deepest_overlap(position: Floats, radius: Floats, filters: Integers | None = None) -> tuple[float, int, int]:
