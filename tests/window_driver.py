@@ -9,8 +9,7 @@ from pygame.event import Event
 
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import Input
-from sandbox.view.case import Case
-from sandbox.view.case_so_far import CaseWorker, answer
+from sandbox.view.case_so_far import Case, CaseWorker, answer
 from sandbox.view.controls import Action, Panel, Topic, tip_of
 from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.view.widgets.fields import Slider
@@ -41,14 +40,10 @@ class WorkerHere(CaseWorker):
         self._so_far = ComparisonSoFar()
 
     def ask(self, run: RunSoFar) -> None:
-        self.is_busy, self._answer = True, answer(self._so_far, run)
+        self._answer = answer(self._so_far, run)
 
     def poll(self) -> Case | SandboxError | None:
-        was_busy, self.is_busy = self.is_busy, False
-        return self._answer if was_busy else None
-
-    def stop(self) -> None:
-        self.is_busy = False
+        return self._answer
 
 
 class IdleWorker(CaseWorker):

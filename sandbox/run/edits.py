@@ -1,7 +1,8 @@
 """Edits of a running scene: each changes the scene, the state of its balls, or both.
 
 Like all inputs, an edit belongs to a step. After it, every engine is rebuilt from the edited scene and its own edited
-state, so engines need not support edits.
+state, so engines need not support edits. Their values are those of a scene's balls and walls, see `BallGroup` and
+`Wall`, in the same units.
 
 A scene's expectations are for the scene that it was: an edit of the scene drops them.
 """
@@ -21,11 +22,11 @@ from sandbox.scene.balls import PER_BALL, BallGroup
 from sandbox.scene.clock import Clock
 from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, NotTiny, Number, Vector
 from sandbox.scene.model import Scene, Wall
-from sandbox.scene.overlaps import Situation, check_ball_fits, check_wall_fits
+from sandbox.scene.overlaps import Situation, check_fits
 from sandbox.state import State, States
 
 CONSTANTS: Final = ("radius", "mass", "elasticity", "friction")  # of a ball
-NOT_CHANGED: Final = ("step", "do", "ball", "wall", "continued")  # fields that say when and where a change is
+NO_VALUES: Final = {"step", "do", "ball", "wall", "continued"}  # fields that say when and where an edit is
 
 
 class Edit(Model):
@@ -34,9 +35,14 @@ class Edit(Model):
     step: Index
     do: str
 
+    @property
+    def values(self) -> dict[str, Any]:
+        """The new values by their names, without those that stay as they are."""
+        return self.model_dump(exclude=NO_VALUES, exclude_none=True)
+
     def change_scene(self, scene: Scene) -> Scene:
-        """Return the edited scene. Raises SandboxError if it is not valid."""
-        return scene
+        """Return the edited scene: by default with the new values. Raises SandboxError if it is not valid."""
+        return scene.changed(**self.values, expect=())
 
     def change_state(self, state: State) -> State:
         """Return the edited state of an engine's balls."""
@@ -50,15 +56,6 @@ class Edit(Model):
         """Raise SandboxError if the edit puts something where there is no room for it in an engine."""
 
 
-class _Changes(Edit):
-    """An edit that changes some values of a ball or a wall; those left out, or None, stay as they are."""
-
-    @property
-    def changes(self) -> dict[str, Any]:
-        """The new values by their names."""
-        return self.model_dump(exclude={*NOT_CHANGED}, exclude_none=True)
-
-
 class AddBall(Edit):
     """Add a ball, after all others. It may overlap other balls, but no wall."""
 
@@ -66,22 +63,17 @@ class AddBall(Edit):
     position: Vector
     """Centre, px."""
     velocity: Vector = (0, 0)
-    """Velocity, px/s."""
     spin: Number = 0
-    """Angular velocity, rad/s; positive is clockwise on the screen."""
     radius: NotTiny
     """Radius, px."""
     mass: NotTiny = 1
-    """Mass, kg; only ratios matter."""
     elasticity: Elasticity = 1
-    """The ball's factor: the elasticity of a pair is the product of its two factors."""
     friction: NotNegative = 0
-    """The ball's factor: the friction of a pair is the product of its two factors."""
     color: Colour = PALETTE[0]
-    """A CSS colour name or #rrggbb."""
 
     def change_scene(self, scene: Scene) -> Scene:
-        ball = BallGroup(colors=(self.color,), **self.model_dump(exclude={"step", "do", "color"}))
+        values = self.values
+        ball = BallGroup(colors=(values.pop("color"),), **values)
         return scene.changed(balls=[*scene.balls, ball], expect=())
 
     def change_state(self, state: State) -> State:
@@ -89,37 +81,28 @@ class AddBall(Edit):
         return State(state.time, position, velocity, np.append(state.angle, 0.0), np.append(state.spin, self.spin))
 
     def check_room(self, before: Situation, after: Situation) -> None:
-        check_ball_fits(len(after.position) - 1, None, after)
+        check_fits(len(after.position) - 1, None, after)
 
 
-class ChangeBall(_Changes):
-    """Change properties of a ball. Its position, velocity and spin then are the same in every engine.
+class ChangeBall(Edit):
+    """Change properties of a ball; those left out, or None, stay as they are.
 
-    It may not be put deeper into another ball or a wall than it was, in any engine.
+    Its position, velocity and spin then are the same in every engine. It may not be put deeper into another ball or a
+    wall than it was, in any engine.
     """
 
     do: Literal["change"] = "change"
     ball: Index
     x: Number | None = None
-    """Horizontal position of its centre, px."""
     y: Number | None = None
-    """Vertical position of its centre, px, downwards."""
     vx: Number | None = None
-    """Horizontal velocity, px/s."""
     vy: Number | None = None
-    """Vertical velocity, px/s, positive downwards."""
     spin: Number | None = None
-    """Angular velocity, rad/s; positive is clockwise on the screen."""
     radius: NotTiny | None = None
-    """Radius, px."""
     mass: NotTiny | None = None
-    """Mass, kg; only ratios matter."""
     elasticity: Elasticity | None = None
-    """The ball's factor: the elasticity of a pair is the product of its two factors."""
     friction: NotNegative | None = None
-    """The ball's factor: the friction of a pair is the product of its two factors."""
     color: Colour | None = None
-    """A CSS colour name or #rrggbb."""
 
     def change_scene(self, scene: Scene) -> Scene:
         """Let the ball be a group of its own. The others keep their numbers and colours."""
@@ -131,7 +114,7 @@ class ChangeBall(_Changes):
             spin=group.spin if self.spin is None else self.spin,
             colors=(self.color or scene.colors[self.ball],),
             filter=group.filter,
-            **{key: self.changes.get(key, getattr(group, key)) for key in CONSTANTS},
+            **{key: self.values.get(key, getattr(group, key)) for key in CONSTANTS},
         )
         return scene.changed(balls=[*before, group, *after], expect=())
 
@@ -146,7 +129,7 @@ class ChangeBall(_Changes):
         return state
 
     def check_room(self, before: Situation, after: Situation) -> None:
-        check_ball_fits(self.ball, before, after)
+        check_fits(self.ball, before, after)
 
 
 class DeleteBall(Edit):
@@ -192,50 +175,42 @@ class AddWall(Edit):
     to: Vector
     """The other end, px."""
     thickness: NotNegative = 4
-    """Full thickness, px: half of it on either side of the segment."""
     elasticity: Elasticity = 1
-    """The wall's factor: the elasticity of a contact is the product of the wall's and the ball's."""
     friction: NotNegative = 0
-    """The wall's factor: the friction of a contact is the product of the wall's and the ball's."""
 
     def change_scene(self, scene: Scene) -> Scene:
-        return scene.changed(walls=[*scene.walls, Wall(**self.model_dump(exclude={"step", "do"}))], expect=())
+        return scene.changed(walls=[*scene.walls, Wall(**self.values)], expect=())
 
     def check_room(self, before: Situation, after: Situation) -> None:
-        check_wall_fits(len(after.scene.walls) - 1, None, after)
+        check_fits(~(len(after.scene.walls) - 1), None, after)
 
 
-class ChangeWall(_Changes):
-    """Change a wall: its ends, its thickness, its elasticity, its friction.
+class ChangeWall(Edit):
+    """Change a wall: its ends, its thickness, its elasticity, its friction; those left out, or None, stay.
 
-    No ball may then be deeper in it than before, in any engine. The wall stands still during every step, also one
-    that is dragged: it does no work on the balls.
+    No ball may then be deeper in it than before, in any engine. The wall stands still during every step: it does no
+    work on the balls.
     """
 
     do: Literal["change-wall"] = "change-wall"
     wall: Index
     """Its number among the scene's own walls, from 0."""
     start: Vector | None = Field(None, validation_alias="from", serialization_alias="from")
-    """One end, px."""
     to: Vector | None = None
-    """The other end, px."""
     thickness: NotNegative | None = None
-    """Full thickness, px: half of it on either side of the segment."""
     elasticity: Elasticity | None = None
-    """The wall's factor: the elasticity of a contact is the product of the wall's and the ball's."""
     friction: NotNegative | None = None
-    """The wall's factor: the friction of a contact is the product of the wall's and the ball's."""
     continued: Literal[True] | None = None
-    """Whether this goes on with the drag that the edit before it belongs to, so that both are undone together."""
+    """Whether this goes on with what the edit before it belongs to, so that both are undone together."""
 
     def change_scene(self, scene: Scene) -> Scene:
         check_wall(self.wall, scene)
         walls = list(scene.walls)
-        walls[self.wall] = Wall(**walls[self.wall].model_dump() | self.changes)
+        walls[self.wall] = Wall(**walls[self.wall].model_dump() | self.values)
         return scene.changed(walls=walls, expect=())
 
     def check_room(self, before: Situation, after: Situation) -> None:
-        check_wall_fits(self.wall, before, after)
+        check_fits(~self.wall, before, after)
 
 
 class DeleteWall(Edit):
@@ -251,10 +226,7 @@ class DeleteWall(Edit):
 
 
 class SetElasticity(Edit):
-    """Set the elasticity of every contact.
-
-    The elasticity of a contact is the product of two factors, so each factor becomes the square root.
-    """
+    """Set the elasticity of every contact."""
 
     do: Literal["elasticity"] = "elasticity"
     elasticity: Elasticity
@@ -269,18 +241,12 @@ class SetGravity(Edit):
     do: Literal["gravity"] = "gravity"
     gravity: Vector
 
-    def change_scene(self, scene: Scene) -> Scene:
-        return scene.changed(gravity=self.gravity, expect=())
-
 
 class SetRate(Edit):
     """Set the number of steps per second."""
 
     do: Literal["rate"] = "rate"
     rate: Count
-
-    def change_scene(self, scene: Scene) -> Scene:
-        return scene.changed(rate=self.rate, expect=())
 
     def change_clock(self, clock: Clock) -> None:
         clock.change(self.step, self.rate)
@@ -324,18 +290,9 @@ def edited_scenes(scene: Scene, inputs: Iterable[object]) -> Iterator[Scene]:
                 yield scene
 
 
-AnyEdit = (
-    AddBall
-    | ChangeBall
-    | DeleteBall
-    | SetVelocity
-    | AddWall
-    | ChangeWall
-    | DeleteWall
-    | SetElasticity
-    | SetGravity
-    | SetRate
-)
+_OfBall = AddBall | ChangeBall | DeleteBall | SetVelocity
+_OfWall = AddWall | ChangeWall | DeleteWall
+AnyEdit = _OfBall | _OfWall | SetElasticity | SetGravity | SetRate
 
 
 def check_ball(ball: int, scene: Scene) -> None:
@@ -353,27 +310,25 @@ def check_wall(wall: int, scene: Scene) -> None:
 
 
 def _split(scene: Scene, ball: int) -> tuple[list[BallGroup], BallGroup, list[BallGroup]]:
-    """Return the groups of the balls before a ball, its own, and those after it; all but its own have their colours.
-
-    Raises SandboxError if the scene has no such ball.
-    """
+    """Return the groups of the balls before a ball, its own, and those after it. Raises SandboxError if it is none."""
     check_ball(ball, scene)
-    before, after, group_of_ball, first = list[BallGroup](), list[BallGroup](), scene.balls[0], 0
+    [own] = _groups(scene, range(ball, ball + 1))
+    return _groups(scene, range(ball)), own, _groups(scene, range(ball + 1, len(scene.bodies)))
+
+
+def _groups(scene: Scene, balls: range) -> list[BallGroup]:
+    """Return some balls of a scene as groups, with their colours."""
+    groups, first = list[BallGroup](), 0
     for group in scene.balls:
         end = first + group.ball_count
-        if first <= ball < end:
-            group_of_ball = group
-        before += _part(scene, group, first, range(first, min(end, ball)))
-        after += _part(scene, group, first, range(max(first, ball + 1), end))
+        part = range(max(first, balls.start), min(end, balls.stop))
+        if part:
+            lists = {
+                key: values[part.start - first : part.stop - first]
+                for key in PER_BALL
+                if (values := getattr(group, key))
+            }
+            colors = scene.colors[part.start : part.stop]
+            groups.append(group.model_copy(update={"count": len(part), "colors": colors, **lists}))
         first = end
-    return before, group_of_ball, after
-
-
-def _part(scene: Scene, group: BallGroup, first: int, balls: range) -> list[BallGroup]:
-    """Return some balls of a group as a group, with their colours; none if there are none. first: the group's first."""
-    if not balls:
-        return []
-    lists = {key: getattr(group, key) for key in PER_BALL}
-    parts = {key: values[balls.start - first : balls.stop - first] for key, values in lists.items() if values}
-    colors = scene.colors[balls.start : balls.stop]
-    return [group.model_copy(update={"count": len(balls), "colors": colors} | parts)]
+    return groups

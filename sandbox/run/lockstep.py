@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
+from itertools import count, pairwise
 from time import perf_counter
 from typing import Final, cast
 
@@ -52,16 +52,12 @@ class Runner:
         """How the engine is to be judged, and what it can do."""
         return traits_of(self.engine)
 
-    def replace(self, engine: RunningEngine) -> None:
-        """Continue with another engine."""
+    def replace(self, engine: RunningEngine, steps: int) -> None:
+        """Continue with another engine after some steps, the last of which may have been without one."""
         if self._earlier is not None:
             self._earlier.append(self._latest())
             engine.record_contacts()
-        self.engine, self.start = engine, self._clock.time(self._steps)
-
-    def stop_at(self, state: State, limit: LimitReached) -> None:
-        """Stand still from now on in a state, which is of the last step within a limit."""
-        self.engine = StoppingEngine(self.engine, state, limit)
+        self.engine, self.start, self._steps = engine, self._clock.time(steps), steps
 
     def step(self) -> None:
         """Advance by one step."""
@@ -104,11 +100,6 @@ class Runner:
     def substates(self) -> States:
         """Return the states after each substep since the last call; the first call starts recording."""
         return cast("SubsteppingEngine", self.engine).substates()
-
-    def resume(self, engine: RunningEngine, steps: int) -> None:
-        """Continue with another engine after some steps in which there was none."""
-        self._steps = steps
-        self.replace(engine)
 
     def push(self, applied: Applied) -> tuple[State, list[Push]]:
         """Push the balls before a step. Return the state before, and the pushes."""
@@ -173,7 +164,7 @@ class Lockstep:
         self.balls = list(range(len(scene.bodies)))  # the number of each ball among all balls that ever existed
         self.walls = list(range(len(ARENA_WALLS) + len(scene.walls)))  # likewise of each wall, the arena's included
         self.edited = False  # since the last step
-        self._balls_ever, self._walls_ever = len(self.balls), len(self.walls)
+        self._new_balls, self._new_walls = count(len(self.balls)), count(len(self.walls))
         self._steps_per_call = FIRST_STEPS
         self.replace_pending(inputs)
 
@@ -202,58 +193,47 @@ class Lockstep:
         self.mouse.apply(given)
 
     def _edit(self, edit: Edit) -> None:
-        states = self.states()
-        beside = {name: states.pop(name) for name in list(states) if name == self._expendable}
-        scene = edited(self.scene, edit, states)
-        if beside:
-            try:
-                edited(self.scene, edit, beside)
-            except SandboxError as error:
-                self._drop(str(error))
-        engines, suspended, present = *self._built(edit, scene), self._present()
-        before = self.energies(self.states())
-        for name, engine in engines.items():
-            if name in self.suspended and present:
-                before |= {name: self.energies({name: present[0]})[name]}
-                self.work[name] = present[1]
-                self._runners[name].resume(engine, self.steps)
-            else:
-                self._runners[name].replace(engine)
-        self.engines = {name: self._runners[name] for name in engines}
-        self.suspended = suspended
-        self._states = None
-        edit.change_clock(self.clock)
-        self.scene = self.mouse.scene = scene
-        for name, after in self.energies(self.states()).items():
-            self.work[name] += after - before[name]
-        self.edited = True
-        match edit:
-            case AddBall():
-                self.balls.append(self._balls_ever)
-                self._balls_ever += 1
-            case DeleteBall(ball=ball):
-                del self.balls[ball]
-            case AddWall():
-                self.walls.append(self._walls_ever)
-                self._walls_ever += 1
-            case DeleteWall(wall=wall):
-                del self.walls[len(ARENA_WALLS) + wall]
-
-    def _built(self, edit: Edit, scene: Scene) -> tuple[dict[str, RunningEngine], dict[str, str]]:
-        """Return the engines that run an edited scene, and why others are suspended. Raises Refused if none may be."""
-        engines, suspended, present = dict[str, RunningEngine](), dict(self.suspended), self._present()
+        states, works = self.states(), dict(self.work)
+        scene = edited(self.scene, edit, {name: state for name, state in states.items() if name != self._expendable})
+        try:
+            edited(self.scene, edit, {name: state for name, state in states.items() if name == self._expendable})
+        except SandboxError as error:
+            self._drop(str(error))
+        present = self._present() if self.suspended else None
+        if present:
+            states |= dict.fromkeys(self.suspended, present[0])
+            works |= dict.fromkeys(self.suspended, present[1])
+        engines, suspended = dict[str, RunningEngine](), {} if present else dict(self.suspended)
         for name, runner in self._runners.items():
-            if name in self.suspended and not present:
-                continue
-            state = present[0] if name in self.suspended and present else runner.state()
             try:
-                engines[name] = runner.build(scene, edit.change_state(state))
-                suspended.pop(name, None)
+                if name in states:
+                    engines[name] = runner.build(scene, edit.change_state(states[name]))
             except Refused as refused:
                 if self._reference in (None, name):
                     raise
                 suspended[name] = str(refused)
-        return engines, suspended
+        before = self.energies({name: states[name] for name in engines})
+        for name, engine in engines.items():
+            self._runners[name].replace(engine, self.steps)
+        self.engines = {name: self._runners[name] for name in engines}
+        self.suspended, self._states = suspended, None
+        edit.change_clock(self.clock)
+        self.scene = self.mouse.scene = scene
+        for name, after in self.energies(self.states()).items():
+            self.work[name] = works[name] + (after - before[name])
+        self.edited = True
+        self._renumber(edit)
+
+    def _renumber(self, edit: Edit) -> None:
+        match edit:
+            case AddBall():
+                self.balls.append(next(self._new_balls))
+            case DeleteBall(ball=ball):
+                del self.balls[ball]
+            case AddWall():
+                self.walls.append(next(self._new_walls))
+            case DeleteWall(wall=wall):
+                del self.walls[len(ARENA_WALLS) + wall]
 
     def _present(self) -> tuple[State, float] | None:
         """Return the state from which a suspended engine continues, and what mouse and edits added to its energy.
@@ -292,7 +272,7 @@ class Lockstep:
                 if name == self._expendable:
                     self._drop(str(error))
                 elif isinstance(error, LimitReached) and self._stops:
-                    runner.stop_at(before[name], error)
+                    runner.engine = StoppingEngine(runner.engine, before[name], error)  # within the limit
                 else:
                     raise
         self.steps += 1

@@ -5,7 +5,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, Final, NamedTuple
+from typing import IO, TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from sandbox.run.edits import AddBall, ChangeBall
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
-from sandbox.state import Contacts, Floats, Integers, State, States, no_contacts
+from sandbox.state import Contacts, Floats, Integers, States, no_contacts
 from sandbox.text import counted, csv_text
 
 if TYPE_CHECKING:
@@ -68,7 +68,11 @@ class Trajectory:
 
         Raises SandboxError if pandas is not installed.
         """
-        return data_frame(dict(zip(COLUMNS, self._columns(slice(None)), strict=True)))
+        try:
+            import pandas  # noqa: PLC0415  (optional)
+        except ImportError:
+            raise SandboxError("to_dataframe needs pandas, which is not installed; pip install pandas") from None
+        return pandas.DataFrame(dict(zip(COLUMNS, self._columns(slice(None)), strict=True)))
 
     def _columns(self, steps: slice) -> tuple[NDArray[Any], ...]:
         """Return COLUMNS of some steps, with a row for each ball that exists then."""
@@ -87,15 +91,6 @@ class Trajectory:
         write = trace_writer(file_name)
         with whole_file(file_name) as file:
             write(self, file)
-
-
-def data_frame(data: Mapping[str, object] | Sequence[Mapping[str, object]]) -> "pandas.DataFrame":
-    """Return a pandas table of columns by name, or of rows. Raises SandboxError if pandas is not installed."""
-    try:
-        import pandas  # noqa: PLC0415  (optional)
-    except ImportError:
-        raise SandboxError("to_dataframe needs pandas, which is not installed; pip install pandas") from None
-    return pandas.DataFrame(data)
 
 
 def simulate(
@@ -118,7 +113,7 @@ def simulate(
             raise SandboxError(f"{name} must be at least 0 and finite, got {length:g}")
     clock = clock_of(scene.clock, inputs)
     steps = clock.step(scene.seconds if seconds is None else seconds) if steps is None else steps
-    arrays = _empty_arrays(scene, steps, inputs)
+    rows = _Rows(scene, steps, [given for given in inputs if given.step <= steps])
     lockstep = Lockstep(scene, engine, inputs)
     if len(lockstep.engines) != 1:
         raise SandboxError(f"one engine is simulated at a time, got {len(lockstep.engines)}")
@@ -127,64 +122,49 @@ def simulate(
     contacts = [no_contacts()]
     while True:
         lockstep.apply_due()
-        first, edited, present = lockstep.steps + 1, lockstep.scene, np.array(lockstep.balls)
-        arrays.fill(edited, present, runner.state(), slice(first - 1, first))
-        if lockstep.edited or first == 1:
-            arrays.fill_sizes(edited, present, first - 1)
-        if lockstep.steps == steps:
+        step, present = lockstep.steps, np.array(lockstep.balls)
+        rows.fill(lockstep.scene, present, States.of(runner.state()), step)
+        if lockstep.edited or step == 0:
+            sizes = np.stack([lockstep.scene.bodies.radius, lockstep.scene.bodies.mass])
+            rows.sizes[:, step if rows.resized else 0 :, present] = sizes[:, None]  # from here on
+        if step == steps:
             break
-        block = States.empty(min(steps + 1 - first, MAX_BLOCK_STEPS), len(present))
+        block = States.empty(min(steps - step, MAX_BLOCK_STEPS), len(present))
         done = lockstep.advance({runner: block}) - 1  # the last one may be edited first
-        arrays.fill(edited, present, block.rows(slice(done)), slice(first, first + done))
+        rows.fill(lockstep.scene, present, block.rows(slice(done)), step + 1)
         contacts.append(_among_all(runner.contacts(), present, np.array(lockstep.walls)))
-    states, (radius, mass) = arrays.states, arrays.sizes if arrays.resized else arrays.sizes[:, 0]
-    constants = radius, mass, scene.arena.size
-    turning = states.angle, states.spin
-    time = clock.times(np.arange(steps + 1))
+    states, (radius, mass) = rows.states, rows.sizes if rows.resized else rows.sizes[:, 0]
     return Trajectory(
-        time, states.position, states.velocity, *constants, *turning, np.concatenate(contacts), arrays.energy
-    )
+        clock.times(np.arange(steps + 1)), states.position, states.velocity, radius, mass, scene.arena.size,
+        states.angle, states.spin, np.concatenate(contacts), rows.energy,
+    )  # fmt: skip
 
 
-class _Arrays(NamedTuple):
+class _Rows:
     """The parts of a trajectory of balls that may be added and deleted; NaN where a ball is not there.
 
     states: (steps + 1, balls); sizes: (2, steps + 1, balls), radius and mass, or (2, 1, balls) if none is resized;
-    energy: (steps + 1,).
+    energy: (steps + 1,). Raises SandboxError if they need too much memory.
     """
 
-    states: States
-    sizes: Floats
-    resized: bool
-    energy: Floats
+    def __init__(self, scene: Scene, steps: int, due: Sequence[Input]) -> None:
+        balls = len(scene.bodies) + sum(isinstance(given, AddBall) for given in due)
+        self.resized = any(isinstance(given, ChangeBall) and (given.radius or given.mass) for given in due)
+        needed_bytes = (steps + 1) * balls * (8 if self.resized else 6) * 8
+        if needed_bytes > MAX_TRAJECTORY_BYTES:
+            needed, most = f"{needed_bytes / 1e9:.3g} GB", f"{MAX_TRAJECTORY_BYTES / 1e9:g} GB"
+            raise SandboxError(f"a trace of {steps:,} steps needs {needed} of memory; at most {most} are allowed")
+        self.states, self.energy = States.empty(steps + 1, balls), np.empty(steps + 1)
+        for part in self.states:
+            part[:] = np.nan
+        self.sizes = np.full((2, steps + 1 if self.resized else 1, balls), np.nan)
 
-    def fill(self, scene: Scene, present: Integers, moving: State | States, rows: slice) -> None:
-        """Enter one state, or several, of the balls of a scene. present: their numbers among all."""
-        states = States.of(moving) if isinstance(moving, State) else moving
+    def fill(self, scene: Scene, present: Integers, states: States, first: int) -> None:
+        """Enter the states of a scene's balls after some steps, from one on. present: their numbers among all."""
+        rows = slice(first, first + len(states.position))
         for part, more in zip(self.states, states, strict=True):
             part[rows, present] = more
-        self.energy[rows] = energy(moving, scene.bodies, scene.gravity, scene.arena.size)
-
-    def fill_sizes(self, scene: Scene, present: Integers, first: int) -> None:
-        """Enter the sizes of the balls of a scene, from a step on."""
-        first = first if self.resized else 0
-        self.sizes[:, first:, present] = np.stack([scene.bodies.radius, scene.bodies.mass])[:, None]
-
-
-def _empty_arrays(scene: Scene, steps: int, inputs: Sequence[Input]) -> _Arrays:
-    """Return the arrays of a run of some steps, all NaN. Raises SandboxError if they need too much memory."""
-    due = [given for given in inputs if given.step <= steps]
-    balls = len(scene.bodies) + sum(isinstance(given, AddBall) for given in due)
-    resized = any(isinstance(given, ChangeBall) and (given.radius or given.mass) for given in due)
-    needed_bytes = (steps + 1) * balls * (8 if resized else 6) * 8
-    if needed_bytes > MAX_TRAJECTORY_BYTES:
-        needed, most = f"{needed_bytes / 1e9:.3g} GB", f"{MAX_TRAJECTORY_BYTES / 1e9:g} GB"
-        raise SandboxError(f"a trace of {steps:,} steps needs {needed} of memory; at most {most} are allowed")
-    states = States.empty(steps + 1, balls)
-    for part in states:
-        part[:] = np.nan
-    sizes = np.full((2, steps + 1 if resized else 1, balls), np.nan)
-    return _Arrays(states, sizes, resized, np.empty(steps + 1))
+        self.energy[rows] = energy(states, scene.bodies, scene.gravity, scene.arena.size)
 
 
 def _among_all(contacts: Contacts, balls: Integers, walls: Integers) -> Contacts:

@@ -1,20 +1,106 @@
-"""What is to be said of a run, as far as a process beside the window has compared it."""
+"""Summary of a run, as far as a process beside the window has compared it, in the words of `compare`."""
 
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from functools import partial
 from multiprocessing.connection import Connection
 from time import monotonic
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
+from sandbox.analysis.comparison import Comparison
+from sandbox.analysis.difference import Difference
+from sandbox.analysis.figures import Run
+from sandbox.analysis.verdict import is_heap, summaries
 from sandbox.errors import SandboxError
 from sandbox.processes import ChildProcess, serve
+from sandbox.report.tables import NOTHING, sentence, share_text, velocities_and_spins
 from sandbox.session.session import Session
-from sandbox.view.case import Case, case_of
-from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
+from sandbox.view.run_so_far import ComparisonSoFar, Marks, RunSoFar
 
 DIED = "the process that compares has died"
 MAX_REST: Final = 2.0  # s; until then, the worker is busy for half of the time at most
 FIRST_STEPS: Final = 60  # of a run that it compares at once; then twice as many each time
+
+
+@dataclass(frozen=True)
+class OtherContact:
+    """A contact in which an engine differs from the reference, as `compare` describes it.
+
+    step: of the run, the one that contains it; time: s, since the run began; speeds: of its balls before and after, and
+    spins if they turn, line by line.
+    """
+
+    step: int
+    time: float
+    sentence: str
+    speeds: str
+    difference: Difference
+
+
+class LedgerLine(NamedTuple):
+    """Energy that an engine has lost (negative) or made through one cause. share: of the scale of energy."""
+
+    cause: str
+    share: float
+    text: str
+
+
+@dataclass(frozen=True)
+class EngineCase:
+    """The part of the summary that is about one engine.
+
+    lines: what `compare` says of it first; contacts: those that differ from the reference's, in order; ledger: its
+    lines, except small ones.
+    """
+
+    lines: tuple[str, ...]
+    contacts: tuple[OtherContact, ...]
+    ledger: tuple[LedgerLine, ...]
+
+
+@dataclass(frozen=True)
+class Case:
+    """Summary of a run so far.
+
+    marks: what has stood out in it; since: s, the time of the last edit, from which all times in words count; besides:
+    lines on the reference and on engines that failed; engines: all others.
+    """
+
+    marks: Marks
+    since: float
+    besides: tuple[str, ...]
+    engines: dict[str, EngineCase]
+
+
+def case_of(run: RunSoFar, comparison: Comparison, marks: Marks) -> Case:
+    """Return the summary of a run so far, with its comparison and what has stood out in it."""
+    scene, since, lines = comparison.scene, comparison.since, dict(summaries(comparison))
+    first = run.clock.step(since)
+
+    def contact(difference: Difference) -> OtherContact:
+        step = first + int(scene.clock.steps_containing(difference.time)) if difference.time else first
+        speeds = "\n".join(velocities_and_spins(scene, difference))
+        return OtherContact(step, since + difference.time, sentence(scene, difference), speeds, difference)
+
+    engines = {
+        name: EngineCase(
+            lines.get(name, ()),
+            tuple(map(contact, of_engine.differences)),
+            () if is_heap(comparison) else tuple(_ledger(of_engine)),
+        )
+        for name, of_engine in comparison.others.items()
+    }
+    besides = (f"{name}: {line}" for name in lines if name not in engines for line in lines[name])
+    return Case(marks, since, tuple(besides), engines)
+
+
+def _ledger(run: Run) -> Iterator[LedgerLine]:
+    """Yield the lines of an engine's ledger; none if nothing moves."""
+    scale = run.energy_scale
+    for entry in run.figures.ledger if scale else ():
+        share = entry.energy / scale
+        if (text := share_text(share)) != NOTHING:
+            yield LedgerLine(entry.cause.label, share, text)
 
 
 class CaseWorker:
@@ -25,20 +111,17 @@ class CaseWorker:
 
     def __init__(self) -> None:
         self._process: ChildProcess | None = None
-        self.is_busy = False
 
     def ask(self, run: RunSoFar) -> None:
-        """Begin to compare a run so far. It must not be busy."""
+        """Begin to compare a run so far. It must have done with the one before."""
         if self._process is None:
             self._process = ChildProcess(_serve)
-        self.is_busy = True
         self._process.send(run)
 
     def poll(self) -> Case | SandboxError | None:
-        """Return what has become of the task if it is done. The task is then forgotten."""
-        if not self.is_busy or self._process is None or not self._process.connection.poll():
+        """Return what has become of the task, once it is done."""
+        if self._process is None or not self._process.connection.poll():
             return None
-        self.is_busy = False
         try:
             answer: Case | SandboxError = self._process.receive()
         except EOFError:  # a bug, of which it has printed the traceback, or too little memory
@@ -48,7 +131,7 @@ class CaseWorker:
 
     def stop(self) -> None:
         """End the process, and what it does."""
-        process, self._process, self.is_busy = self._process, None, False
+        process, self._process = self._process, None
         if process is not None:
             process.stop()
 
@@ -87,7 +170,7 @@ class CaseSoFar:
 
     def of(self, session: Session) -> Case | None:
         """Return the latest case, unless it is about another run than a session's, which an event can replace."""
-        return self.case if self.compared and self.compared.is_part_of(session) else None
+        return self.case if self.compared and self.compared.is_beginning_of(RunSoFar.of(session)) else None
 
     def update(self, session: Session) -> bool:
         """Note what the worker has found, and let it go on. Return whether that is news."""

@@ -130,9 +130,12 @@ class Action(Enum):
     DISCARD_EDITS = _edit(
         "Shift R", "Discard edits", "restart without edits; undo brings them back", lambda w: w.restart(keep=False)
     )
-    ADD_BALL = _edit("A", "", "add a ball at the mouse", lambda w: w.mouse.add_ball())
+    ADD_BALL = _edit("A", "", "add a ball at the mouse", lambda w: w.editor.add(w.mouse.position))
     DELETE_BALL = _edit(
-        "Delete, Backspace", "", "delete the ball at the mouse, or the selected one", lambda w: w.mouse.delete_ball()
+        "Delete, Backspace",
+        "",
+        "delete the ball at the mouse, or the selected one",
+        lambda w: w.editor.delete(w.mouse.ball),
     )
     NEXT_TOOL = _edit("F", "", "next tool: hand, move, ball, wall, erase", lambda w: w.mouse.choose_next())
     SELECT_PREVIOUS = _edit(",", "", "select the previous ball", lambda w: w.editor.select_next(-1), repeats=True)
@@ -194,7 +197,7 @@ BY_MOUSE: Final = {
     Topic.FIRST: ("Drag a ball", "pull it while time passes; if paused, set its velocity"),
     Topic.TIME: ("Drag in the chart", "go to that time, as in the bar"),
     Topic.COMPARE: ("Mouse on a ball", "its position, velocity and energy in every engine"),
-    Topic.EDIT: ("Drag a wall", "push it, or move it if paused; the tools below the panes do more"),
+    Topic.EDIT: ("Drag a wall", "move it; the tools below the panes do more"),
     Topic.SEE: ("Wheel, drag", "zoom in and out; move what the panes show by empty ground"),
     Topic.FILES: ("Drop a file", "run its scene, or list those of a folder"),
     Topic.WINDOW: ("Tab, Enter, arrows", "next button, press it, move a slider"),

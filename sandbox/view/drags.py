@@ -16,7 +16,6 @@ from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene, Wall
 from sandbox.scene.units import Dimension
 from sandbox.scene.walls import segment_distance
-from sandbox.state import Floats, State
 from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout, ScreenPoint
 from sandbox.view.overlay import ARROW_SECONDS
@@ -27,7 +26,16 @@ from sandbox.view.theme import palette, theme
 CLICK_DISTANCE: Final = 4  # px of the screen that the mouse may move in a click
 WALL_THICKNESS: Final = 4.0  # px of the scene, of new walls
 HANDLE: Final = 0.45  # radius of the rings at a wall's ends, in heights of the text
-SHARES: Final = (1.0, 0.5, 0.25, 0.125, 0.0625)  # of a pushed wall's way in a step, tried where balls are in its way
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A point of the screen in a pane, and of the scene, px. reach: how near the mouse must be to what it grabs, px."""
+
+    point: ScreenPoint
+    pane: int
+    position: Vector
+    reach: float
 
 
 @dataclass(frozen=True)
@@ -43,22 +51,35 @@ class Bench:
         """The scene at the step shown."""
         return self.playback.scene
 
-
-@dataclass(frozen=True)
-class Spot:
-    """A point of the screen in a pane, and of the scene, px. reach: how near the mouse must be to what it grabs, px."""
-
-    point: ScreenPoint
-    pane: int
-    position: Vector
-    reach: float
+    def at(self, spot: Spot) -> tuple[int | None, int | None]:
+        """Return the ball or else the wall of the scene within reach of a spot; a ball comes first if it is there."""
+        here, scene = np.array(spot.position), self.scene
+        to_balls = length(self.playback.view.panes[spot.pane].state.position - here) - scene.bodies.radius
+        to_walls = [float(segment_distance(here, wall.start, wall.to)) - wall.thickness / 2 for wall in scene.walls]
+        ball, wall = int(to_balls.argmin()), int(np.argmin([*to_walls, math.inf]))
+        if to_balls[ball] > 0 and [*to_walls, math.inf][wall] <= spot.reach:
+            return None, wall
+        return (ball if to_balls[ball] <= spot.reach else None), None
 
 
 class Drag:
-    """Something that the mouse holds. point: of the screen, where it was pressed."""
+    """What the mouse does with what is selected, from the press at a spot to the release."""
 
-    def __init__(self, bench: Bench, point: ScreenPoint) -> None:
-        self.bench, self.pressed = bench, point
+    def __init__(self, bench: Bench, spot: Spot) -> None:
+        self.bench, self.spot = bench, spot
+
+    @property
+    def step(self) -> int:
+        """The current step, to which inputs belong."""
+        return self.bench.playback.session.step
+
+    def target(self, point: ScreenPoint) -> Vector:
+        """Return where a point of the screen is in the scene of the pane that was pressed, inside the arena."""
+        return self.bench.scene.arena.nearest_inside(self.bench.layout().to_scene(self.spot.pane, point))
+
+    def is_moved(self, point: ScreenPoint) -> bool:
+        """Return whether the mouse has gone further than in a click."""
+        return math.dist(point, self.spot.point) > CLICK_DISTANCE
 
     def move(self, point: ScreenPoint) -> None:
         """Handle a move of the mouse to a point of the screen."""
@@ -69,9 +90,6 @@ class Drag:
     def cancel(self) -> None:
         """Handle the loss of the window's focus."""
 
-    def step(self) -> None:
-        """Do what is to be done before the next step, while time passes."""
-
     def draw(self, surface: Surface, layout: Layout) -> None:
         """Show in every pane what a release would do."""
 
@@ -79,8 +97,7 @@ class Drag:
 class Slide(Drag):
     """Calls a function with each point that the mouse is moved to, and with that of the press."""
 
-    def __init__(self, bench: Bench, point: ScreenPoint, go_to: Callable[[ScreenPoint], None]) -> None:
-        super().__init__(bench, point)
+    def __init__(self, go_to: Callable[[ScreenPoint], None], point: ScreenPoint) -> None:
         self._go_to = go_to
         go_to(point)
 
@@ -90,25 +107,21 @@ class Slide(Drag):
 
 
 class Pull(Drag):
-    """Pulls a ball in every engine while time passes."""
+    """Pulls the selected ball in every engine while time passes."""
 
-    def __init__(self, bench: Bench, spot: Spot, ball: int) -> None:
-        super().__init__(bench, spot.point)
-        self._pane = spot.pane
-        bench.playback.give(Grab(step=bench.playback.session.step, ball=ball, at=spot.position))
-        bench.editor.select(ball, spot.pane)
+    def __init__(self, bench: Bench, spot: Spot) -> None:
+        super().__init__(bench, spot)
+        bench.playback.give(Grab(step=self.step, ball=bench.editor.selected, at=spot.position))
 
     def move(self, point: ScreenPoint) -> None:
         """Pull towards a point of the screen."""
-        playback = self.bench.playback
-        if playback.session.held is not None:
-            at = self.bench.scene.arena.nearest_inside(self.bench.layout().to_scene(self._pane, point))
-            playback.give(Move(step=playback.session.step, at=at))
+        if self.bench.playback.session.held is not None:
+            self.bench.playback.give(Move(step=self.step, at=self.target(point)))
 
     def end(self) -> None:
         """Let go."""
         if self.bench.playback.session.held is not None:
-            self.bench.playback.give(Release(step=self.bench.playback.session.step))
+            self.bench.playback.give(Release(step=self.step))
 
     cancel = end
 
@@ -121,17 +134,12 @@ class Aim(Drag):
 
     velocity: Vector | None = None
 
-    def __init__(self, bench: Bench, spot: Spot, ball: int) -> None:
-        super().__init__(bench, spot.point)
-        self._pane = spot.pane
-        bench.editor.select(ball, spot.pane)
-
     def move(self, point: ScreenPoint) -> None:
         """Drag the tip of the velocity to a point of the screen."""
         ball, bench = self.bench.editor.selected, self.bench
-        if ball is not None and (self.velocity or math.dist(point, self.pressed) > CLICK_DISTANCE):
-            position = bench.playback.view.panes[self._pane].state.position[ball]
-            vx, vy = ((bench.layout().to_scene(self._pane, point) - position) / ARROW_SECONDS).tolist()
+        if ball is not None and (self.velocity or self.is_moved(point)):
+            position = bench.playback.view.panes[self.spot.pane].state.position[ball]
+            vx, vy = ((bench.layout().to_scene(self.spot.pane, point) - position) / ARROW_SECONDS).tolist()
             self.velocity = vx, vy
 
     def end(self) -> None:
@@ -142,68 +150,42 @@ class Aim(Drag):
 
 
 class Shift(Drag):
-    """Moves a ball, a wall or an end of it to the same place in every engine, or draws a wall, at its release.
+    """Moves the selected ball or wall, or an end of the wall, to the same place in every engine, at its release."""
 
-    ball, wall: which one; none of both is a new wall. ends: which of the wall's are moved.
-    """
-
-    def __init__(
-        self, bench: Bench, spot: Spot, *, ball: int | None = None, wall: int | None = None,
-        ends: Sequence[str] = ("start", "to"),
-    ) -> None:  # fmt: skip
-        super().__init__(bench, spot.point)
-        self._pane, self._ball, self._wall, self._ends = spot.pane, ball, wall, ends
-        is_new = ball is None and wall is None
-        self._from = bench.scene.arena.nearest_inside(spot.position) if is_new else spot.position
-        self._at: Vector | None = None  # px of the scene, where the mouse has dragged it
-        if wall is not None:
-            bench.editor.select_wall(wall)
-        else:
-            bench.editor.select(ball, spot.pane)
+    at: Vector | None = None  # px of the scene, where the mouse has dragged it
 
     def move(self, point: ScreenPoint) -> None:
         """Drag it to a point of the screen."""
-        if self._at or math.dist(point, self.pressed) > CLICK_DISTANCE:
-            self._at = self.bench.scene.arena.nearest_inside(self.bench.layout().to_scene(self._pane, point))
+        if self.at or self.is_moved(point):
+            self.at = self.target(point)
 
     def end(self) -> None:
         """Do what the drag shows, in every engine."""
         self.bench.playback.settle()
-        edit, walls = self.edit, len(self.bench.scene.walls)
-        if edit is not None:
+        if self.at and (edit := self.edit(self.at)):
             self.bench.editor.give(edit)
-        if len(self.bench.scene.walls) > walls:
-            self.bench.editor.select_wall(walls)
 
-    @property
-    def is_there(self) -> bool:
-        """Whether what the mouse holds is still there: a key can undo what added it."""
-        scene, ball, wall = self.bench.scene, self._ball, self._wall
-        return (ball is None or ball < len(scene.bodies)) and (wall is None or wall < len(scene.walls))
-
-    @property
-    def edit(self) -> Edit | None:
-        """What a release of the mouse would do."""
-        scene, at, step = self.bench.scene, self._at, self.bench.playback.session.step
-        if at is None or not self.is_there:
-            return None
-        if self._ball is not None:
-            state = self.bench.playback.view.panes[self._pane].state
-            x, y = _shifted(state.position[self._ball].tolist(), self._from, at)
+    def edit(self, at: Vector) -> Edit | None:
+        """Return what a release at a place would do; nothing if what was held is gone, as a key can undo it."""
+        scene, editor = self.bench.scene, self.bench.editor
+        if (ball := editor.selected) is not None:
+            x, y = self._shifted(self.bench.playback.view.panes[self.spot.pane].state.position[ball].tolist(), at)
             if scene.arena.walls:
-                x, y = scene.arena.nearest_inside((x, y), float(scene.bodies.radius[self._ball]))
-            return ChangeBall(step=step, ball=self._ball, x=x, y=y)
-        if self._wall is None:
-            return AddWall(step=step, start=self._from, to=at, thickness=WALL_THICKNESS)
-        wall = scene.walls[self._wall]
-        return ChangeWall(
-            step=step, wall=self._wall, **{end: _shifted(getattr(wall, end), self._from, at) for end in self._ends}
-        )
+                x, y = scene.arena.nearest_inside((x, y), float(scene.bodies.radius[ball]))
+            return ChangeBall(step=self.step, ball=ball, x=x, y=y)
+        if (number := editor.selected_wall) is not None:
+            wall = scene.walls[number]
+            ends = {end: self._shifted(getattr(wall, end), at) for end in ends_at(wall, self.spot)}
+            return ChangeWall(step=self.step, wall=number, **ends)
+        return None
+
+    def _shifted(self, point: Sequence[float], at: Vector) -> Vector:
+        return point[0] + at[0] - self.spot.position[0], point[1] + at[1] - self.spot.position[1]
 
     def draw(self, surface: Surface, layout: Layout) -> None:
         """Draw what a release leads to in every pane; in the colour of contacts, with the reason, if it is refused."""
-        edit, scene, why = self.edit, self.bench.scene, ""
-        if edit is None or self._at is None:
+        edit, scene, why = self.at and self.edit(self.at), self.bench.scene, ""
+        if not edit or not self.at:
             return
         try:
             edited(scene, edit, self.bench.playback.view.moment.states)
@@ -211,8 +193,7 @@ class Shift(Drag):
             why = str(error)
         colours = palette(scene.arena.background)
         colour = colours.contact if why else colours.ink
-        for arena in layout.arenas:
-            inside = surface.subsurface(arena)
+        for inside in map(surface.subsurface, layout.arenas):
             match edit:
                 case ChangeBall(ball=ball, x=float(x), y=float(y)):
                     ring(inside, layout, (x, y), float(scene.bodies.radius[ball]), colour)
@@ -223,71 +204,24 @@ class Shift(Drag):
                     ends = edit.start or wall.start, edit.to or wall.to
                     draw_wall(inside, colour, ends, wall.thickness, layout.scale, layout.origin)
         if why:
-            x, y = layout.to_screen(self._pane, self._at)
+            x, y = layout.to_screen(self.spot.pane, self.at)
             label(surface, why, (x, y - 2 * layout.text_height), layout.text_height, surface.get_rect(), colours)
 
 
-class Push(Shift):
-    """Pushes a wall: while time passes, it follows the mouse between the steps; in a pause, it is moved."""
+class NewWall(Shift):
+    """Draws a wall from a spot inside the arena to where the mouse is."""
 
-    _latest: ChangeWall | None = None
+    def edit(self, at: Vector) -> Edit | None:
+        """Return the edit that adds it."""
+        start = self.bench.scene.arena.nearest_inside(self.spot.position)
+        return AddWall(step=self.step, start=start, to=at, thickness=WALL_THICKNESS)
 
     def end(self) -> None:
-        """Move the wall, if the run is paused."""
-        if self.bench.playback.paused:
-            super().end()
-
-    def step(self) -> None:
-        """Let the wall go towards the mouse before the next step, as far as no ball is in its way.
-
-        In a step it goes at most the smallest radius, so that no ball is passed.
-        """
-        session, start, at = self.bench.playback.session, self._from, self._at
-        is_done = self._latest is not None and self._latest.step == session.step
-        if at is None or is_done or session.steps_behind or not self.is_there or at == start:
-            return
-        longest = min(1.0, float(self.bench.scene.bodies.radius.min()) / math.dist(start, at))
-        for share in SHARES:
-            there = start[0] + share * longest * (at[0] - start[0]), start[1] + share * longest * (at[1] - start[1])
-            if self._push_to(there):
-                self._from = there
-                return
-
-    def _push_to(self, there: Vector) -> bool:
-        """Move the wall with the mouse, as a part of the drag. Return whether there was room for it in every engine."""
-        playback, wall = self.bench.playback, self.bench.scene.walls[self._wall or 0]
-        session = playback.session
-        start, to = (_shifted(end, self._from, there) for end in (wall.start, wall.to))
-        continued = True if self._latest is not None and session.given()[-1:] == [self._latest] else None
-        edit = ChangeWall(step=session.step, wall=self._wall, start=start, to=to, continued=continued)
-        try:
-            edited(self.bench.scene, edit, playback.view.moment.states)
-        except SandboxError:
-            return False
-        playback.give(edit)
-        self._latest = edit
-        return True
-
-
-def _shifted(point: Vector, start: Vector, end: Vector) -> Vector:
-    return point[0] + end[0] - start[0], point[1] + end[1] - start[1]
-
-
-# What is where
-
-
-def ball_at(state: State, radius: Floats, position: Vector) -> tuple[int, float]:
-    """Find the ball whose edge is nearest to a position, and how far that is: px, negative inside the ball."""
-    distance = length(state.position - position) - radius
-    ball = int(distance.argmin())
-    return ball, float(distance[ball])
-
-
-def wall_at(scene: Scene, spot: Spot) -> int | None:
-    """Return the number of the scene's wall at a spot, or None."""
-    here = np.array(spot.position)
-    away = [float(segment_distance(here, wall.start, wall.to)) - wall.thickness / 2 for wall in scene.walls]
-    return min((k for k, distance in enumerate(away) if distance <= spot.reach), key=away.__getitem__, default=None)
+        """Add the wall, and select it if there was room."""
+        walls = len(self.bench.scene.walls)
+        super().end()
+        if len(self.bench.scene.walls) > walls:
+            self.bench.editor.select(wall=walls)
 
 
 def ends_at(wall: Wall, spot: Spot) -> Sequence[str]:

@@ -36,9 +36,8 @@ class Editor:
     """
 
     def __init__(self, playback: Playback, notice: Notice) -> None:
-        self._playback = playback
-        self._notice = notice
-        self.select(None)
+        self._playback, self._notice = playback, notice
+        self.select()
 
     @property
     def _moment(self) -> Moment:
@@ -56,11 +55,10 @@ class Editor:
         balls = self._moment.balls
         return balls.index(self._selected) if self._selected is not None and self._selected in balls else None
 
-    def select(self, ball: int | None, pane: int = 0) -> None:
-        """Select a ball, or nothing."""
+    def select(self, ball: int | None = None, pane: int = 0, wall: int | None = None) -> None:
+        """Select a ball, as it is in a pane, or a wall of the scene, or nothing."""
         self._selected = None if ball is None else self._moment.balls[ball]  # counted over all balls of the run
-        self._wall: int | None = None
-        self._pane = pane
+        self._wall, self._pane = wall, pane
 
     @property
     def pane(self) -> int:
@@ -75,11 +73,6 @@ class Editor:
     def selected_wall(self) -> int | None:
         """The number of the selected wall, if it is there."""
         return self._wall if self._wall is not None and self._wall < len(self._moment.scene.walls) else None
-
-    def select_wall(self, wall: int) -> None:
-        """Select a wall of the scene by its number."""
-        self.select(None)
-        self._wall = wall
 
     def select_next(self, by: int) -> None:
         """Select the ball so many numbers after the selected one, or before it if negative."""
@@ -122,7 +115,7 @@ class Editor:
             self.give(DeleteBall(step=self._step, ball=ball))
         elif self.selected_wall is not None:
             self.give(DeleteWall(step=self._step, wall=self.selected_wall))
-            self.select(None)
+            self.select()
         else:
             self._notice.show(NOTHING_SELECTED)
 
@@ -183,6 +176,6 @@ class Editor:
 def _is_free(moment: Moment, position: Vector, radius: float) -> bool:
     """Return whether a ball at a position would touch no ball of any engine, and no inner wall."""
     scene, here = moment.scene, np.array(position)
-    return all(
-        bool((length(state.position - here) >= scene.bodies.radius + radius).all()) for state in moment.states.values()
-    ) and all(float(segment_distance(here, wall.start, wall.to)) >= radius + wall.thickness / 2 for wall in scene.walls)
+    gaps = [length(state.position - here) - scene.bodies.radius for state in moment.states.values()]
+    gaps += [segment_distance(here, wall.start, wall.to) - wall.thickness / 2 for wall in scene.walls]
+    return all((np.asarray(gap) >= radius).all() for gap in gaps)

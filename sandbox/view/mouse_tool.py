@@ -1,8 +1,8 @@
-"""What the mouse does in the panes and in the charts: its tools, a class each, and what a press begins."""
+"""What the mouse does in the panes and in the charts: a table of its tools, and what a press begins."""
 
 from collections.abc import Callable
-from dataclasses import replace
-from typing import ClassVar, Final
+from dataclasses import dataclass, replace
+from typing import Final
 
 import pygame
 from pygame import Surface
@@ -11,22 +11,7 @@ from pygame.event import Event
 from sandbox.run.inputs import Release
 from sandbox.scene.fields import Vector
 from sandbox.view.controls import ZOOM_FACTOR
-from sandbox.view.drags import (
-    Aim,
-    Bench,
-    Drag,
-    Pull,
-    Push,
-    Shift,
-    Slide,
-    Spot,
-    ball_at,
-    draw_velocity,
-    ends_at,
-    mark_wall,
-    ring,
-    wall_at,
-)
+from sandbox.view.drags import Aim, Bench, Drag, NewWall, Pull, Shift, Slide, Spot, draw_velocity, mark_wall, ring
 from sandbox.view.editor import Editor
 from sandbox.view.layout import TIMELINE_SHARE, Layout, Lens, ScreenPoint
 from sandbox.view.playback import Playback
@@ -36,118 +21,58 @@ from sandbox.view.theme import palette
 GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it grabs
 
 
+@dataclass(frozen=True, eq=False)
 class Tool:
     """What a press in a pane does.
 
-    pauses: it needs a run that stands still. holds: it takes hold of balls and walls; a drag of anything else moves
-    what the panes show.
+    press: does it at a spot, and returns what the mouse holds from then on. pauses: it needs a run that stands still.
+    holds: it is for a ball or a wall, which is selected first; a drag of anything else moves what the panes show. mark:
+    shows what a press at a spot would do.
     """
 
-    name: ClassVar[str]
-    does: ClassVar[str]
-    pauses: ClassVar[bool] = False
-    holds: ClassVar[bool] = False
-
-    def __init__(self, bench: Bench) -> None:
-        self.bench = bench
-
-    def press(self, spot: Spot) -> Drag | None:
-        """Do it at a spot; return what the mouse holds from then on."""
-        raise NotImplementedError
-
-    def draw(self, surface: Surface, layout: Layout, spot: Spot) -> None:
-        """Show what a press at a spot would do."""
-
-    def at(self, spot: Spot) -> tuple[int | None, int | None]:
-        """Return the ball or the wall of the scene within reach of a spot."""
-        view, wall = self.bench.playback.view, wall_at(self.bench.scene, spot)
-        ball, distance = ball_at(view.panes[spot.pane].state, view.moment.scene.bodies.radius, spot.position)
-        if distance > 0 and wall is not None:
-            return None, wall
-        return (ball if distance <= spot.reach else None), None
+    name: str
+    does: str
+    press: Callable[[Bench, Spot], Drag | None]
+    pauses: bool = False
+    holds: bool = False
+    mark: Callable[[Bench, Spot, Surface], None] = lambda *_: None
 
 
-class Hand(Tool):
-    """Pulls balls and pushes walls while time passes; in a pause, it sets velocities and moves walls."""
-
-    name = "Hand"
-    does = "Pull a ball or push a wall while time passes; set a ball's velocity while it stands still"
-    holds = True
-
-    def press(self, spot: Spot) -> Drag | None:
-        """Hold what is at the spot."""
-        ball, wall = self.at(spot)
-        if wall is not None:
-            return Push(self.bench, spot, wall=wall)
-        kind = Aim if self.bench.playback.paused else Pull
-        return None if ball is None else kind(self.bench, spot, ball)
+def _hand(bench: Bench, spot: Spot) -> Drag:
+    if bench.editor.selected is None:
+        return Shift(bench, spot)
+    return (Aim if bench.playback.paused else Pull)(bench, spot)
 
 
-class MoveTool(Tool):
-    """Moves balls without throwing them, walls, and their ends."""
-
-    name = "Move"
-    does = "Move a ball, a wall, or the end of a wall, in every engine; pauses"
-    pauses = holds = True
-
-    def press(self, spot: Spot) -> Drag | None:
-        """Hold what is at the spot."""
-        self.bench.playback.paused = True
-        ball, wall = self.at(spot)
-        if wall is not None:
-            return Shift(self.bench, spot, wall=wall, ends=ends_at(self.bench.scene.walls[wall], spot))
-        return None if ball is None else Shift(self.bench, spot, ball=ball)
-
-    def draw(self, surface: Surface, layout: Layout, spot: Spot) -> None:
-        """Mark the wall that would be held."""
-        if (wall := self.at(spot)[1]) is not None:
-            mark_wall(surface, layout, self.bench.scene.walls[wall])
+def _mark_wall(bench: Bench, spot: Spot, surface: Surface) -> None:
+    if (wall := bench.at(spot)[1]) is not None:
+        mark_wall(surface, bench.layout(), bench.scene.walls[wall])
 
 
-class BallTool(Tool):
-    """Adds balls."""
-
-    name = "Ball"
-    does = "Add a ball where you click, like the selected one or the last"
-
-    def press(self, spot: Spot) -> Drag | None:
-        """Add a ball."""
-        self.bench.editor.add(spot.position)
-        return None
-
-    def draw(self, surface: Surface, layout: Layout, spot: Spot) -> None:
-        """Draw its outline."""
-        radius, ink = self.bench.editor.new_ball["radius"], palette(self.bench.scene.arena.background).ink
-        circle(surface, ink, spot.point, radius * layout.scale, max(2, round(layout.text_height / 7)))
+def _add_ball(bench: Bench, spot: Spot) -> None:
+    bench.editor.add(spot.position)
 
 
-class WallTool(Tool):
-    """Draws walls."""
-
-    name = "Wall"
-    does = "Draw a wall from here to there; pauses"
-    pauses = True
-
-    def press(self, spot: Spot) -> Drag | None:
-        """Begin a wall."""
-        self.bench.playback.paused = True
-        return Shift(self.bench, spot)
+def _mark_ball(bench: Bench, spot: Spot, surface: Surface) -> None:
+    layout, ink = bench.layout(), palette(bench.scene.arena.background).ink
+    radius, width = bench.editor.new_ball["radius"] * layout.scale, max(2, round(layout.text_height / 7))
+    circle(surface, ink, spot.point, radius, width)
 
 
-class Eraser(Tool):
-    """Deletes balls and walls."""
+def _erase(bench: Bench, spot: Spot) -> None:
+    bench.editor.delete(None)
 
-    name = "Erase"
-    does = "Delete the ball or the wall that you click"
 
-    def press(self, spot: Spot) -> Drag | None:
-        """Delete the ball, or else the wall."""
-        ball, wall = self.at(spot)
-        if wall is not None:
-            self.bench.editor.select_wall(wall)
-        if ball is not None or wall is not None:
-            self.bench.editor.delete(ball)
-        return None
+HAND: Final = Tool(
+    "Hand", "Pull a ball while time passes, set its velocity while it stands still; move a wall", _hand, holds=True
+)
+TOOLS: Final = (
+    HAND,
+    Tool("Move", "Move a ball, a wall, or the end of a wall, in every engine; pauses", Shift, True, True, _mark_wall),
+    Tool("Ball", "Add a ball where you click, like the selected one or the last", _add_ball, mark=_mark_ball),
+    Tool("Wall", "Draw a wall from here to there; pauses", NewWall, pauses=True),
+    Tool("Erase", "Delete the ball or the wall that you click", _erase, holds=True),
+)
 
 
 class MouseTool:
@@ -157,18 +82,14 @@ class MouseTool:
     window. lens: what the panes show. timeline_share: of the window's height.
     """
 
+    hand, tools = HAND, TOOLS
+
     def __init__(self, playback: Playback, editor: Editor, layout: Callable[[], Layout]) -> None:
         self._playback, self._editor, self._layout = playback, editor, layout
-        self.bench = Bench(playback, editor, layout)
-        self.hand = Hand(self.bench)
-        self.tools = (self.hand, *(tool(self.bench) for tool in (MoveTool, BallTool, WallTool, Eraser)))
-        self.tool: Tool = self.hand
+        self._bench = Bench(playback, editor, layout)
+        self.tool = self.hand
         self.point: ScreenPoint | None = None
         self.lens, self.timeline_share = Lens(), TIMELINE_SHARE
-        self.reset()
-
-    def reset(self) -> None:
-        """Drop what the mouse holds, because another run begins."""
         self.drag: Drag | None = None
 
     def choose(self, tool: Tool) -> None:
@@ -180,10 +101,6 @@ class MouseTool:
     def choose_next(self) -> None:
         """Let the mouse do what the next tool does."""
         self.choose(self.tools[(self.tools.index(self.tool) + 1) % len(self.tools)])
-
-    def is_used(self, tool: Tool) -> bool:
-        """Return whether a tool is chosen."""
-        return self.tool is tool
 
     # What the mouse is over
 
@@ -209,7 +126,7 @@ class MouseTool:
     def ball(self) -> int | None:
         """The ball under the mouse."""
         spot = self._spot(self.point)
-        return self.tool.at(replace(spot, reach=0.0))[0] if spot else None
+        return self._bench.at(replace(spot, reach=0.0))[0] if spot else None
 
     @property
     def cursor(self) -> int:
@@ -221,7 +138,7 @@ class MouseTool:
             return pygame.SYSTEM_CURSOR_SIZEALL
         if spot and not self.tool.holds:
             return pygame.SYSTEM_CURSOR_CROSSHAIR
-        is_near = spot is not None and self.tool.at(spot) != (None, None)
+        is_near = spot is not None and self._bench.at(spot) != (None, None)
         return pygame.SYSTEM_CURSOR_HAND if is_near else pygame.SYSTEM_CURSOR_ARROW
 
     @property
@@ -267,20 +184,21 @@ class MouseTool:
         mark = charts.mark_at(layout.strip, layout.text_height, point) if over_time else None
         if mark and mark.time is not None:
             self._go_to(mark.time)
-        elif over_time:
-            return Slide(self.bench, point, self._scrub_chart)
-        elif layout.bar.collidepoint(point):
-            return Slide(self.bench, point, self._scrub_track)
-        elif layout.splitter.collidepoint(point):
-            return Slide(self.bench, point, self._split)
-        elif spot:
-            drag = self.tool.press(spot)
-            if drag or not self.tool.holds:
-                return drag
-            self._editor.select(None, spot.pane)
-            self._panned_from = point
-            return Slide(self.bench, point, self._pan)
-        return None
+            return None
+        on_track, on_splitter = layout.bar.collidepoint(point), layout.splitter.collidepoint(point)
+        if over_time or on_track or on_splitter:
+            return Slide(self._scrub_chart if over_time else self._scrub_track if on_track else self._split, point)
+        return self._pressed_pane(spot) if spot else None
+
+    def _pressed_pane(self, spot: Spot) -> Drag | None:
+        self._playback.paused = self._playback.paused or self.tool.pauses
+        if self.tool.holds:
+            ball, wall = self._bench.at(spot)
+            self._editor.select(ball, spot.pane, wall)
+            if ball is None and wall is None:
+                self._panned_from = spot.point
+                return Slide(self._pan, spot.point)
+        return self.tool.press(self._bench, spot)
 
     def _zoom(self, point: ScreenPoint, factor: float) -> None:
         """Enlarge what the panes show about a point."""
@@ -328,17 +246,6 @@ class MouseTool:
         elif self._playback.session.held is not None:
             self._playback.give(Release(step=self._playback.session.step))
 
-    # Actions that depend on where the mouse is
-
-    def add_ball(self) -> None:
-        """Add a ball at the mouse."""
-        self.release()
-        self._editor.add(self.position)
-
-    def delete_ball(self) -> None:
-        """Delete the ball under the mouse, or else the selected ball or wall."""
-        self._editor.delete(self.ball)
-
     def draw(self, surface: Surface) -> None:
         """Mark what is selected in every pane, and what the mouse holds or could hold."""
         layout, view, spot = self._layout(), self._playback.view, self._spot(self.point)
@@ -348,10 +255,10 @@ class MouseTool:
             for pane, arena in zip(view.panes, layout.arenas, strict=True):
                 ring(surface.subsurface(arena), layout, pane.state.position[ball].tolist(), radius, ink)
             if self.aimed or self._playback.paused:
-                draw_velocity(surface, self.bench, ball, self.aimed)
+                draw_velocity(surface, self._bench, ball, self.aimed)
         if (wall := self._editor.selected_wall) is not None:
             mark_wall(surface, layout, scene.walls[wall])
         if self.drag:
             self.drag.draw(surface, layout)
         elif spot:
-            self.tool.draw(surface, layout, spot)
+            self.tool.mark(self._bench, spot, surface)

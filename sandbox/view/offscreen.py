@@ -3,9 +3,8 @@
 import io
 from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import pygame
 from pygame import Rect, Surface
@@ -33,8 +32,7 @@ MARKED_SHARE: Final = 1.02  # by which a run has grown when it is compared again
 PICTURE_FPS: Final = 60  # samples of trails and charts per second, for a picture
 
 
-@dataclass(frozen=True)
-class Preview:
+class Preview(NamedTuple):
     """A scene's picture and texts; both are empty until they are drawn."""
 
     surface: Surface
@@ -58,7 +56,10 @@ class Previews:
 
     def of(self, file: Path, size: tuple[int, int], text_height: int) -> Preview:
         """Return the picture of a file's scene, or an empty one if this frame has drawn another."""
-        key = file, _stamp(file), size, text_height, theme.is_dark
+        changed = 0
+        with suppress(OSError):
+            changed = file.stat().st_mtime_ns
+        key = file, changed, size, text_height, theme.is_dark
         if key not in self._kept and self._drawn:
             self.is_complete = False
             empty = Surface(size, pygame.SRCALPHA)
@@ -71,20 +72,12 @@ class Previews:
         return self._kept[key]
 
 
-def _stamp(file: Path) -> int:
-    """Return when a file was last changed, ns."""
-    try:
-        return file.stat().st_mtime_ns
-    except OSError:
-        return 0
-
-
 def _preview(file: Path, size: tuple[int, int], text_height: int) -> Preview:
-    """Draw a scene's start, or write its first error."""
+    """Draw a scene's start as large as there is room, at the left, or write its first error."""
     surface = Surface(size, pygame.SRCALPHA)
     try:
         scene = load(file)
-        draw_start(surface, scene)
+        state = spawn(scene)
     except SandboxError as error:
         height = round(0.85 * text_height)
         line = Rect(0, 0, size[0], round(1.3 * height))
@@ -92,13 +85,7 @@ def _preview(file: Path, size: tuple[int, int], text_height: int) -> Preview:
             write(surface, text, line, theme.dim, height)
             line.y += line.height
         return Preview(surface, "has errors")
-    return Preview(surface, scene.title, scene.about)
-
-
-def draw_start(surface: Surface, scene: Scene) -> None:
-    """Draw a scene's start as large as a surface allows, at its left."""
-    state = spawn(scene)
-    scale = min(have / need for have, need in zip(surface.get_size(), scene.arena.size, strict=True))
+    scale = min(have / need for have, need in zip(size, scene.arena.size, strict=True))
     arena = Rect(0, 0, *(max(1, round(side * scale)) for side in scene.arena.size))
     arena.midleft = surface.get_rect().midleft
     inside = surface.subsurface(arena.clip(surface.get_rect()))
@@ -106,6 +93,7 @@ def draw_start(surface: Surface, scene: Scene) -> None:
     draw_walls(inside, scene, scale)
     Discs(scene.bodies.radius, scene.colors).draw(inside, scale * state.position, scale, state.angle)
     pygame.draw.rect(surface, theme.wall, arena, 1)
+    return Preview(surface, scene.title, scene.about)
 
 
 class Camera:
@@ -119,12 +107,13 @@ class Camera:
         showing: Collection[Layer],
         inputs: Sequence[Input] = (),
     ) -> None:
-        self.scene = scene
-        self.showing = showing
+        self._scene, self._showing = scene, showing
         self.view = SessionView(scene, engines, inputs)
         self._so_far, self._compared = ComparisonSoFar(), 0
-        self.surface = Surface(size)
-        self.layout = Layout(size, scene.arena.size, len(self.view.panes), has_chart=Layer.CHARTS in showing)
+        self._surface, self._layout = (
+            Surface(size),
+            Layout(size, scene.arena.size, len(self.view.panes), has_chart=Layer.CHARTS in showing),
+        )
 
     def go_to(self, step: int) -> None:
         """Run to a step and update what is drawn."""
@@ -134,15 +123,15 @@ class Camera:
 
     def draw(self) -> Surface:
         """Draw the current step, and return the surface."""
-        if Layer.CHARTS in self.showing:
+        if Layer.CHARTS in self._showing:
             self._mark()
-        layout, moment = self.layout, self.view.moment
-        self.surface.fill(theme.ground)
-        self.view.draw_panes(self.surface, layout, self.showing)
-        self.view.draw_chart(self.surface, layout, None)
-        caption = f"{self.scene.title or self.scene.name}    seed {self.scene.seed}    {moment.time:.2f} s"
-        write(self.surface, caption, layout.status, theme.dim, layout.text_height)
-        return self.surface
+        layout, moment = self._layout, self.view.moment
+        self._surface.fill(theme.ground)
+        self.view.draw_panes(self._surface, layout, self._showing)
+        self.view.draw_chart(self._surface, layout, None)
+        caption = f"{self._scene.title or self._scene.name}    seed {self._scene.seed}    {moment.time:.2f} s"
+        write(self._surface, caption, layout.status, theme.dim, layout.text_height)
+        return self._surface
 
     def _mark(self) -> None:
         """Mark what stands out, if enough new steps are there for a comparison, and something can still be found."""

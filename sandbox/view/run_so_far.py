@@ -29,7 +29,8 @@ class RunSoFar:
     def of(cls, session: Session) -> Self:
         """Return the run of a session up to the latest step that it has reached."""
         inputs = tuple(given for given in session.inputs if given.step <= session.end)
-        return cls(session.start, _engines_of(session), session.reference, inputs, session.end)
+        engines = tuple(dict.fromkeys([*session.names, session.reference]))  # the reference too if it is hidden
+        return cls(session.start, engines, session.reference, inputs, session.end)
 
     def is_part_of(self, session: Session) -> bool:
         """Return whether a session's run began like this, and has come as far."""
@@ -37,27 +38,16 @@ class RunSoFar:
 
     def is_beginning_of(self, later: "RunSoFar") -> bool:
         """Return whether a run began like this, and has come as far."""
-        same = self.steps <= later.steps and (self.scene, self.engines, self.against) == (
-            later.scene,
-            later.engines,
-            later.against,
-        )
-        return same and self._done == [given for given in later.inputs if given.step < self.steps]
+        return self.steps <= later.steps and self._before(self.steps) == later._before(self.steps)
 
-    @cached_property
-    def _done(self) -> list[Input]:
-        """The inputs before the last step, which the states show."""
-        return [given for given in self.inputs if given.step < self.steps]
+    def _before(self, step: int) -> tuple[object, ...]:
+        """Return what the states at a step show."""
+        return self.scene, self.engines, self.against, [given for given in self.inputs if given.step < step]
 
     @cached_property
     def clock(self) -> Clock:
         """The times of its steps."""
         return clock_of(self.scene.clock, self.inputs)
-
-
-def _engines_of(session: Session) -> tuple[str, ...]:
-    """Return the names of a session's engines, with that of the reference if it is hidden."""
-    return tuple(dict.fromkeys([*session.names, session.reference]))
 
 
 @dataclass(frozen=True)

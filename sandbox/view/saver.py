@@ -32,16 +32,10 @@ class Saver:
     _notice: Notice
     saved: Sequence[Input] = ()  # the inputs of the run when it was last saved
 
-    def file_name(self, ending: str) -> str:
-        """Return a file's name made of the scene, its seed and the step shown."""
-        view = self._playback.view
-        return f"{view.session.start.name}-{view.session.start.seed}-{view.moment.step:06}{ending}"
-
     def save_scene(self, pane: int) -> None:
         """Save the balls as they are in a pane as a scene, under a name that is free."""
         self._playback.settle()
-        view = self._playback.view
-        name = self.free_name(".toml")
+        view, name = self._playback.view, self.free_name(".toml")
         with self._notice.reporting():
             write(view.moment.scene, name, view.panes[pane].state)
             self.saved = list(view.session.inputs)
@@ -49,8 +43,7 @@ class Saver:
 
     def save_inputs(self) -> None:
         """Save what was done up to the step shown, and copy the command that shows the same to the clipboard."""
-        session = self._playback.session
-        name = self.free_name(".jsonl")
+        session, name = self._playback.session, self.free_name(".jsonl")
         with self._notice.reporting():
             write_run(session.start, session.given(), session.step, name)
             self.saved = list(session.inputs)
@@ -73,8 +66,10 @@ class Saver:
             self._notice.show_saved(name)
 
     def free_name(self, ending: str) -> str:
-        """Return the name of a file that does not exist, as in `file_name`, with a number if need be."""
-        names = (self.file_name(ending if k == 1 else f"-{k}{ending}") for k in count(1))
+        """Return a name made of the scene, its seed and the step shown, with a number if such a file exists."""
+        view = self._playback.view
+        name = f"{view.session.start.name}-{view.session.start.seed}-{view.moment.step:06}"
+        names = (f"{name}{ending}" if k == 1 else f"{name}-{k}{ending}" for k in count(1))
         return next(name for name in names if not os.path.exists(name))  # noqa: PTH110  (Path's raises if it is too long)
 
     def save_picture(self, screen: Surface) -> None:

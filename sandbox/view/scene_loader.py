@@ -8,35 +8,13 @@ from typing import Final
 
 from sandbox.errors import Refused, SandboxError
 from sandbox.files import MAX_TEXT_FILE_BYTES
-from sandbox.scene.files import TRUTHS, bundled, load
+from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
 from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.offscreen import Previews
 from sandbox.view.scene_picker import ScenePicker
 
 CHECK_INTERVAL: Final = 0.2  # s between two checks of the file
-
-
-class FileWatcher:
-    """Reports when a file's content changes. While the file cannot be read, it counts as unchanged."""
-
-    _stamp: tuple[int, int, int] | None = None
-    _content = b""
-
-    def __init__(self, file: Path) -> None:
-        self.file = file
-        self.changed()
-
-    def changed(self) -> bool:
-        """Return whether the content has changed since the last call."""
-        before = self._content
-        with suppress(OSError):
-            status = self.file.stat()
-            stamp = status.st_mtime_ns, status.st_size, status.st_ino
-            if stamp != self._stamp:
-                with self.file.open("rb") as file:
-                    self._stamp, self._content = stamp, file.read(MAX_TEXT_FILE_BYTES + 1)
-        return self._content != before
 
 
 class SceneLoader:
@@ -65,8 +43,8 @@ class SceneLoader:
         self._scene = scene
         self._add_folder(scene.file.parent)
         self.error = ""  # of a file that could not be opened since
-        self._watcher = FileWatcher(scene.file)
-        self._next_check = monotonic() + CHECK_INTERVAL
+        self._content = b""  # of the file, when it was last read
+        self._has_changed()
 
     def _add_folder(self, folder: Path) -> None:
         if folder.resolve() not in [known.resolve() for known in self._folders]:
@@ -97,14 +75,19 @@ class SceneLoader:
             self._notice.show(str(refusal), NoticeKind.ERROR)
         self._opened(scene)
 
+    def _has_changed(self) -> bool:
+        """Return whether the file's content has changed since the last call; not while the file cannot be read."""
+        self._next_check, before = monotonic() + CHECK_INTERVAL, self._content
+        with suppress(OSError), self._scene.file.open("rb") as file:
+            self._content = file.read(MAX_TEXT_FILE_BYTES + 1)
+        return self._content != before
+
     def reload_if_edited(self) -> bool:
         """Open the scene's file again if it has been edited. Return whether it has."""
-        if monotonic() < self._next_check:
-            return False
-        self._next_check = monotonic() + CHECK_INTERVAL
-        if changed := self._watcher.changed():
-            self.open_file(self._watcher.file)
-        return changed
+        is_edited = monotonic() >= self._next_check and self._has_changed()
+        if is_edited:
+            self.open_file(self._scene.file)
+        return is_edited
 
     def next_seed(self) -> None:
         """Restart the scene with the next seed."""
@@ -118,9 +101,8 @@ class SceneLoader:
         self.try_to_run(load(names[(here + by) % len(names)]))
 
     def open_picker(self) -> None:
-        """Open the scene picker, with the truths if one of them runs."""
-        truths = self._scene.file in bundled(TRUTHS).values()
-        self.picker = ScenePicker(self._folders, self.open_file, self.close_picker, self._previews, with_truths=truths)
+        """Open the scene picker."""
+        self.picker = ScenePicker(self._folders, self.open_file, self.close_picker, self._previews)
 
     def close_picker(self) -> None:
         """Close the scene picker."""

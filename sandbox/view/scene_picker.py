@@ -1,7 +1,7 @@
 """The scene picker: previews of scenes by topic, found by typing."""
 
 import tomllib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
@@ -19,7 +19,6 @@ from sandbox.view.offscreen import Preview, Previews
 from sandbox.view.primitives import first_lines, panel, shortened, text_width, write
 from sandbox.view.theme import theme
 from sandbox.view.widgets import ENTER, Widget, Words
-from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.group import draw_scroll_bar, rows_of, stacked
 
 TILE_WIDTH: Final = 12  # of a preview with its name, in heights of the text
@@ -27,7 +26,6 @@ PREVIEW_HEIGHT: Final = 0.65  # of a preview's width
 ABOUT_LINES: Final = 2  # for which there is room below the previews, about the chosen scene
 MAX_FILES: Final = 200  # of a folder that are listed
 TRUTHS_TOPIC: Final = "Truths: each tests a law of physics"
-TICK: Final = "truths: {}  (Tab)"
 HINT: Final = "type to search; choose with arrows and Enter, or a click; Esc closes"
 
 
@@ -38,7 +36,6 @@ class SceneEntry:
     name: str
     file: Path
     listed_under: str
-    is_truth: bool = False
 
     @cached_property
     def _text(self) -> str:
@@ -63,43 +60,38 @@ class SceneEntry:
         return self._head.get("topic") or self.listed_under
 
     @cached_property
-    def _searched(self) -> tuple[str, str, str]:
+    def texts(self) -> tuple[str, str, str]:
+        """The name; with the title; with the whole file: all in small letters."""
         name = self.name.lower()
         return name, f"{name} {self._head.get('title', '').lower()}", f"{name} {self._text.lower()}"
 
-    @property
-    def words(self) -> str:
-        """The name, and the whole file."""
-        return self._searched[-1]
-
     def rank(self, words: Sequence[str]) -> int:
         """Return 0 if all of some words are in the name, 1 in the title too, 2 in the file; 3 if they are nowhere."""
-        return next((k for k, text in enumerate(self._searched) if all(word in text for word in words)), 3)
+        return next((k for k, text in enumerate(self.texts) if all(word in text for word in words)), 3)
 
 
 def entries(folders: Iterable[Path]) -> list[SceneEntry]:
-    """List the scenes of some folders, then the bundled ones, those of a topic together; and the truths."""
-    examples = [SceneEntry(name, file, "Examples") for name, file in bundled().items()]
-    truths = [SceneEntry(name, file, TRUTHS_TOPIC, is_truth=True) for name, file in bundled(TRUTHS).items()]
-    known = {entry.file.resolve() for entry in (*examples, *truths)}
+    """List the scenes of some folders, then the bundled ones, those of a topic together, the truths last."""
+    bundles = {"Examples": bundled(), TRUTHS_TOPIC: bundled(TRUTHS)}
+    examples = [SceneEntry(name, file, topic) for topic, scenes in bundles.items() for name, file in scenes.items()]
+    known = {entry.file.resolve() for entry in examples}
     own: list[SceneEntry] = []
     for folder in folders:
         files = [file for file in sorted(folder.glob("*.toml")) if file.is_file() and file.resolve() not in known]
         known |= {file.resolve() for file in files}
         heading = f"In {printable(folder.resolve().name) or folder.resolve()}"
         own += [SceneEntry(printable(file.name), file, heading) for file in files[:MAX_FILES]]
-    listed = [entry for entry in own if "[[balls]]" in entry.words] + examples
+    listed = [entry for entry in own if "[[balls]]" in entry.texts[-1]] + examples
     topics = list(dict.fromkeys(entry.topic for entry in listed))
-    return sorted(listed, key=lambda entry: topics.index(entry.topic)) + truths
+    return sorted(listed, key=lambda entry: topics.index(entry.topic))
 
 
 @dataclass(eq=False)
 class Tile(Widget):
-    """A scene's preview with its title and name. is_chosen: whether it is marked."""
+    """A scene's preview with its title and name; it is marked while it is hot."""
 
     entry: SceneEntry
     previews: Previews
-    is_chosen: bool = False
 
     def height(self, width: int, text_height: int) -> int:
         """Return the height of the preview and two lines, px."""
@@ -112,7 +104,7 @@ class Tile(Widget):
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
         """Draw the preview over the title and the name."""
         low, preview = round(0.85 * text_height), self.preview(place, text_height)
-        if self.is_chosen:
+        if hot:
             ground = place.inflate(text_height // 2, text_height // 3)
             pygame.draw.rect(surface, theme.hover, ground, border_radius=text_height // 3)
             pygame.draw.rect(surface, theme.accent, ground, 2, border_radius=text_height // 3)
@@ -127,54 +119,35 @@ class Tile(Widget):
 class ScenePicker:
     """A grid of scenes by topic over the whole window; of those that are found by typing, the best first.
 
-    choose: runs the scene of a file. close: closes the picker. with_truths: whether it lists the truths. found: the
-    scenes that it lists; chosen: the number of one of them.
+    choose: runs the scene of a file. close: closes the picker. found: the scenes that it lists; chosen: the number of
+    one of them.
     """
 
     def __init__(
-        self,
-        folders: Iterable[Path],
-        choose: Callable[[Path], None],
-        close: Callable[[], None],
-        previews: Previews,
-        *,
-        with_truths: bool = False,
+        self, folders: Iterable[Path], choose: Callable[[Path], None], close: Callable[[], None], previews: Previews
     ) -> None:
-        self._choose = choose
-        self._close = close
+        self._choose, self._close, self._previews = choose, close, previews
         self._entries = entries(folders)
-        self._previews = previews
-        self.with_truths = with_truths
-        self.typed = ""
-        self.chosen = 0
-        self._scrolled = 0  # px
         self._window, self._text_height = Rect(0, 0, 1, 1), 1
-        self._truths = 0  # that contain what is typed
-        self.tick = TextButton(
-            "", self._toggle_truths, is_on=lambda: self.with_truths, said=lambda: TICK.format(self._truths)
-        )
-        self._search()
+        self._type("")
 
-    def _search(self) -> None:
-        """Find the scenes that contain every typed word, and arrange them; truths only if they are listed."""
-        words = self.typed.lower().split()
-        matching = [entry for entry in self._entries if entry.rank(words) < 3]
-        self._truths = sum(entry.is_truth for entry in matching)
-        listed = [entry for entry in matching if self.with_truths or not entry.is_truth]
-        self.found = sorted(listed, key=lambda entry: entry.rank(words))
-        self._tiles = [Tile(entry, self._previews) for entry in self.found]
+    def _type(self, typed: str) -> None:
+        """Find the scenes that contain every typed word."""
+        self.typed, self.chosen, self._scrolled = typed, 0, 0  # px scrolled
+        ranks = {entry: entry.rank(typed.lower().split()) for entry in self._entries}
+        self.found = sorted((entry for entry in self._entries if ranks[entry] < 3), key=ranks.__getitem__)
         self._arrange()
 
     def _arrange(self) -> None:
         """Place the tiles, below the names of their topics if nothing is typed."""
         height, rows = self._text_height, list[Sequence[Widget]]()
         columns = max(1, self.view.width // ((TILE_WIDTH + 1) * height))
-        for topic, group in groupby(self._tiles, key=lambda tile: "" if self.typed else tile.entry.topic):
+        for topic, group in groupby(self.found, key=lambda entry: "" if self.typed else entry.topic):
             rows += [[Words(topic, bold=True)]] if topic else []
-            tiles = [*group]
+            tiles = [Tile(entry, self._previews) for entry in group]
             rows += rows_of([*tiles, *(Words("") for _ in range(-len(tiles) % columns))], columns)
         self._placed, self._height = stacked(rows, self.view.width, height, gap=height)
-        self._place_of = {widget: place for widget, place in self._placed if isinstance(widget, Tile)}
+        self._tiles = [(widget, place) for widget, place in self._placed if isinstance(widget, Tile)]  # as found
 
     @property
     def is_complete(self) -> bool:
@@ -197,8 +170,8 @@ class ScenePicker:
 
     def places(self) -> list[tuple[int, Rect]]:
         """Return the scenes in sight, by their number in `found`, and their places; the last may be seen in part."""
-        tiles = ((k, self._on_screen(self._place_of[tile])) for k, tile in enumerate(self._tiles))
-        return [(index, place) for index, place in tiles if place.colliderect(self.view)]
+        places = ((k, self._on_screen(place)) for k, (_, place) in enumerate(self._tiles))
+        return [(index, place) for index, place in places if place.colliderect(self.view)]
 
     def _on_screen(self, place: Rect) -> Rect:
         return place.move(self.view.x, self.view.y - self._scrolled)
@@ -212,17 +185,16 @@ class ScenePicker:
         elif event.type == pygame.MOUSEWHEEL:
             self._scroll_to(self._scrolled - event.y * 6 * self._text_height)
         elif event.type == pygame.MOUSEMOTION:
-            self.chosen = next((index for index, place in self._under(event.pos)), self.chosen)
+            self.chosen = next(self._under(event.pos), self.chosen)
         elif event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
-            if self.tick_place.collidepoint(event.pos):
-                self.tick.act()
-            elif tiles := self._under(event.pos):
-                self._choose(self.found[tiles[0][0]].file)
+            index = next(self._under(event.pos), None)
+            if index is not None:
+                self._choose(self.found[index].file)
             elif not self._field.collidepoint(event.pos):
                 self._close()
 
-    def _under(self, point: tuple[int, int]) -> list[tuple[int, Rect]]:
-        return [tile for tile in self.places() if tile[1].collidepoint(point) and self.view.collidepoint(point)]
+    def _under(self, point: tuple[int, int]) -> Iterator[int]:
+        return (k for k, place in self.places() if place.collidepoint(point) and self.view.collidepoint(point))
 
     def _on_key(self, event: Event) -> None:
         steps = {pygame.K_LEFT: -1, pygame.K_RIGHT: 1}
@@ -232,39 +204,28 @@ class ScenePicker:
         elif event.key in ENTER:
             if self.found:
                 self._choose(self.found[self.chosen].file)
-        elif event.key == pygame.K_TAB:
-            self.tick.act()
         elif event.key in steps:
             self._select(self.chosen + steps[event.key])
         elif event.key in rows:
             for _ in range(abs(rows[event.key])):
-                self._select(self._beyond(1 if rows[event.key] > 0 else -1))
+                self._select(self._beyond(rows[event.key]))
         elif event.key == pygame.K_BACKSPACE:
             self._type(self.typed[:-1])
         elif event.unicode and event.unicode.isprintable():
             self._type(self.typed + event.unicode)
 
     def _beyond(self, way: int) -> int:
-        """Return the tile of the next row below the chosen one that is nearest, or of the row above it."""
-        places = [self._place_of[tile] for tile in self._tiles]
-        here = places[self.chosen] if places else Rect(0, 0, 0, 0)
-        others = (k for k, place in enumerate(places) if (place.y - here.y) * way > 0)
-        return min(others, key=lambda k: (abs(places[k].y - here.y), abs(places[k].x - here.x)), default=self.chosen)
-
-    def _type(self, typed: str) -> None:
-        self.typed, self.chosen, self._scrolled = typed, 0, 0
-        self._search()
-
-    def _toggle_truths(self) -> None:
-        self.with_truths = not self.with_truths
-        self._search()
-        self._select(next((k for k, entry in enumerate(self.found) if entry.is_truth), 0))
+        """Return the tile of the next row below the chosen one that is nearest, or of the row above it if way < 0."""
+        here = self._tiles[self.chosen][1] if self._tiles else Rect(0, 0, 0, 0)
+        others = [(k, place) for k, (_, place) in enumerate(self._tiles) if (place.y - here.y) * way > 0]
+        distances = [(abs(place.y - here.y), abs(place.x - here.x), k) for k, place in others]
+        return min(distances, default=(0, 0, self.chosen))[-1]
 
     def _select(self, index: int) -> None:
         """Choose a scene by its number, and scroll it into sight."""
         self.chosen = max(0, min(index, len(self.found) - 1))
         if self._tiles:
-            place = self._place_of[self._tiles[self.chosen]]
+            place = self._tiles[self.chosen][1]
             below = place.bottom + self._text_height - self.view.height
             self._scroll_to(min(max(self._scrolled, below), place.y - 3 * self._text_height))
 
@@ -276,13 +237,7 @@ class ScenePicker:
     @property
     def _field(self) -> Rect:
         height = self._text_height
-        return Rect(height, height, max(1, self.tick_place.x - 2 * height), 2 * height)
-
-    @property
-    def tick_place(self) -> Rect:
-        """The place of the button that lists the truths."""
-        height, width = self._text_height, self.tick.natural_width(self._text_height)
-        return Rect(self._window.width - height - width, height, width, 2 * height)
+        return Rect(height, height, max(1, self._window.width - 2 * height), 2 * height)
 
     def draw(self, surface: Surface) -> None:
         """Draw the search field and the previews."""
@@ -291,20 +246,17 @@ class ScenePicker:
         self._scroll_to(self._scrolled)
         panel(surface, self._window)
         self._draw_search(surface)
-        self.tick.draw(surface, self.tick_place, height, hot=False)
         surface.set_clip(view.inflate(height, 0))
+        chosen, chosen_place = self._tiles[self.chosen] if self._tiles else (None, None)
         for widget, where in self._placed:
-            if isinstance(widget, Tile):
-                widget.is_chosen = widget is self._tiles[self.chosen]
             if (place := self._on_screen(where)).colliderect(view):
-                widget.draw(surface, place, height, hot=False)
+                widget.draw(surface, place, height, hot=widget is chosen)
         surface.set_clip(None)
         draw_scroll_bar(surface, view, self._height, self._scrolled, height)
-        if self.found and view.bottom < self._window.bottom:
-            tile = self._tiles[self.chosen]
+        if chosen and chosen_place and view.bottom < self._window.bottom:
             line = Rect(view.x, view.bottom, view.width, round(1.4 * height))
             surface.fill(theme.line, (line.x, line.y, line.width, 1))
-            about = tile.preview(self._place_of[tile], height).about
+            about = chosen.preview(chosen_place, height).about
             for number, text in enumerate(first_lines(about, line.width, height, ABOUT_LINES)):
                 write(surface, text, line.move(0, height // 4 + number * line.height), theme.ink, height)
 
@@ -316,8 +268,7 @@ class ScenePicker:
         end = write(surface, self.typed or HINT, line, theme.ink if self.typed else theme.dim, height)
         if self.typed:
             surface.fill(theme.ink, (end + 2, field.y + height // 3, max(1, height // 10), field.height * 2 // 3))
-        listed = sum(self.with_truths or not entry.is_truth for entry in self._entries)
-        count = f"{len(self.found)} of {listed}"
+        count = f"{len(self.found)} of {len(self._entries)}"
         left = line.right - text_width(count, height)
         if left > end + height:
             write(surface, count, Rect(left, line.y, line.right - left, line.height), theme.dim, height)

@@ -11,7 +11,7 @@ from sandbox.view.charts import Charts
 from sandbox.view.controls import Action, tip_of
 from sandbox.view.instruments import INSTRUMENTS, Instrument
 from sandbox.view.layout import GAP, TIME_LETTERS, Layout
-from sandbox.view.mouse_tool import MouseTool
+from sandbox.view.mouse_tool import MouseTool, Tool
 from sandbox.view.playback import Playback, speed_text
 from sandbox.view.primitives import write
 from sandbox.view.theme import chart_palette, theme
@@ -51,17 +51,15 @@ class Toolbars:
         record = button(Action.RECORD, said=record_text, widest="Stop 88.8 s")
         self._header = WidgetRow([*scenes, title], [record, button(Action.HELP), button(Action.COLUMN)], title)
 
-        tools = [
-            TextButton(
-                tool.name, partial(mouse.choose, tool), f"{tool.does}  (F: next tool)", partial(mouse.is_used, tool)
-            )
-            for tool in mouse.tools
-        ]
+        def tool_button(tool: Tool) -> TextButton:
+            does = f"{tool.does}  (F: next tool)"
+            return TextButton(tool.name, partial(mouse.choose, tool), does, lambda: mouse.tool is tool)
+
         undo = button(Action.UNDO, refusal=lambda: "" if playback.session.can_undo else "there is nothing to undo here")
         redo = button(Action.REDO, refusal=lambda: "" if playback.session.can_redo else "there is nothing to redo")
         zoom = Words("", said=lambda: f"{100 * mouse.lens.zoom:.0f} %", widest="5000 %", colour=theme.dim)
         zooms = map(button, (Action.ZOOM_OUT, Action.SHOW_ALL, Action.ZOOM_IN))
-        self._tools = WidgetRow([*tools, undo, redo], [zoom, *zooms])
+        self._tools = WidgetRow([*map(tool_button, mouse.tools), undo, redo], [zoom, *zooms])
 
         play = button(Action.PAUSE, said=lambda: "Play" if playback.paused else "Pause", widest="Pause")
         start, back, on, end = map(button, (Action.GO_TO_START, Action.STEP_BACK, Action.STEP, Action.GO_TO_END))

@@ -3,18 +3,17 @@
 Only the last frame is in memory, where Pillow's own writer of GIFs keeps all until the end. PyAV, which is an extra,
 writes GIFs of five times the size.
 """
+# ruff: noqa: D102 (the base class documents the methods)
 
 import shutil
 import struct
 from abc import ABC, abstractmethod
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from fractions import Fraction
 from importlib import import_module
 from pathlib import Path
-from queue import Queue
 from tempfile import TemporaryFile
-from threading import Thread
-from types import TracebackType
 from typing import IO, ClassVar, Final, Self
 
 import numpy as np
@@ -40,57 +39,52 @@ class Video(ABC):
     fps: ClassVar[int]  # frames a second
 
     def __init__(self, path: str | Path, size: tuple[int, int]) -> None:
-        self.path = path
-        self.size = size
-        self.frames = 0
+        self.path, self.size, self.frames = path, size, 0
         with write_errors(path):
-            self._file: IO[bytes] = TemporaryFile(dir=Path(path).parent)  # noqa: SIM115 (closed by save and discard)
+            self.file: IO[bytes] = TemporaryFile(dir=Path(path).parent)  # noqa: SIM115 (closed by save and discard)
             try:
-                self._open(self._file)
+                self.begin()
             except SandboxError:
                 self.discard()
                 raise
+
+    @abstractmethod
+    def begin(self) -> None:
+        """Write what comes before the frames."""
+
+    @abstractmethod
+    def write(self, surface: Surface, seconds: float) -> None:
+        """Write a frame."""
+
+    @abstractmethod
+    def end(self) -> None:
+        """Write what comes after the frames."""
 
     def add(self, surface: Surface, seconds: float | None = None) -> None:
         """Add a frame, to be shown for some seconds, by default 1/fps. Raises SandboxError if it cannot be written."""
         assert surface.get_size() == self.size
         with write_errors(self.path):
-            self._write(self._file, surface, seconds or 1 / self.fps)
+            self.write(surface, seconds or 1 / self.fps)
         self.frames += 1
 
     def save(self) -> None:
         """End the video and move it to its path. Raises SandboxError if it cannot be written."""
-        with write_errors(self.path), self._file:
-            self._close(self._file)
-            self._file.seek(0)
+        with write_errors(self.path), self.file:
+            self.end()
+            self.file.seek(0)
             with whole_file(self.path) as file:
-                shutil.copyfileobj(self._file, file)
+                shutil.copyfileobj(self.file, file)
 
     def discard(self) -> None:
         """Delete the video."""
         with suppress(OSError):  # closing flushes, and the disk may be full
-            self._file.close()
+            self.file.close()
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        if kind is None:
-            self.save()
-        else:
-            self.discard()
-
-    @abstractmethod
-    def _open(self, file: IO[bytes]) -> None:
-        """Write what comes before the frames."""
-
-    @abstractmethod
-    def _write(self, file: IO[bytes], surface: Surface, seconds: float) -> None:
-        """Write a frame."""
-
-    @abstractmethod
-    def _close(self, file: IO[bytes]) -> None:
-        """Write what comes after the frames."""
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        self.discard() if kind else self.save()
 
 
 class Gif(Video):
@@ -101,12 +95,12 @@ class Gif(Video):
 
     fps = 50
 
-    def _open(self, file: IO[bytes]) -> None:
+    def begin(self) -> None:
         self._last: NDArray[np.uint32] = np.full(self.size[::-1], 1 << 24, np.uint32)  # which is no colour
-        file.write(b"GIF89a" + struct.pack("<HHBBB", *self.size, 0x70, 0, 0))
-        file.write(b"\x21\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00")  # repeat for ever
+        self.file.write(b"GIF89a" + struct.pack("<HHBBB", *self.size, 0x70, 0, 0))
+        self.file.write(b"\x21\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00")  # repeat for ever
 
-    def _write(self, file: IO[bytes], surface: Surface, seconds: float) -> None:
+    def write(self, surface: Surface, seconds: float) -> None:
         red, green, blue, _ = surface.get_shifts()
         frame = pygame.surfarray.pixels2d(surface).T & np.uint32(255 << red | 255 << green | 255 << blue)
         changed = frame != self._last
@@ -122,11 +116,11 @@ class Gif(Video):
         picture.putpalette(palette.tobytes())
         more = {"transparency": TRANSPARENT, "disposal": 1}  # 1: keep the pixels that the next frame leaves out
         duration = 10 * round(100 * seconds)  # ms
-        file.writelines(getdata(picture, (left, top), duration=duration, include_color_table=True, **more))
+        self.file.writelines(getdata(picture, (left, top), duration=duration, include_color_table=True, **more))
         self._last = frame
 
-    def _close(self, file: IO[bytes]) -> None:
-        file.write(b";")
+    def end(self) -> None:
+        self.file.write(b";")
 
 
 def _palette(colours: NDArray[np.uint8], counts: NDArray[np.int64]) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
@@ -146,7 +140,7 @@ class Mp4(Video):
 
     fps = 60
 
-    def _open(self, file: IO[bytes]) -> None:
+    def begin(self) -> None:
         try:
             self._av = import_module("av")
         except ImportError:
@@ -154,25 +148,24 @@ class Mp4(Video):
         if self.size[0] % 2 or self.size[1] % 2:
             size = f"{self.size[0]}x{self.size[1]}"
             raise SandboxError(f"{self.path}: MP4 must have an even width and height, got {size}")
-        self._container = self._av.open(file, "w", format="mp4")
+        self._container = self._av.open(self.file, "w", format="mp4")
         self._stream = self._container.add_stream("libx264", rate=self.fps)
         self._stream.width, self._stream.height = self.size
         self._stream.pix_fmt = "yuv420p"  # the one that every player decodes
         self._stream.options = {"crf": "16", "preset": "veryfast"}
 
-    def _write(self, file: IO[bytes], surface: Surface, seconds: float) -> None:
+    def write(self, surface: Surface, seconds: float) -> None:
         frame = Image.frombuffer("RGB", self.size, pygame.image.tobytes(surface, "RGB"))
         picture = self._av.VideoFrame.from_image(frame)
         picture.pts, picture.time_base = self.frames, Fraction(1, self.fps)
         self._container.mux(self._stream.encode(picture))
 
-    def _close(self, file: IO[bytes]) -> None:
+    def end(self) -> None:
         self._container.mux(self._stream.encode(None))
         self._container.close()
 
 
 VIDEO_FORMATS: Final[dict[str, type[Video]]] = {".gif": Gif, ".mp4": Mp4}
-Waiting = Queue[tuple[Surface, float] | None]  # frames, and how long each is shown, s; None ends the video
 
 
 class Recorder:
@@ -183,27 +176,16 @@ class Recorder:
 
     def __init__(self, notice: Notice) -> None:
         self._notice = notice
-        self._thread: Thread | None = None
         self.seconds: float | None = None
 
     def toggle(self, path: str, size: tuple[int, int]) -> None:
         """Start recording into a file, in a size in px; or stop."""
-        if self._thread:
+        if self.seconds is not None:
             self.stop()
             return
         with self._notice.reporting():
-            self._video, self._waiting, self._error = Gif(path, size), Waiting(MAX_WAITING), ""
-            self._thread = Thread(target=self._encode, daemon=True)
-            self._thread.start()
+            self._video, self._thread, self._frames = Gif(path, size), ThreadPoolExecutor(1), list[Future[None]]()
             self.seconds, self._unseen = 0.0, 0.0  # s that have passed since the last frame
-
-    def _encode(self) -> None:
-        while frame := self._waiting.get():
-            try:
-                if not self._error:
-                    self._video.add(*frame)
-            except SandboxError as error:
-                self._error = str(error)
 
     def add_frame(self, screen: Surface, seconds: float) -> None:
         """Record the window as it is now, some seconds after the last call; a change of its size ends the recording."""
@@ -211,24 +193,29 @@ class Recorder:
             return
         self.seconds, self._unseen = self.seconds + seconds, self._unseen + seconds
         hundredths = int(100 * self._unseen + 1e-9)
-        if self._error or self._video.size != screen.get_size():
+        waiting = [frame for frame in self._frames if not frame.done()]
+        has_failed = any(frame.done() and frame.exception() for frame in self._frames)
+        if has_failed or self._video.size != screen.get_size():
             self.stop()
-        elif hundredths >= LEAST and not self._waiting.full():
-            self._waiting.put((screen.copy(), hundredths / 100))
+        elif hundredths >= LEAST and len(waiting) <= MAX_WAITING:
+            self._frames = [*waiting, self._thread.submit(self._video.add, screen.copy(), hundredths / 100)]
             self._unseen -= hundredths / 100
 
     def stop(self) -> None:
         """Save the recording, if there is one."""
-        thread, self._thread, self.seconds = self._thread, None, None
-        if thread is None:
+        if self.seconds is None:
             return
-        self._waiting.put(None)
-        thread.join()
-        if self._error or not self._video.frames:
+        self.seconds = None
+        self._thread.shutdown()
+        try:
+            for frame in self._frames:
+                frame.result()
+            if self._video.frames:
+                self._video.save()
+                self._notice.show_saved(self._video.path)
+            else:
+                self._notice.show("nothing was recorded: a window that is paused is not")
+        except SandboxError as error:
+            self._notice.show(str(error), NoticeKind.ERROR)
+        finally:
             self._video.discard()
-            nothing = "nothing was recorded: a window that is paused is not"
-            self._notice.show(self._error or nothing, NoticeKind.ERROR if self._error else NoticeKind.HINT)
-            return
-        with self._notice.reporting():
-            self._video.save()
-            self._notice.show_saved(self._video.path)

@@ -1,7 +1,7 @@
 """The page of the side panel that says why engines differ: the ledger, the words of `compare`, and contacts."""
 
-from collections.abc import Callable, Iterator, Sequence
-from functools import cache, partial
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cache, lru_cache, partial
 from typing import Final
 
 from pygame import Color, Surface
@@ -9,14 +9,13 @@ from pygame import Color, Surface
 from sandbox.analysis.difference import MAX_DIFFERENCES, Difference
 from sandbox.judge.causes import Cause
 from sandbox.scene.fields import rgb
-from sandbox.view.case import Case, EngineCase, LedgerLine, OtherContact
-from sandbox.view.case_so_far import CaseSoFar
+from sandbox.view.case_so_far import Case, CaseSoFar, LedgerLine, OtherContact
 from sandbox.view.contact_mark import ContactPicture, draw_contact
 from sandbox.view.controls import RIGHT, Action
 from sandbox.view.layout import Layout
 from sandbox.view.playback import Playback
 from sandbox.view.run_so_far import Marks
-from sandbox.view.session_view import IT_SHOULD_HAVE, MIN_ERROR, amount_text
+from sandbox.view.session_view import energy_in_words
 from sandbox.view.theme import chart_palette, palette, theme
 from sandbox.view.toolbars import action_button
 from sandbox.view.widgets import Bar, Widget, Words
@@ -28,16 +27,16 @@ BUTTONS_IN_ROW: Final = 3
 NOTHING_YET: Final = "Nothing has happened yet."
 COMPARING: Final = "Comparing …"
 LEGEND: Final = (
-    "{colours}. Lines are the normal, dashed ones that of first touch. Thin arrows, which end at their ball, are "
-    "velocities before the contact, thick ones those after it."
+    "{engine} in its colour, {against} in {ink}. Lines are the normal, dashed ones that of first touch. Thin arrows, "
+    "which end at their ball, are velocities before the contact, thick ones those after it."
 )
-
 OF_ALL: Final = "in % of the largest kinetic energy of all that is compared"
 OF_SCENE: Final = "What the scene and the mouse took or gave, rightly:"
 SCENES_OWN: Final = tuple(  # labels of the causes that no engine is blamed for
     cause.label for cause in (Cause.ELASTICITY, Cause.FRICTION, Cause.SPIN, Cause.APPLIED)
 )
 MIN_SHARE: Final = 1e-4  # smaller ones are written with more than two decimals
+MAX_WORDS: Final = 512  # texts whose widgets are kept: those that stay keep the keyboard
 
 Row = Sequence[Widget]
 
@@ -54,15 +53,9 @@ class WhyPage:
         self._chosen = ""  # engine
         self._gone_to: OtherContact | None = None
         self._lists = False  # whether contacts are listed
-        self._rows: list[Row] = []
-        self._made_of: object = None  # what the rows were made of
-        self._words: dict[str, Words] = {}  # in the rows, by their text: those that stay keep the keyboard
-        self._button = cache(self._make_button)
+        self._words, self._button = lru_cache(MAX_WORDS)(Words), cache(self._make_button)
         self._headline = Words("", bold=True, scale=1.3)
-        self._row_of_buttons = [
-            action_button(Action.PREVIOUS_CONTACT, do),
-            action_button(Action.NEXT_CONTACT, do),
-        ]
+        self._buttons = [action_button(action, do) for action in (Action.PREVIOUS_CONTACT, Action.NEXT_CONTACT)]
 
     @property
     def engine(self) -> str:
@@ -77,7 +70,7 @@ class WhyPage:
     def contact(self) -> OtherContact | None:
         """The contact that is drawn in the panes: the one that was gone to, while its step is shown."""
         contact = self._gone_to
-        is_shown = contact in self._contacts and contact and contact.step == self._playback.view.moment.step
+        is_shown = contact and contact.step == self._playback.view.moment.step and contact in self._contacts
         return contact if is_shown else None
 
     @property
@@ -90,12 +83,8 @@ class WhyPage:
         return self.case.of(self._playback.session)
 
     @property
-    def _of_engine(self) -> EngineCase | None:
-        return self._case.engines.get(self.engine) if self._case else None
-
-    @property
     def _contacts(self) -> tuple[OtherContact, ...]:
-        return self._of_engine.contacts if self._of_engine else ()
+        return self._case.engines[self.engine].contacts if self._case and self.engine else ()
 
     def update(self) -> bool:
         """Let the comparison go on. Return whether it has news."""
@@ -116,9 +105,7 @@ class WhyPage:
     def show_next(self, by: int) -> bool:
         """Show the next contact that differs, from the one shown or from this step; the previous if by < 0.
 
-        If this step is beyond all contacts, the nearest is shown.
-
-        Return whether there is one.
+        If this step is beyond all contacts, the nearest is shown. Return whether there is one.
         """
         contacts, here = self._contacts, self._playback.session.step
         if self.contact:
@@ -131,90 +118,69 @@ class WhyPage:
             self.show(contacts[at])
         return is_there
 
+    def _toggle_list(self) -> None:
+        self._lists = not self._lists
+
     # What it says
 
     def rows(self) -> Sequence[Row]:
-        """Return the rows of its widgets, which are made again only if there is something else to say."""
-        made_of = self._case, self._status, self.engine, self._gone_to, self.contact, self._lists, theme.is_dark
-        if made_of != self._made_of:
-            self._made_of, self._rows = made_of, self._make_rows()
-        self._headline.text = self._headline_text
-        return self._rows
-
-    def _make_rows(self) -> list[Row]:
-        before, self._words = self._words, {}
-
-        def words(text: str, colour: Color | None = None, do: Callable[[], None] | None = None) -> list[Words]:
-            one = self._words[text] = before.get(text) or Words(text)
-            one.colour, one.do, one.marked = colour, do, False
-            return [one]
-
-        rows: list[Row] = []
-        case, of_engine = self._case, self._of_engine
-        if case:
-            rows += self._choices(list(case.engines))
-            rows.append([self._headline])
-        rows += [words(self._status, theme.dim), self._row_of_buttons]
-        if self.contact:
-            rows += [self._contact_row(self.contact, words), [self._picture(self.contact.difference)]]
-            rows += [words(line, theme.dim) for line in self._details(self.contact)]
-        if of_engine and of_engine.ledger:
-            rows += self._ledger_rows(of_engine.ledger, words)
-        for line in (*of_engine.lines, *case.besides) if case and of_engine else ():
-            rows.append(words(line))
-        if self._contacts:
-            rows.append(words(f"{self._list_title}{':' if self._lists else f' {RIGHT}'}", theme.dim, self._toggle_list))
-        if self._lists:
-            rows += [self._contact_row(contact, words) for contact in self._listed if contact != self.contact]
-            if left := len(self._contacts) - len(self._listed):
-                rows.append(words(f"and {left} more, which < and > go to", theme.dim))
+        """Return the rows of its widgets."""
+        case, engine, shown = self._case, self.engine, self.contact
+        status = self._say(self._status, theme.dim)
+        if not case:
+            return [status, self._buttons]
+        of_engine = case.engines[engine]
+        error = self._playback.view.energy_errors.get(engine, 0.0)
+        self._headline.text = f"{engine}: {energy_in_words(error, self._playback.view.beside)}"
+        rows: list[Row] = [*self._choices(case.engines), [self._headline], status, self._buttons]
+        if shown:
+            against, ink = self._playback.session.reference, palette(self._playback.scene.arena.background).ink
+            legend = LEGEND.format(engine=engine, against=against, ink="white" if ink == Color("white") else "black")
+            rows += [self._row(shown, is_shown=True), [self._picture(shown.difference)]]
+            rows += [self._say(line, theme.dim) for line in (*shown.speeds.splitlines(), legend)]
+        rows += self._ledger_rows(of_engine.ledger)
+        rows += [self._say(line) for line in (*of_engine.lines, *case.besides)]
+        if contacts := of_engine.contacts:
+            title = f"{self._list_title(contacts)}{':' if self._lists else f' {RIGHT}'}"
+            rows.append(self._say(title, theme.dim, self._toggle_list))
+            at = contacts.index(shown) if shown else len(contacts)
+            first = min(max(at - LISTED // 2, 0), max(len(contacts) - LISTED, 0))
+            listed = contacts[first : first + LISTED][::-1] if self._lists else ()
+            rows += [self._row(contact) for contact in listed if contact != shown]
+            if listed and len(contacts) > LISTED:
+                rows.append(self._say(f"and {len(contacts) - LISTED} more, which < and > go to", theme.dim))
         return rows
 
-    @property
-    def _list_title(self) -> str:
-        contacts, reference = self._contacts, self._playback.session.reference
+    def _say(self, text: str, colour: Color | None = None, do: Callable[[], None] | None = None) -> Sequence[Words]:
+        words = self._words(text)
+        words.colour, words.do, words.marked = colour, do, False
+        return [words]
+
+    def _row(self, contact: OtherContact, *, is_shown: bool = False) -> Row:
+        """Return the sentence of a contact, after the colours of its balls; a click goes to it."""
+        [words] = self._say(contact.sentence, do=None if is_shown else partial(self.show, contact))
+        colours = self._playback.scene.colors
+        balls = (ball for ball in contact.difference.balls if ball < len(colours))  # that are still there
+        words.marked, words.dots = is_shown, tuple(Color(*rgb(colours[ball])) for ball in balls)
+        return [words]
+
+    def _list_title(self, contacts: Sequence[OtherContact]) -> str:
+        reference = self._playback.session.reference
         if len(contacts) == MAX_DIFFERENCES:
             until = f"up to {contacts[-1].time:.3f} s"
             return f"The first {MAX_DIFFERENCES} contacts that differ from {reference}, {until}; the last of them first"
         return f"{len(contacts)} contacts differ from {reference}" if len(contacts) > 1 else "1 contact differs"
 
-    def _contact_row(self, contact: OtherContact, words: Callable[..., list[Words]]) -> Row:
-        """Return the sentence of a contact, after the colours of its balls; a click goes to it."""
-        is_shown, colours = contact == self.contact, self._playback.scene.colors
-        [sentence] = words(contact.sentence, do=None if is_shown else partial(self.show, contact))
-        balls = (ball for ball in contact.difference.balls if ball < len(colours))  # that are still there
-        sentence.marked, sentence.dots = is_shown, tuple(Color(*rgb(colours[ball])) for ball in balls)
-        return [sentence]
-
-    @property
-    def _headline_text(self) -> str:
-        """How much energy is missing, or is too much, in the engine that the page speaks of."""
-        view = self._playback.view
-        error = view.energy_errors.get(self.engine, 0.0)
-        if abs(error) < MIN_ERROR:
-            return "The energy is as it should be"
-        amount = amount_text(error)
-        if view.beside != IT_SHOULD_HAVE:
-            return f"{amount} {'less' if error < 0 else 'more'} energy than {view.beside}"
-        of_energy = "" if "energy" in amount else " of the energy so far"
-        return f"{amount}{of_energy} is missing" if error < 0 else f"{amount} too much energy"
-
-    def _ledger_rows(
-        self, lines: Sequence[LedgerLine], words: Callable[[str, Color | None], list[Words]]
-    ) -> Iterator[Row]:
+    def _ledger_rows(self, lines: Sequence[LedgerLine]) -> Iterator[Row]:
         """Yield the engine's own errors as bars, and then what the scene takes and gives."""
-        largest = max(abs(line.share) for line in lines)
+        largest = max((abs(line.share) for line in lines), default=0.0) or 1.0
         titles = {False: f"What {self.engine} lost or made, {OF_ALL}:", True: OF_SCENE}
         for is_of_scene, title in titles.items():
             some = [line for line in lines if (line.cause in SCENES_OWN) == is_of_scene]
-            if some:
-                yield words(title, theme.dim)
+            yield from ([self._say(title, theme.dim)] if some else [])
             for line in some:
                 text = f"{100 * line.share:+.2f} %" if abs(line.share) >= MIN_SHARE else line.text
-                yield [Bar(line.cause, text, line.share / (largest or 1.0), self._colours[self.engine])]
-
-    def _toggle_list(self) -> None:
-        self._lists = not self._lists
+                yield [Bar(line.cause, text, line.share / largest, self._colours[self.engine])]
 
     @property
     def _status(self) -> str:
@@ -228,7 +194,7 @@ class WhyPage:
         so_far = "" if self.case.is_current else " so far"
         return f"Compared with {compared.against} up to {compared.clock.time(compared.steps):.2f} s{so_far}.{edited}"
 
-    def _choices(self, engines: Sequence[str]) -> list[Row]:
+    def _choices(self, engines: Iterable[str]) -> list[Row]:
         buttons = [self._button(name) for name in engines]
         for button in buttons:
             button.colour = self._colours[button.text]
@@ -243,33 +209,12 @@ class WhyPage:
         session = self._playback.session
         return chart_palette().engines([*session.names, session.reference])
 
-    @property
-    def _listed(self) -> Sequence[OtherContact]:
-        """The contacts that are listed, the newest first."""
-        newest = self._contacts[::-1]
-        at = newest.index(self._gone_to) if self._gone_to in newest else 0
-        first = min(max(at - LISTED // 2, 0), max(len(newest) - LISTED, 0))
-        return newest[first : first + LISTED]
+    # In the panes
 
     def _picture(self, difference: Difference) -> ContactPicture:
         moment = self._playback.view.moment
         colour = palette(moment.scene.arena.background).engines(self._colours)[self.engine]
         return ContactPicture(moment.scene, moment.states[self.engine], difference, colour)
-
-    def _details(self, contact: OtherContact) -> Iterator[str]:
-        """Yield the figures of the contact that is drawn, and how to read the drawing."""
-        yield from contact.speeds.splitlines()
-        found, against = contact.difference, self._playback.session.reference
-        ink = "white" if palette(self._playback.scene.arena.background).is_dark else "black"
-        drawn = [f"{self.engine} in its colour"] * bool(found.normal) + [f"{against} in {ink}"] * bool(
-            found.should_normal
-        )
-        if len(drawn) == 2:
-            yield LEGEND.format(colours=", ".join(drawn))
-        elif drawn:
-            yield LEGEND.format(colours=f"{drawn[0]}; {against if found.normal else self.engine} has no such contact")
-
-    # In the panes
 
     def draw_contact(self, surface: Surface, layout: Layout) -> None:
         """Draw the contact that was gone to in every pane, while its step is shown."""

@@ -127,13 +127,13 @@ class Window:
         self.showing ^= {  # unless it was chosen otherwise
             layer for layer in before ^ opens_with(len(scene.bodies)) if (layer in before) == (layer in self.showing)
         }
-        self.editor.select(None)
-        self.mouse.reset()
+        self.editor.select()
+        self.mouse.drag = None
         self.notice.clear()
 
     def restart(self, *, keep: bool) -> None:
         """Run the scene again from its start. keep: whether the edits stay."""
-        self.mouse.reset()
+        self.mouse.drag = None
         self.playback.restart(keep=keep)
 
     def use_engines(self, names: Sequence[str]) -> None:
@@ -179,8 +179,6 @@ class Window:
         if playback.paused:
             playback.wait()
         else:
-            if self.mouse.drag:
-                self.mouse.drag.step()
             playback.advance(seconds)
         with self.notice.surviving():
             is_news = self.why.update(), self.view.mark(self.why.marks), self.widgets.wait(seconds)
@@ -205,7 +203,7 @@ class Window:
             with self.notice.surviving():
                 self._handle(event)
         except Stopped:
-            self.mouse.reset()
+            self.mouse.drag = None
             self.notice.show(STOPPED)
         self._drawn_places = None
 

@@ -28,7 +28,8 @@ from window_driver import (
 
 from sandbox.run.edits import AddWall, ChangeBall, ChangeWall, DeleteWall
 from sandbox.run.inputs import Grab
-from sandbox.view.balls_page import NUMBER, PER_LINE, BallTable
+from sandbox.scene.units import PIXELS, Dimension
+from sandbox.view.balls_page import NUMBER, PER_LINE, BallTable, _cell_text
 from sandbox.view.controls import Action, Panel
 from sandbox.view.theme import theme
 from sandbox.view.widgets import Widget, Words
@@ -262,7 +263,7 @@ def test_a_swatch_sets_the_colour(desk: Window) -> None:
 @pytest.mark.parametrize("width", [260, 300, 400])
 def test_the_headings_of_a_narrow_table_do_not_run_into_each_other(window: Window, width: int) -> None:
     scene, state = window.scene, window.view.panes[0].state
-    table = BallTable(lambda: (state, scene, 0), lambda: None, lambda _: None)
+    table = BallTable(lambda: (state, scene), lambda: None, lambda _: None)
     surface = pygame.Surface((width, 60))
     surface.fill(theme.raised)
     table.draw(surface, surface.get_rect(), 14, hot=False)
@@ -271,6 +272,14 @@ def test_the_headings_of_a_narrow_table_do_not_run_into_each_other(window: Windo
     for column in range(1, PER_LINE):
         gap = surface.subsurface((first + column * cell, 0, 4, 40))
         assert colours(gap) == {tuple(theme.raised)[:3]}
+
+
+@pytest.mark.parametrize(
+    ("value", "written"),
+    [(0.0, "0"), (0.01, "0.01"), (12.34, "12.3"), (-98765.4, "-98,765.4"), (1.8345e8, "183,000,000")],
+)
+def test_numbers_of_the_table_are_written_as_people_read_them(value: float, written: str) -> None:
+    assert _cell_text(value, Dimension.ENERGY, PIXELS) == written
 
 
 def typed_into(window: Window, name: str, text: str) -> None:
@@ -289,7 +298,7 @@ def test_fields_and_gravity_show_and_take_the_units_of_the_scene(desk: Window) -
     assert (value(desk, "x"), value(desk, "vx")) == ("1.505", "0.07")
     units = {one.name: one.unit for one, _ in widgets(desk) if isinstance(one, Field)}
     assert (units["x"], units["vx"], units["radius"], units["mass"]) == ("m", "m/s", "m", "kg")
-    desk.editor.select_wall(0)
+    desk.editor.select(wall=0)
     typed_into(desk, "to x", "4.5")
     assert desk.view.moment.scene.walls[0].to == (450, 400)
     gravity, _ = slider(desk, "gravity")

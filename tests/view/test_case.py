@@ -12,7 +12,7 @@ from sandbox.run.edits import SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release, write_run
 from sandbox.scene.files import load
 from sandbox.session.session import Session
-from sandbox.view.case import Case, case_of
+from sandbox.view.case_so_far import Case, case_of
 from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
 
 DRAG: tuple[Input, ...] = (
@@ -99,15 +99,15 @@ def test_a_run_that_was_changed_is_not_the_one_that_was_compared() -> None:
     session = session_of("article", ("pymunk",), (), 60)
     run = RunSoFar.of(session)
     session.advance()
-    assert run.is_part_of(session)
+    assert run.is_beginning_of(RunSoFar.of(session))
     session.give(SetVelocity(step=61, ball=0, velocity=(1.0, 2.0)))
-    assert run.is_part_of(session)
+    assert run.is_beginning_of(RunSoFar.of(session))
     session.undo()
     session.seek(30)
-    assert run.is_part_of(session)
+    assert run.is_beginning_of(RunSoFar.of(session))
     session.give(SetVelocity(step=30, ball=0, velocity=(1.0, 2.0)))
-    assert not run.is_part_of(session)
+    assert not run.is_beginning_of(RunSoFar.of(session))
     for _ in range(60):
         session.advance()
-    assert not run.is_part_of(session)
-    assert RunSoFar.of(session).is_part_of(session)
+    assert not run.is_beginning_of(RunSoFar.of(session))
+    assert RunSoFar.of(session).is_beginning_of(RunSoFar.of(session))

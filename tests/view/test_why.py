@@ -16,8 +16,7 @@ from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.session.session import Session
 from sandbox.state import State
-from sandbox.view.case import Case, case_of
-from sandbox.view.case_so_far import DIED, CaseWorker
+from sandbox.view.case_so_far import DIED, Case, CaseWorker, case_of
 from sandbox.view.contact_mark import NORMAL
 from sandbox.view.controls import RIGHT
 from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
@@ -131,9 +130,9 @@ def test_a_long_run_is_compared_in_parts_each_twice_as_long() -> None:
 def test_the_headline_says_what_the_title_says_at_any_step(article: Window) -> None:
     for at in (60, 50, 40):
         article.playback.seek(at)
-        error = article.view.energy_errors[article.why.engine]
-        missing = f"{-error:.2g} % of the energy so far is missing"
-        assert (missing if error else "The energy is as it should be") in words(article)
+        [pane] = [pane for pane in article.view.panes if pane.name == article.why.engine]
+        article.draw()
+        assert f"{pane.name}: {pane.energy_text}" in words(article)
 
 
 def test_the_page_follows_the_run_and_forgets_what_an_edit_undoes(article: Window) -> None:
