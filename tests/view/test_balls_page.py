@@ -330,18 +330,25 @@ def test_a_click_that_trembles_moves_nothing(desk: Window) -> None:
 
 
 def test_the_pointer_shows_what_can_be_moved(desk: Window) -> None:
+    def pointer() -> int:
+        desk.draw()
+        return desk._cursor
+
     for (x, y), cursor in (
         ((300, 400), pygame.SYSTEM_CURSOR_HAND),
         ((600, 100), pygame.SYSTEM_CURSOR_HAND),
         ((300, 100), pygame.SYSTEM_CURSOR_ARROW),
     ):
         hover(desk, point(desk, x, y))
-        assert desk.mouse.cursor == cursor
+        assert pointer() == cursor
     push(desk, "Wall")
     hover(desk, point(desk, 300, 100))
-    assert desk.mouse.cursor == pygame.SYSTEM_CURSOR_CROSSHAIR
+    assert pointer() == pygame.SYSTEM_CURSOR_CROSSHAIR
+    press(desk, "/")
+    assert pointer() == pygame.SYSTEM_CURSOR_ARROW
+    press(desk, "Esc")
     mouse(desk, pygame.MOUSEBUTTONDOWN, point(desk, 300, 100))
-    assert desk.mouse.cursor == pygame.SYSTEM_CURSOR_SIZEALL
+    assert pointer() == pygame.SYSTEM_CURSOR_SIZEALL
     desk.on_event(Event(pygame.WINDOWFOCUSLOST))
     assert given(desk) == []
 
