@@ -164,12 +164,12 @@ def memory_screen(working_folder: Path, monkeypatch: pytest.MonkeyPatch, _few_ob
     from window_driver import IdleWorker
 
     from sandbox.view import Layer
-    from sandbox.view.notice import Guard
+    from sandbox.view.notice import Notice
 
     monkeypatch.setattr("sandbox.view.case_so_far.CaseWorker", IdleWorker)
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     monkeypatch.setenv("SANDBOX_THEME", "light")
-    monkeypatch.setattr(Guard, "strict", True)
+    monkeypatch.setattr(Notice, "strict", True)
     monkeypatch.setattr("webbrowser.open", lambda _: True)
     monkeypatch.setattr("sandbox.view.MOST_BALLS", {Layer.CHARTS: math.inf})
 

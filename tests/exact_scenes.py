@@ -12,8 +12,8 @@ EXACT = 1e-9
 
 
 def lines(**keys: float | list[float]) -> str:
-    numbers = {key: value if isinstance(value, list) else float(value) for key, value in keys.items()}
-    return "".join(f"{key} = {value!r}\n" for key, value in numbers.items())
+    values = {key: value if isinstance(value, list | bool) else float(value) for key, value in keys.items()}
+    return "".join(f"{key} = {value!r}\n".lower() for key, value in values.items())
 
 
 def ball(position: Iterable[float], velocity: Iterable[float] = (0, 0), **more: float) -> str:

@@ -15,13 +15,17 @@ Where two contacts close at one time, no law says which comes first. `is_decided
 
 import random
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from enum import Enum
 from itertools import combinations
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
-from scene_in_decimal import Disc, Numbers
+import numpy as np
+
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
+from sandbox.scene.walls import walls_of
+from sandbox.state import Floats
 
 DIGITS: Final = 60
 ZERO: Final = Decimal(0)
@@ -33,50 +37,11 @@ RANDOM_ORDERS: Final = 4  # that are tried
 SAME: Final = Decimal("1e-12")  # of the fastest motion: what an order may change
 MAX_PERIOD: Final = 6  # rounds, after which all contacts do the same again
 REPEATS: Final = 3  # such periods, before a step of more of them
+OPEN: Final = None  # what a contact does in a round, other than to stick, or to slip one way or the other
+STICKS: Final = 0
 
-Vector = list[Decimal]
-Matrix = list[Vector]
-
-
-class Touch(NamedTuple):
-    """A contact. first: a disc; second: a disc, or ~number of a wall; nx, ny: unit normal from the first to it."""
-
-    first: int
-    second: int
-    nx: Decimal
-    ny: Decimal
-    elasticity: Decimal
-    friction: Decimal = ZERO
-
-
-def touches_of(numbers: Numbers, slack: Decimal) -> tuple[list[Disc], list[Touch]]:
-    """Return the discs of a scene, and their contacts: gaps within a slack for each disc, px."""
-    touches, discs = [], numbers.discs()
-    for i, disc in enumerate(discs):
-        for number, wall in enumerate(numbers.surfaces()):
-            nx, ny, distance = wall.nearest(disc.x, disc.y)
-            if distance - disc.radius - wall.half_thickness <= slack:
-                e, mu = disc.elasticity * wall.elasticity, disc.friction * wall.friction
-                touches.append(Touch(i, ~number, nx, ny, e, mu))
-    for (i, a), (j, b) in combinations(enumerate(discs), 2):
-        x, y = b.x - a.x, b.y - a.y
-        distance = (x * x + y * y).sqrt()
-        if distance - a.radius - b.radius <= 2 * slack:
-            e, mu = a.elasticity * b.elasticity, a.friction * b.friction
-            touches.append(Touch(i, j, x / distance, y / distance, e, mu))
-    return discs, touches
-
-
-class Course(Enum):
-    """What a contact does in a round."""
-
-    OPEN = 0
-    STICKS = 1
-    SLIPS = 2  # its slip is positive
-    SLIPS_BACK = 3
-
-
-Courses = tuple[tuple[Course, ...], ...]  # in rounds, of contacts
+Decimals = Any  # an array of them
+Courses = tuple[int | None, ...]  # in a round, of each contact: OPEN, STICKS, or the sign of its slip
 
 
 class Ending(Enum):
@@ -88,238 +53,200 @@ class Ending(Enum):
     UNKNOWN = "neither an end nor a limit"
 
 
-@dataclass(frozen=True)
-class Outcome:
+class Outcome(NamedTuple):
     """What a sequence of impacts leaves.
 
-    discs: with other velocities; impulses: along normal and tangent, kg px/s, that each contact gave to its second;
-    stays: whether each contact's bodies neither close nor part.
+    motion: (n, 3) px/s, of each disc vx, vy, and radius times spin; impulses: (c, 2) kg px/s along normal and tangent,
+    that each contact gave to its second.
     """
 
-    discs: list[Disc]
-    impulses: list[tuple[Decimal, Decimal]]
-    stays: list[bool]
+    motion: Decimals
+    impulses: Decimals
     ending: Ending
 
-
-def impulses_of(
-    closing: Decimal, slip: Decimal, per_mass: Decimal, elasticity: Decimal, friction: Decimal
-) -> tuple[Decimal, Decimal]:
-    """Return the impulses along normal and tangent of one impact, kg px/s. per_mass: of both bodies, 1/kg."""
-    impulse = (1 + elasticity) * closing / per_mass
-    limit = friction * impulse
-    return impulse, max(-limit, min(limit, slip / (3 * per_mass)))
+    @property
+    def speeds(self) -> Floats:
+        """The motion in floats."""
+        return np.array(self.motion, float)
 
 
-class Motions:
-    """The velocities of discs that touch: of each its vx, vy and that of its rim, radius times spin, in px/s."""
+class Touching:
+    """The discs of a scene and their contacts: of discs with walls, then of discs with each other.
 
-    def __init__(self, discs: Sequence[Disc], touches: Sequence[Touch]) -> None:
-        self.touches = touches
-        self.per_mass = [1 / disc.mass for disc in discs]
-        self.of_touch = [sum((self.per_mass[i] for i, _ in sides(touch)), ZERO) for touch in touches]
+    slack: px, of a disc; gaps within it are closed. motion: (3 n,) px/s, at the start; normal, tangent: (c, 3 n), which
+    give the speeds of closing and slip; per_mass: (c,) 1/kg, of both bodies; law: (c, 2), elasticity and friction.
+    """
 
-    def closing(self, touch: Touch, motion: Vector) -> Decimal:
-        """Return the speed at which a contact closes, px/s."""
-        return sum((s * (motion[3 * i] * touch.nx + motion[3 * i + 1] * touch.ny) for i, s in sides(touch)), ZERO)
+    def __init__(self, scene: Scene, slack: float) -> None:
+        state, bodies = spawn(scene), scene.bodies
+        with localcontext(prec=DIGITS):
+            per, rim = 1 / in_decimal(bodies.mass), in_decimal(bodies.radius) * in_decimal(state.spin)
+            self.motion = np.column_stack([in_decimal(state.velocity), rim]).ravel()
+            self.yields = np.stack([per, per, 2 * per], axis=1).ravel()  # 1/kg
+            self.normal, self.tangent = np.full((2, 0, len(self.motion)), ZERO)
+            self.law: list[Decimals] = []
+            self._find(scene, in_decimal(state.position), Decimal(slack))
+            self.per_mass = (self.normal * self.normal) @ self.yields
+            touches = (self.tangent != 0).any(axis=0)
+            self.still = STILL * np.abs(self.motion[touches]).max(initial=ZERO)  # px/s: a slower approach is none
 
-    def slip(self, touch: Touch, motion: Vector) -> Decimal:
-        """Return how fast the first's rim slips past the second's, px/s."""
-        return sum(
-            (
-                s * (motion[3 * i + 1] * touch.nx - motion[3 * i] * touch.ny) + motion[3 * i + 2]
-                for i, s in sides(touch)
-            ),
-            ZERO,
-        )
+    def _find(self, scene: Scene, x: Decimals, slack: Decimal) -> None:
+        radius = in_decimal(scene.bodies.radius)
+        factors = in_decimal(np.stack([scene.bodies.elasticity, scene.bodies.friction], axis=1))
+        for k, reach in enumerate(radius + slack):
+            for start, end, half_thickness, *of_wall in zip(*map(in_decimal, walls_of(scene)), strict=True):
+                dx, dy = end - start
+                across = np.array([-dy, dx]) / (dx * dx + dy * dy).sqrt()
+                off = across @ (start - x[k])
+                if abs(off) - half_thickness <= reach:
+                    self._touch(across if off > 0 else -across, (k, 1))
+                    self.law.append(factors[k] * of_wall)
+        for i, j in combinations(range(len(radius)), 2):
+            way = x[j] - x[i]
+            distance = (way @ way).sqrt()
+            if distance - radius[i] - radius[j] <= 2 * slack:
+                self._touch(way / distance, (i, 1), (j, -1))
+                self.law.append(factors[i] * factors[j])
 
-    def course(self, k: int, motion: Vector, still: Decimal) -> Course:
+    def _touch(self, n: Decimals, *ends: tuple[int, int]) -> None:
+        """Add a contact. n: unit normal from the first; ends: discs, the first with 1 and the second with -1."""
+        row = np.full((2, 1, len(self.motion)), ZERO)
+        for k, sign in ends:
+            row[:, 0, 3 * k : 3 * k + 3] = [[sign * n[0], sign * n[1], ZERO], [-sign * n[1], sign * n[0], Decimal(1)]]
+        self.normal, self.tangent = np.concatenate([[self.normal, self.tangent], row], axis=1)
+
+    def course(self, k: int, motion: Decimals) -> int | None:
         """Return what contact k does next."""
-        touch, per_mass = self.touches[k], self.of_touch[k]
-        closing = self.closing(touch, motion)
-        if closing <= still:
-            return Course.OPEN
-        slip = self.slip(touch, motion)
-        impulse, tangential = impulses_of(closing, slip, per_mass, touch.elasticity, touch.friction)
-        if abs(tangential) < touch.friction * impulse or slip == 0 or touch.friction == 0:
-            return Course.STICKS
-        return Course.SLIPS if slip > 0 else Course.SLIPS_BACK
+        closing, (e, friction) = self.normal[k] @ motion, self.law[k]
+        if closing <= self.still:
+            return OPEN
+        slip, largest = self.tangent[k] @ motion, friction * (1 + e) * closing / self.per_mass[k]
+        if slip == 0 or friction == 0 or abs(slip) / (3 * self.per_mass[k]) < largest:
+            return STICKS
+        return 1 if slip > 0 else -1
 
-    def strike(self, k: int, motion: Vector, course: Course) -> tuple[Decimal, Decimal]:
-        """Resolve one impact of contact k, whatever its course would be by itself, and return its impulses.
+    def strike(self, k: int, motion: Decimals, given: Decimals, course: int | None) -> None:
+        """Resolve one impact of contact k, whatever its course would be by itself, and add its impulses to those given.
 
-        It is linear in the motion.
+        It is linear in the motion. motion: (3 n, ...); given: (2 c, ...).
         """
-        touch, per_mass = self.touches[k], self.of_touch[k]
-        impulse = (1 + touch.elasticity) * self.closing(touch, motion) / per_mass
-        if touch.friction == 0:
-            tangential = ZERO
-        elif course == Course.STICKS:
-            tangential = self.slip(touch, motion) / (3 * per_mass)
-        else:
-            tangential = touch.friction * impulse * (1 if course == Course.SLIPS else -1)
-        x, y = impulse * touch.nx - tangential * touch.ny, impulse * touch.ny + tangential * touch.nx
-        for i, s in sides(touch):
-            motion[3 * i] -= s * x * self.per_mass[i]
-            motion[3 * i + 1] -= s * y * self.per_mass[i]
-            motion[3 * i + 2] -= 2 * tangential * self.per_mass[i]
-        return impulse, tangential
+        if course is OPEN:
+            return
+        e, friction = self.law[k]
+        impulse = (1 + e) * (self.normal[k] @ motion) / self.per_mass[k]
+        tangential = course * friction * impulse
+        if course == STICKS and friction != 0:
+            tangential = self.tangent[k] @ motion / (3 * self.per_mass[k])
+        motion -= np.multiply.outer(self.yields * self.normal[k], impulse)
+        motion -= np.multiply.outer(self.yields * self.tangent[k], tangential)
+        given[2 * k] += impulse
+        given[2 * k + 1] += tangential
 
-    def round_of(self, motion: Vector, given: Vector, still: Decimal) -> tuple[Course, ...]:
-        """Resolve each contact that closes, add its impulses to those given, and return what each contact did."""
+    def make_round(self, motion: Decimals, given: Decimals, order: Sequence[int]) -> Courses:
+        """Resolve each contact that closes, and return what each did."""
         courses = []
-        for k in range(len(self.touches)):
-            courses.append(course := self.course(k, motion, still))
-            if course != Course.OPEN:
-                impulse, tangential = self.strike(k, motion, course)
-                given[2 * k] += impulse
-                given[2 * k + 1] += tangential
+        for k in order:
+            courses.append(course := self.course(k, motion))
+            self.strike(k, motion, given, course)
         return tuple(courses)
 
-    def shuffle(self, motion: Vector, given: Vector, still: Decimal, rng: random.Random) -> None:
+    def shuffle(self, motion: Decimals, given: Decimals, rng: random.Random) -> None:
         """Resolve some impacts, each time of a contact that is chosen at random among those that close."""
         for _ in range(SHUFFLED):
-            courses = [(k, self.course(k, motion, still)) for k in range(len(self.touches))]
-            closing = [(k, course) for k, course in courses if course != Course.OPEN]
+            courses = [(k, self.course(k, motion)) for k in range(len(self.law))]
+            closing = [(k, course) for k, course in courses if course is not OPEN]
             if not closing:
                 return
             k, course = rng.choice(closing)
-            impulse, tangential = self.strike(k, motion, course)
-            given[2 * k] += impulse
-            given[2 * k + 1] += tangential
+            self.strike(k, motion, given, course)
 
-    def outcome(self, discs: Sequence[Disc], motion: Vector, given: Vector, still: Decimal, ending: Ending) -> Outcome:
-        """Return what a sequence leaves."""
-        moved = [
-            replace(disc, vx=vx, vy=vy, spin=rim / disc.radius)
-            for disc, vx, vy, rim in zip(discs, motion[::3], motion[1::3], motion[2::3], strict=True)
-        ]
-        impulses = list(zip(given[::2], given[1::2], strict=True))
-        stays = [abs(self.closing(touch, motion)) <= still for touch in self.touches]
-        is_held = any(stay and impulse > 0 for stay, (impulse, _) in zip(stays, impulses, strict=True))
-        if ending == Ending.PARTED and is_held:
-            ending = Ending.TOGETHER
-        return Outcome(moved, impulses, stays, ending)
+    def leap(
+        self, motion: Decimals, given: Decimals, rounds: Sequence[Courses], order: Sequence[int]
+    ) -> tuple[Decimals, Decimals, bool]:
+        """Repeat some rounds 1, 2, 4, 8 ... times at once, as long as all contacts then do as before.
 
-    def rounds_of(self, count: int, motion: Vector, given: Vector, still: Decimal) -> Courses:
-        """Make some rounds, and return what each contact did in each of them."""
-        return tuple(self.round_of(motion, given, still) for _ in range(count))
-
-    def map_of(self, rounds: Courses) -> tuple[Matrix, Matrix]:
-        """Return the linear maps from the motion before some rounds to after, and their impulses, by columns."""
-        after, given = [], []
-        size = 3 * len(self.per_mass)
-        for column in range(size):
-            motion, impulses = [Decimal(row == column) for row in range(size)], [ZERO] * (2 * len(self.touches))
-            for k, course in ((k, course) for courses in rounds for k, course in enumerate(courses)):
-                if course != Course.OPEN:
-                    impulse, tangential = self.strike(k, motion, course)
-                    impulses[2 * k] += impulse
-                    impulses[2 * k + 1] += tangential
-            after.append(motion)
-            given.append(impulses)
-        return after, given
+        Returns the motion, the impulses given, and whether this has no end.
+        """
+        after = in_decimal(np.eye(len(motion)))
+        impulses = np.full((len(given), len(motion)), ZERO)
+        for courses in rounds:
+            for k, course in zip(order, courses, strict=True):
+                self.strike(k, after, impulses, course)
+        for _ in range(MAX_DOUBLINGS):
+            next_motion = after @ motion
+            trial = next_motion.copy(), given.copy()
+            if any(self.make_round(*trial, order) != courses for courses in rounds):
+                return motion, given, False
+            motion, given = next_motion, given + impulses @ motion
+            after, impulses = after @ after, impulses + impulses @ after
+        return motion, given, True
 
 
-def sides(touch: Touch) -> list[tuple[int, int]]:
-    """Return the discs of a contact, the first with 1 and the second with -1."""
-    return [(i, s) for i, s in ((touch.first, 1), (touch.second, -1)) if i >= 0]
+def in_decimal(numbers: Floats) -> Decimals:
+    """Return the exact values of numbers."""
+    return np.array([Decimal(number) for number in numbers.ravel().tolist()]).reshape(numbers.shape)
 
 
-def times(columns: Matrix, vector: Vector) -> Vector:
-    """Multiply a matrix, given by its columns, by a vector."""
-    return [
-        sum((a * b for a, b in zip(row, vector, strict=True) if a and b), ZERO) for row in zip(*columns, strict=True)
-    ]
-
-
-def total(one: Vector, other: Vector) -> Vector:
-    return [a + b for a, b in zip(one, other, strict=True)]
-
-
-def leap(
-    motions: Motions, motion: Vector, given: Vector, rounds: Courses, still: Decimal
-) -> tuple[Vector, Vector, bool]:
-    """Repeat some rounds 1, 2, 4, 8 ... times at once, as long as all contacts then do as before.
-
-    Returns the motion, the impulses given, and whether this has no end.
-    """
-    after, impulses = motions.map_of(rounds)
-    for _ in range(MAX_DOUBLINGS):
-        next_motion = times(after, motion)
-        if motions.rounds_of(len(rounds), [*next_motion], [*given], still) != rounds:
-            return motion, given, False
-        motion, given = next_motion, total(given, times(impulses, motion))
-        after, impulses = (
-            [times(after, column) for column in after],
-            [total(column, times(impulses, next_column)) for column, next_column in zip(impulses, after, strict=True)],
-        )
-    return motion, given, True
-
-
-def repeated(history: Sequence[tuple[Course, ...]]) -> Courses:
+def repeated(history: Sequence[Courses]) -> Sequence[Courses]:
     """Return the rounds that the latest ones repeat, if they do, REPEATS times or more."""
     for period in range(1, MAX_PERIOD + 1):
         since = -period * REPEATS
         if len(history) >= -since and history[since:-period] == history[since + period :]:
-            return tuple(history[-period:])
+            return history[-period:]
     return ()
 
 
-def continued(discs: Sequence[Disc], touches: Sequence[Touch], shuffle: random.Random | None = None) -> Outcome:
-    """Continue a sequence of impacts to its end or limit. shuffle: what chooses each of the first SHUFFLED impacts."""
+def continued(
+    touching: Touching,
+    order: Sequence[int] | None = None,
+    motion: Decimals | None = None,
+    shuffle: random.Random | None = None,
+) -> Outcome:
+    """Continue a sequence of impacts to its end or limit.
+
+    order: of the contacts in a round, all by default; motion: (3 n,) px/s, to begin with; shuffle: what chooses each of
+    the first SHUFFLED impacts.
+    """
     with localcontext(prec=DIGITS):
-        motions = Motions(discs, touches)
-        motion = [speed for disc in discs for speed in speeds(disc)]
-        given = [ZERO] * (2 * len(touches))
-        in_touch = {i for touch in touches for i, _ in sides(touch)}
-        still = STILL * max((abs(motion[3 * i + k]) for i in in_touch for k in range(3)), default=ZERO)
+        order = range(len(touching.law)) if order is None else order
+        motion, given = (touching.motion if motion is None else motion).copy(), np.full(2 * len(touching.law), ZERO)
         if shuffle:
-            motions.shuffle(motion, given, still, shuffle)
+            touching.shuffle(motion, given, shuffle)
         ending = Ending.UNKNOWN
-        history: list[tuple[Course, ...]] = []
+        history: list[Courses] = []
         for _ in range(MAX_ROUNDS):
-            history.append(motions.round_of(motion, given, still))
-            if all(course == Course.OPEN for course in history[-1]):
-                ending = Ending.PARTED
+            history.append(touching.make_round(motion, given, order))
+            if all(course is OPEN for course in history[-1]):
+                stays = np.abs(touching.normal @ motion) <= touching.still
+                ending = Ending.TOGETHER if (stays & (given[::2] > 0)).any() else Ending.PARTED
                 break
             if rounds := repeated(history):
-                motion, given, endless = leap(motions, motion, given, rounds, still)
+                motion, given, endless = touching.leap(motion, given, [*rounds], order)
                 history.clear()
                 if endless:
                     ending = Ending.NO_ROOM
                     break
-        return motions.outcome(discs, motion, given, still, ending)
+        return Outcome(motion.reshape(-1, 3), given.reshape(-1, 2), ending)
 
 
-def is_decided(discs: Sequence[Disc], touches: Sequence[Touch]) -> bool:
+def is_decided(touching: Touching, expected: Outcome) -> bool:
     """Return whether a sequence of impacts leaves the same velocities in other orders, as far as these were tried.
 
     The contacts are tried backwards, at random, and with one of them after all others have ended.
     """
-    with localcontext(prec=DIGITS):
-        expected = continued(discs, touches)
-        if expected.ending == Ending.UNKNOWN:
-            return False
-        tolerance = SAME * max(abs(speed) for disc in discs for speed in speeds(disc))
-        return all(
-            abs(a - b) <= tolerance
-            for other in in_other_orders(discs, touches)
-            for one, another in zip(expected.discs, other.discs, strict=True)
-            for a, b in zip(speeds(one), speeds(another), strict=True)
-        )
+    tolerance = SAME * np.abs(touching.motion).max()
+    others = in_other_orders(touching)
+    return expected.ending != Ending.UNKNOWN and all(
+        (np.abs(expected.motion - other.motion) <= tolerance).all() for other in others
+    )
 
 
-def in_other_orders(discs: Sequence[Disc], touches: Sequence[Touch]) -> Iterator[Outcome]:
+def in_other_orders(touching: Touching) -> Iterator[Outcome]:
     """Yield what a sequence of impacts leaves in some other orders."""
-    yield continued(discs, touches[::-1])
-    for k in range(len(touches)):
-        before = continued(discs, [*touches[:k], *touches[k + 1 :]])
-        yield continued(before.discs, touches)
+    count = len(touching.law)
+    yield continued(touching, range(count)[::-1])
+    for k in range(count):
+        before = continued(touching, [*range(k), *range(k + 1, count)])
+        yield continued(touching, motion=before.motion.ravel())
     for seed in range(RANDOM_ORDERS):
-        yield continued(discs, touches, shuffle=random.Random(seed))
-
-
-def speeds(disc: Disc) -> Vector:
-    """Return a disc's velocity and that of its rim, px/s."""
-    return [disc.vx, disc.vy, disc.radius * disc.spin]
+        yield continued(touching, shuffle=random.Random(seed))

@@ -7,7 +7,7 @@ from sandbox.scene.model import Scene
 from sandbox.session.history import Moment, Reading
 from sandbox.session.samples import Samples
 from sandbox.session.session import Session
-from sandbox.state import State, no_contacts
+from sandbox.state import State
 
 THROW: list[Input] = [Grab(step=5, ball=2, at=(600, 300)), Move(step=9, at=(640, 200)), Release(step=14)]
 
@@ -17,7 +17,7 @@ def moment(scene: Scene, step: int, **velocity: float) -> Moment:
 
     def reading(speed: float) -> Reading:
         position, moving = np.array([[200.0 + speed, 300.0], [600.0, 300.0]]), np.array([[speed, 0.0], [0.0, 0.0]])
-        return Reading(State(step / 60, position, moving), no_contacts(), 0, speed**2 / 2, 0.0)
+        return Reading(State(step / 60, position, moving), speed**2 / 2, 0.0)
 
     engines = {name: reading(speed) for name, speed in velocity.items()}
     return Moment(step, step / 60, scene, engines, (0, 1), None, (0, 0))
@@ -41,7 +41,7 @@ def flat(moment: Moment) -> list[object]:
         (name, state.time, [array.tobytes() for array in (state.position, state.velocity, state.angle, state.spin)])
         for name, state in moment.states.items()
     ]
-    figures = [(reading.contacts.tobytes(), reading[2:]) for reading in moment.engines.values()]
+    figures = [reading[1:] for reading in moment.engines.values()]
     return [
         *(engines, figures, moment.step, moment.time, moment.scene.model_dump_json(), moment.balls, moment.held),
         *(moment.target, moment.suspended, moment.is_complete),

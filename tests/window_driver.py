@@ -29,7 +29,7 @@ CODES: Final = {
     "F9": pygame.K_F9, "F10": pygame.K_F10,
     "F11": pygame.K_F11, "F12": pygame.K_F12,
 }  # fmt: skip
-CONTROL: Final = {"undo": "\x1a", "redo": "\x19", "save": "\x13", "open": "\x0f"}  # what Ctrl makes of Z, Y, S, O
+CONTROL: Final = {"undo": "Ctrl Z", "redo": "Ctrl Y", "save": "Ctrl S", "open": "Ctrl O"}
 
 
 class WorkerHere(CaseWorker):
@@ -56,10 +56,18 @@ class IdleWorker(CaseWorker):
 def press(window: Window, *keys: str, shift: bool = False) -> None:
     """Press keys by their names, or by what they type."""
     for key in keys:
-        code, typed = (CODES[key], "") if key in CODES else (0, CONTROL.get(key, key))
-        mod = pygame.KMOD_LSHIFT if shift else 0
-        window.on_event(Event(pygame.KEYDOWN, key=code, unicode=typed, mod=mod))
-        window.on_event(Event(pygame.KEYUP, key=code, unicode=typed, mod=mod))
+        event = key_event(CONTROL.get(key, f"Shift {key}" if shift else key))
+        window.on_event(event)
+        window.on_event(Event(pygame.KEYUP, event.dict))
+
+
+def key_event(name: str, what: int = pygame.KEYDOWN) -> Event:
+    """Return the event of a key by its name, with Ctrl or Shift before it, or by what it types."""
+    held, key = name.split(" ") if " " in name.strip() else ("", name)
+    code = CODES[key] if key in CODES else pygame.key.key_code(key) if held or len(key) > 1 else 0
+    typed = "" if key in CODES or len(key) > 1 else chr(ord(key) & 31) if held == "Ctrl" and key.isalpha() else key
+    mod = {"": 0, "Shift": pygame.KMOD_LSHIFT, "Ctrl": pygame.KMOD_LCTRL}[held]
+    return Event(what, key=code, unicode=typed, mod=mod)
 
 
 def mouse(window: Window, what: int, point: tuple[int, int], held: bool = True) -> None:

@@ -45,21 +45,6 @@ class Comparison:
     ended: LimitReached | None = None
 
     @property
-    def horizon(self) -> float | None:
-        """When rounding errors have grown to a ball's radius, s; None if they do not within the run."""
-        return self.trust.horizon
-
-    @property
-    def undecided(self) -> float | None:
-        """When contacts are simultaneous and no law says which comes first, s; None if none are."""
-        return self.trust.undecided
-
-    @property
-    def unresolved(self) -> float | None:
-        """When the reference's treatment of a heap begins to matter, s; None if it does not."""
-        return self.trust.unresolved
-
-    @property
     def others(self) -> dict[str, Run]:
         """The runs of all engines but the one that they are measured against."""
         return {name: run for name, run in self.runs.items() if name != self.against}
@@ -89,8 +74,8 @@ class Comparison:
     @property
     def conditions(self) -> Conditions:
         """What all engines share, as JSON and CSV have it."""
-        scene, times = self.scene, (self.horizon, self.undecided, self.unresolved, self.reference_until)
-        seconds = float(self.time[-1])
+        scene, trust, seconds = self.scene, self.trust, float(self.time[-1])
+        times = trust.horizon, trust.undecided, trust.unresolved, self.reference_until
         return Conditions(
             scene.name, scene.seed, scene.rate, self.since, seconds, self.against, *times, self.energy_scale
         )

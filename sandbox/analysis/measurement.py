@@ -15,7 +15,7 @@ from sandbox.analysis.gas import TheoryRow, measure_gas, why_lawless, why_no_gas
 from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, Misreport, impacts_in, misreports
 from sandbox.judge.judge import Steps
 from sandbox.judge.thresholds import NEGLIGIBLE
-from sandbox.quantity import deepest_overlap, energy, length, momentum, outside
+from sandbox.quantity import deepest_overlap, energy, length, meeting, momentum, outside
 from sandbox.run.lockstep import Runner
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Expect, Scene
@@ -47,7 +47,8 @@ class Measurement:
         if self._substeps > 1:
             runner.substates()  # starts recording
         self._judged = Steps(scene, self._traits.damping, is_soft=self._traits.soft)
-        self._max_overlap = deepest_overlap(state.position, scene.bodies.radius, scene.bodies.filters)[0]  # px
+        self._meets = bool(meeting(scene.bodies.filters).any())
+        self._max_overlap = self._deepest(state.position)  # px
         self.scale = EnergyScale(scene, state)
         self._contacts: list[Contacts] = []
         self._impacts: list[Impacts] = [np.empty(0, IMPACT)]
@@ -88,12 +89,15 @@ class Measurement:
         if self._traits.reports_contacts and not self._traits.soft and self._traits.damping == NO_DAMPING:
             found = misreports(scene, pushed, states, contacts, row_of, dt)
             self._misreports += [each._replace(step=done + each.step) for each in found]
-        deepest, _, _ = deepest_overlap(states.position[1:], scene.bodies.radius, scene.bodies.filters)
-        self._max_overlap = max(self._max_overlap, deepest)
+        self._max_overlap = max(self._max_overlap, self._deepest(states.position[1:]))
         self.scale.follow(scene, states, contacts, done)
         self._entered += rows - 1
         states.fill(0, states.state(-1, 0.0))
         self.pushes.clear()
+
+    def _deepest(self, position: Floats) -> float:
+        bodies = self._scene.bodies
+        return deepest_overlap(position, bodies.radius, bodies.filters)[0] if self._meets else 0.0
 
     def _measure(self, states: States, reference: Floats | None, first: int) -> None:
         """Measure states. reference: of these, or one row more before them; first: the step of the first."""

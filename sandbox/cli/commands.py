@@ -52,7 +52,6 @@ from sandbox.cli.options import (
     print_warnings,
     scene_and_inputs,
     settings_by_key,
-    warn_of_pygame,
 )
 from sandbox.cli.progress import progress_bar, sweep_with_bar, terminal_bar
 from sandbox.errors import EngineError, SandboxError, suggestion
@@ -158,7 +157,6 @@ def run(
 
     Without a display: compare the engines of the scene, and save a picture of the end.
     """
-    warn_of_pygame()
     from sandbox.run.inputs import write_run
     from sandbox.view.display import has_display
     from sandbox.view.window import Window
@@ -198,7 +196,6 @@ def record(
 
     A GIF has 50 frames a second, as its delays are in 1/100 s; MP4 has 60.
     """
-    warn_of_pygame()
     from sandbox.view.offscreen import check_recording
     from sandbox.view.offscreen import record as record_scene
 

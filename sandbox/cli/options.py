@@ -10,7 +10,7 @@ import typer
 
 from sandbox.errors import SandboxError, suggestion
 from sandbox.text import printable
-from sandbox.view import Layer, check_pygame
+from sandbox.view import Layer
 
 if TYPE_CHECKING:
     from sandbox.engines.specs import Value
@@ -224,10 +224,4 @@ def print_warnings(scene: "Scene") -> None:
     from sandbox.scene.spawn import spawn, warnings
 
     for warning in warnings(scene, spawn(scene)):
-        print(warning, file=sys.stderr)
-
-
-def warn_of_pygame() -> None:
-    """Print a warning if two versions of pygame are installed. Raises SandboxError if none can be used."""
-    if warning := check_pygame():
         print(warning, file=sys.stderr)

@@ -12,7 +12,7 @@ import numpy as np
 
 from sandbox.compiled import Record, Records, kernel
 from sandbox.engines.contact_log import Log, log_contact
-from sandbox.engines.laws import coulomb, mixed
+from sandbox.engines.laws import friction_impulse, mixed
 from sandbox.engines.machine_code import MachineCode
 from sandbox.engines.neighbours import NeighbourGrid, begin_turn, fill, new_grid, next_neighbour, note_push
 from sandbox.engines.stepped import SteppedEngine, balls_of
@@ -86,16 +86,6 @@ def step(world: World, now: float, log: Log) -> None:
 
 
 @kernel
-def _friction_impulse(slip: float, normal_impulse: float, friction: float, mass: float) -> float:
-    """Return the impulse along the tangent (kg px/s) that stops a slip (px/s), or the most that friction gives.
-
-    mass: kg, m_i at a wall, 1/(1/m_i + 1/m_j) of two discs; a third of it resists along the tangent, since discs turn
-    too (O. R. Walton and R. L. Braun, J. Rheol. 30 (1986) 949, with beta_0 = 0).
-    """
-    return coulomb(slip * mass / 3, friction * normal_impulse)
-
-
-@kernel
 def _apply_friction(ball: Record, impulse: float, tx: float, ty: float) -> None:
     """Change velocity and spin of a ball by an impulse (kg px/s) against the tangent, at its rim."""
     ball.vx -= impulse / ball.mass * tx
@@ -132,7 +122,7 @@ def _move(world: World, now: float, log: Log) -> None:
                 ball.x -= back * nx
                 ball.y -= back * ny
                 impulse = (v_n + away) * ball.mass
-                tangential = _friction_impulse(slip, impulse, mixed(ball.friction, wall.friction), ball.mass)
+                tangential = friction_impulse(slip, mixed(ball.friction, wall.friction) * impulse, 1 / ball.mass)
                 if tangential != 0:
                     _apply_friction(ball, tangential, -ny, nx)
                     late = min(depth / v_n, dt)
@@ -185,7 +175,7 @@ def _collide(world: World, now: float, log: Log) -> None:
                 b.x -= push * per_b * nx
                 b.y -= push * per_b * ny
                 slip = vx * ny - vy * nx + a.radius * a.spin + b.radius * b.spin
-                tangential = _friction_impulse(slip, -impulse, mixed(a.friction, b.friction), 1 / (per_a + per_b))
+                tangential = friction_impulse(slip, mixed(a.friction, b.friction) * -impulse, per_a + per_b)
                 if tangential != 0:
                     _apply_friction(a, tangential, ny, -nx)
                     _apply_friction(b, tangential, -ny, nx)

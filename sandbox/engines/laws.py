@@ -23,19 +23,14 @@ def mixed(factor: float, other_factor: float) -> float:
 
 
 @kernel
-def coulomb(stopping: float, largest: float) -> float:
-    """Return the impulse along the tangent (kg px/s): what stops the slip, or the largest that friction can be."""
-    return max(-largest, min(largest, stopping))
-
-
-@kernel
 def friction_impulse(slip: float, limit: float, per_mass: float) -> float:
-    """Return the impulse along the tangent, kg px/s, up to a limit. slip: px/s; per_mass: of both bodies, 1/kg.
+    """Return the impulse along the tangent (kg px/s) that stops a slip (px/s), or the limit, which is Coulomb's.
 
-    Uniform discs turn too, so that a third of the mass resists along the tangent (O. R. Walton and R. L. Braun, J.
-    Rheol. 30 (1986) 949, with beta_0 = 0).
+    per_mass: of both bodies, 1/kg. Uniform discs turn too, so that a third of the mass resists along the tangent (O. R.
+    Walton and R. L. Braun, J. Rheol. 30 (1986) 949, with beta_0 = 0).
     """
-    return coulomb(slip / (3 * per_mass), max(0.0, limit))
+    limit = max(0.0, limit)
+    return max(-limit, min(limit, slip / (3 * per_mass)))
 
 
 @kernel

@@ -6,7 +6,7 @@ single contact shows with as many free numbers as it has. What is right wins eve
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,16 @@ class Candidate(NamedTuple):
     value: Floats
     fits: Bools
     depth: Floats
+
+    def among(self, rows: Bools) -> "Candidate":
+        """Return it as one of more contacts. rows: which of them it is of."""
+
+        def spread(column: Any) -> Any:
+            many = np.zeros(len(rows), column.dtype)
+            many[rows] = column
+            return many
+
+        return Candidate(self.free, self.key, *map(spread, self[2:]))
 
     @property
     def is_constant(self) -> bool:
@@ -151,18 +161,22 @@ class Case(NamedTuple):
     places: list[tuple[Place, Bools]]
 
 
-def choose(s: Singles, chosen: Chosen, rows: Integers) -> None:
-    """Find what explains contacts, for some rows of what is chosen: each law, at each time, with each place."""
-    cases = []
+def _cases(s: Singles) -> Iterator[Case]:
     for met in s.all_met():
         least = max(s.run.tiny, 1e-4 * float(s.run.r.min())) if met.when in FITTED else s.run.tiny
-        cases.append(Case(met, _by_depth(met.depth, least), places(s, met)))
-    candidates = [candidate for case in cases for candidate in _right(s, case)]
+        yield Case(met, _by_depth(met.depth, least), places(s, met))
+
+
+def choose(s: Singles, chosen: Chosen, rows: Integers) -> None:
+    """Find what explains contacts, for some rows of what is chosen: each law, at each time, with each place."""
+    candidates = [candidate for case in _cases(s) for candidate in _right(s, case)]
     left = ~np.any([c.fits for c in candidates if c.free < DOUBTFUL] or [np.zeros(len(rows), bool)], axis=0)
-    for case in cases:
-        where = left & case.met.is_valid
-        if case.met.when != When.TURNED and where.any():
-            candidates += [candidate for law in LAWS for candidate in _wrong(s, law, case, where)]
+    if left.any():
+        part = s.part(left)
+        for case in _cases(part):
+            if case.met.when != When.TURNED and case.met.is_valid.any():
+                wrong = (candidate for law in LAWS for candidate in _wrong(part, law, case))
+                candidates += [candidate.among(left) for candidate in wrong]
     if candidates:
         _decide(candidates, chosen, rows)
 
@@ -185,12 +199,15 @@ def _right(s: Singles, case: Case) -> Iterator[Candidate]:
                 yield Candidate(free, key, causes, np.full(len(fits), np.nan), right & fits, c.depth)
 
 
-def _wrong(s: Singles, law: Law, case: Case, where: Bools) -> Iterator[Candidate]:
+def _wrong(s: Singles, law: Law, case: Case) -> Iterator[Candidate]:
     """Yield what has another law of contact."""
     c = case.met
+    if law.of_pairs and not c.pair.any():
+        return
     with np.errstate(all="ignore"):
         says = law.formula(c, None)
-        ok = where & (c.closes | law.parting) & (s.miss(c.six, says.six) <= s.tol + c.slack) & says.may
+        ok = c.is_valid & says.may & (c.closes | law.parting) & (c.pair | (not law.of_pairs))
+        ok &= s.miss(c.six, says.six) <= s.tol + c.slack
     if not ok.any():
         return
     value = np.full(len(ok), np.nan) if says.value is None else says.value

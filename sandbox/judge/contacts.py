@@ -8,7 +8,6 @@ from sandbox.judge.run import NEVER, OUTWARD, Contacts, Run, Vectors, cross, dot
 from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Floats, Integers
 
-ALL_PAIRS: Final = 14  # balls, up to which all pairs are compared: faster than sorting them
 BRUTE_FORCE: Final = 1_000_000  # pairs of the fastest balls that are compared with all of their step
 NEWTON: Final = 8  # steps of Newton's method, which converge to rounding
 
@@ -20,24 +19,14 @@ def way_of(run: Run) -> Floats:
     return np.maximum(fastest, np.abs(run.x[1:] - run.x[:-1])) + abs(run.g) * dt**2 + run.floor
 
 
-def near_pairs(run: Run, way: Floats) -> Contacts:
-    """Return the contacts of balls that may happen. way: (steps, n) px."""
-    if run.n > ALL_PAIRS:
-        return near_pairs_of(run, *run.every, way.ravel())
-    i, j = np.triu_indices(run.n, 1)
-    meets = ~run.passes(i, j)
-    i, j = i[meets], j[meets]
-    gap = np.abs(run.x[:-1, i] - run.x[:-1, j]) - run.r[i] - run.r[j]
-    k, pair = np.nonzero(gap <= way[:, i] + way[:, j])
-    return Contacts(k, i[pair], j[pair])
-
-
-def near_pairs_of(run: Run, step: Integers, ball: Integers, way: Floats, margin: float = 0.0) -> Contacts:
+def near_pairs(run: Run, step: Integers, ball: Integers, way: Floats, margin: float = 0.0) -> Contacts:
     """Return the contacts of some balls in steps, (k,) each, that may come within a margin of each other, px.
 
     Broad phase: they are sorted by (step, cell), and each is compared with those in its cell, the next and the next
     row's three. A cell is as wide as the reach of two balls; the few that fly further are compared with all others.
     """
+    meets = run.meets[ball]
+    step, ball, way = step[meets], ball[meets], way[meets]
     if not len(ball):
         return Contacts(*[np.empty(0, np.int64)] * 3)
     x, r = run.x[step, ball], run.r[ball]
@@ -113,6 +102,8 @@ def until(run: Run, i: Integers, j: Integers, x: Vectors, v: Vectors, limit: Flo
     n = OUTWARD[wall[faces]]
     gap = run.face[wall[faces]] - dot(x[0, faces], n) - run.r[i[faces]]
     t[faces] = to_close(gap, -dot(v[0, faces], n), -dot(pull, n))
+    if not inner.any():
+        return t
     w, x, v, dt = wall[inner], x[0, inner], v[0, inner], limit[inner]
     reach, along = run.r[i[inner]] + run.half[w], run.along[w]
     off, v_off, g_off = cross(along, x - run.start[w]), cross(along, v), cross(along, pull)
@@ -121,7 +112,8 @@ def until(run: Run, i: Integers, j: Integers, x: Vectors, v: Vectors, limit: Flo
     s = np.where(np.isfinite(face), face, 0.0)
     part = dot(along, x + s * (v + s * run.pull / 2) - run.start[w])
     face = np.where((part >= 0) & (part <= run.length[w]), face, NEVER)
-    t[inner] = np.minimum(face, np.minimum(*(to_touch(z[w] - x, v, reach, run.pull, dt) for z in (run.start, run.end))))
+    at_ends = to_touch(np.stack([run.start[w], run.end[w]]) - x, v, reach, run.pull, dt)
+    t[inner] = np.minimum(face, at_ends.min(axis=0))
     return t
 
 

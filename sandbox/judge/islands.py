@@ -17,10 +17,9 @@ from sandbox.judge.contacts import until
 from sandbox.judge.laws import BOUNCES, BY_NAME, PLACES, shifts_of, six_of
 from sandbox.judge.observe import Bodies, Met, Six, When
 from sandbox.judge.run import NEVER, Contacts, Run, Vectors
-from sandbox.judge.thresholds import DOUBTED
+from sandbox.judge.thresholds import DOUBTED, MAX_TOGETHER
 from sandbox.state import Bools, Floats, Integers
 
-MOST_EVENTS: Final = 40  # contacts in a step of an island, after which it is a heap
 MAX_ISLANDS: Final = 1_500  # of a block, the first ones: each takes up to 0.5 ms, all less than a second
 COMMON: Final = 3  # laws, and 2 places, that single contacts show most, and that are tried on islands
 MAX_LEFT_OUT: Final = 6  # contacts of an island of which each is left out in turn
@@ -85,6 +84,7 @@ class Islands:
         self.dt[island] = run.flown[k]
         self.free = run.hx[k, i], (run.hv[k, i] if undo == 1 else self.v + run.pull * self.dt[island])
         off = np.maximum(np.abs(self.seen[0] - run.hx[k, i]), np.abs(self.seen[1] - run.hv[k, i]) * self.dt[island])
+        self.are_heaps = np.zeros(self.count, bool)  # with more contacts in the step than are judged
         self.tol = 4 * run.floor + 1e-6 * self._most(off)
 
     def _most(self, values: Floats) -> Floats:
@@ -98,6 +98,7 @@ class Islands:
 
         some: (islands,).
         """
+        some = some & ~(self.are_heaps & rule.in_time)
         happens = some[self.of] & (self.rank != (-1 if left_out is None else left_out))
         rows = np.flatnonzero(happens)
         x, v, w = self._in_time(rule, rows, some) if rule.in_time else self._at_end(rule, rows)
@@ -125,7 +126,7 @@ class Islands:
         """Resolve contacts of some islands in time, one after another."""
         x, v, w, run = self.x.copy(), self.v.copy(), self.w.copy(), self.run
         left, going, just = self.dt.copy(), some.copy(), np.full(self.count, -1)
-        for _ in range(MOST_EVENTS):
+        for _ in range(MAX_TOGETHER):
             rows = rows[going[self.of[rows]]]
             of, ends = self.of[rows], np.stack([self.one[rows], self.two[rows]])
             t = until(run, self.c.i[rows], self.c.j[rows], x[ends], v[ends], left[of])
@@ -146,7 +147,8 @@ class Islands:
             after, spun = c.after(rule.six(c))
             self._set(hit, v, after)
             self._set(hit, w, spun)
-        x[going[self.island]] = NEVER  # they have too many contacts
+        x[going[self.island]] = NEVER
+        self.are_heaps |= going
         return x, v, w
 
     def _at_end(self, rule: Rule, rows: Integers) -> Ends:

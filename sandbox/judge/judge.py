@@ -11,7 +11,7 @@ import numpy as np
 
 from sandbox.judge.causes import Cause
 from sandbox.judge.choose import ANYWHERE, NOTHING, RIGHT, Chosen, choose, doubt_faults, explain
-from sandbox.judge.contacts import components, due, keys_of, near_pairs, near_pairs_of, near_walls, way_of
+from sandbox.judge.contacts import components, due, keys_of, near_pairs, near_walls, way_of
 from sandbox.judge.flight import Habit, by_gravity, habit_of
 from sandbox.judge.islands import MAX_ISLANDS, SAID, Islands, Shown, explain_islands
 from sandbox.judge.ledger import NO_BODY, Errors, Ledger, pairs
@@ -28,7 +28,7 @@ OF_OVERLAP: Final = (  # causes of what balls do that overlap at the start
     *(Cause.LATE, Cause.EARLY, Cause.POSITION_CORRECTION, Cause.TELEPORTED, Cause.OVERSHOOT, Cause.DOUBLE_BOUNCE),
     *(Cause.WARM_START, Cause.UNCONVERGED, Cause.UNKNOWN),
 )
-SEVERAL: Final = 10  # times its depth at the start, up to which an overlap explains what is found later
+SLIGHT: Final = 1e-3  # of a radius; an overlap at the start that is less deep comes of digits that were rounded
 BLOCK: Final = 2**20  # steps of a ball that are judged at once, some 300 MB of arrays
 
 
@@ -95,7 +95,7 @@ class _Block:
         self.rules: list[Shown] = []
         self.undo: complex = 1.0
         self.way = way_of(run)
-        self.c = Contacts.joined(near_pairs(run, self.way), near_walls(run, *run.every, self.way.ravel()))
+        self.c = Contacts.joined(*(near(run, *run.every, self.way.ravel()) for near in (near_pairs, near_walls)))
         free = np.ones(run.v0.shape, bool)
         free[self.c.ends] = False
         self.habit = _fly(run, free, damping)
@@ -254,7 +254,7 @@ class _Block:
         k, i = np.nonzero(kicked)
         margin = float(run.r.max())
         way = self.way[k, i]
-        c = Contacts.joined(near_pairs_of(run, k, i, way, margin), near_walls(run, k, i, way, margin / 2))
+        c = Contacts.joined(near_pairs(run, k, i, way, margin), near_walls(run, k, i, way, margin / 2))
         for each, may in ((c, ~c.pair), (self.c, self.deepest > -run.tiny)):
             self.near[each.part(may | each.all_in(self.active)).ends] = True
         if not len(c.k):
@@ -457,20 +457,16 @@ class _Block:
 
     def mark_overlaps(self, errors: Errors) -> None:
         """Blame on an overlap at the start what balls do until it ends: no step led them into each other."""
-        run, deep = self.run, self.c.part(self.before > self.run.tiny)
+        run, deep = self.run, self.c.part(self.before > SLIGHT * float(self.run.r.min()))
         keys = np.sort(keys_of(deep, run))
         begins = np.flatnonzero(np.diff(keys, prepend=-9) != 1)
         of_start = np.repeat(keys[begins] % (run.steps + 1) == 0, np.diff(np.append(begins, len(keys))))
         deep = deep.part(np.isin(keys_of(deep, run), keys[of_start]))
-        _, depth = run.geometry(deep.i, deep.j, run.x[0, deep.i], run.x[0, deep.other])
-        overlaps = np.zeros(run.v0.shape)
-        overlaps[deep.ends] = np.concatenate([depth, depth[deep.pair]])
+        overlaps = np.zeros(run.v0.shape, bool)
+        overlaps[deep.ends] = True
         second = np.where((errors["second"] >= 0) & (errors["second"] != NO_BODY), errors["second"], errors["first"])
-        step = errors["step"] - 1
-        most = SEVERAL * np.minimum(overlaps[step, errors["first"]], overlaps[step, second])
-        puts = np.isin(errors["cause"], [Cause.POSITION_CORRECTION, Cause.TELEPORTED])
-        size = np.where(puts, errors["displacement"], np.fmax(errors["depth"], 0.0))
-        blamed = (size < most) & np.isin(errors["cause"], OF_OVERLAP) & (errors["place"] != "flight")
+        blamed = overlaps[errors["step"] - 1, [errors["first"], second]].all(axis=0)
+        blamed &= np.isin(errors["cause"], OF_OVERLAP) & (errors["place"] != "flight")
         errors["cause"][blamed], errors["law"][blamed], errors["place"][blamed] = Cause.OVERLAPPED, "overlap", ""
 
     def close(self, errors: Errors) -> None:

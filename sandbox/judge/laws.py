@@ -6,6 +6,7 @@ themselves, or given. In sentences, {v} is the parameter and {d} the same in deg
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -38,7 +39,7 @@ class Law:
     """A law. sentence: what is wrong; odd: what another law of as few numbers is likelier than.
 
     reads: whether its parameter is read off the six numbers; constant: likewise, and it is one in all contacts;
-    parting: a law of bodies that do not approach.
+    parting: a law of bodies that do not approach; of_pairs: of two balls only.
     """
 
     name: str
@@ -49,12 +50,14 @@ class Law:
     constant: bool = False
     parting: bool = False
     odd: bool = False
+    of_pairs: bool = False
 
 
 def six_of(impulse: Floats, friction: Floats, spun: Floats | None = None) -> Six:
     """Return the six numbers of two bodies, (k,) for both or (2, k); spun: as friction by default."""
-    both = np.broadcast_arrays(impulse, friction, friction if spun is None else spun, np.empty((2, 1)))
-    return np.stack(both[:3])
+    six = np.empty((3, 2, np.shape(impulse)[-1]))
+    six[0], six[1], six[2] = impulse, friction, friction if spun is None else spun
+    return six
 
 
 def _given(c: Met, impulse: Floats) -> Six:
@@ -130,7 +133,7 @@ def _no_turn(c: Met, _: Value) -> Says:
 
 
 def _first_not_turned(c: Met, _: Value) -> Says:
-    return Says(six_of(c.due, c.rub, c.rub * [[0], [1]]), may=(c.rub != 0) & c.pair)
+    return Says(six_of(c.due, c.rub, c.rub * [[0], [1]]), may=c.rub != 0)
 
 
 def _turning(c: Met, k: Value) -> Says:
@@ -166,7 +169,7 @@ def _turned_normal(c: Met, angle: Value) -> Says:
 def _along_velocity(c: Met, _: Value) -> Says:
     u = c.v[0] - c.v[1]
     given = (1 + c.b.e) * c.b.red * u
-    return Says(six_of(dot(given, c.n), dot(given, 1j * c.n), 0 * c.due), may=c.pair)
+    return Says(six_of(dot(given, c.n), dot(given, 1j * c.n), 0 * c.due))
 
 
 def _share(of: int) -> Formula:
@@ -175,13 +178,13 @@ def _share(of: int) -> Formula:
     def formula(c: Met, k: Value) -> Says:
         impulses = np.stack([c.due, c.due])
         impulses[of] = c.six[0, of] if k is None else k * c.due
-        return Says(six_of(impulses, c.rub), impulses[of] / c.due, c.pair)
+        return Says(six_of(impulses, c.rub), impulses[of] / c.due)
 
     return formula
 
 
 def _masses_swapped(c: Met, _: Value) -> Says:
-    return Says(six_of(c.due * c.b.m / c.b.m[::-1], c.rub), may=c.pair)
+    return Says(six_of(c.due * c.b.m / c.b.m[::-1], c.rub))
 
 
 def _masses(power: int) -> Formula:
@@ -189,7 +192,7 @@ def _masses(power: int) -> Formula:
 
     def formula(c: Met, _: Value) -> Says:
         change = (1 + c.b.e) * c.u / (1 / c.b.r**power).sum(axis=0)
-        return Says(six_of(change / c.b.r**power * c.b.m, c.rub), may=c.pair)
+        return Says(six_of(change / c.b.r**power * c.b.m, c.rub))
 
     return formula
 
@@ -203,7 +206,7 @@ def _become(c: Met, v: Vectors, spun: Floats | float = 0.0) -> Six:
 
 def _velocities(of: Callable[[Met], Vectors]) -> Formula:
     """Return the law by which velocities become others."""
-    return lambda c, _: Says(_become(c, of(c)), may=c.pair)
+    return lambda c, _: Says(_become(c, of(c)))
 
 
 def _reflected(v: Vectors, n: Vectors) -> Vectors:
@@ -249,6 +252,7 @@ FACTORS: Final[dict[str, Callable[[Floats], Floats]]] = {  # other ways to make 
     "the larger factor": lambda both: both.max(axis=0),
     "the sum of the factors": lambda both: both.sum(axis=0),
 }
+Two = partial(Law, of_pairs=True)
 LAWS: Final = (
     Law("impulse", SMALL, _impulse, "The impulse is {v:.4g} of what is due.", reads=True),
     *(Law(f"e: {how}", LARGE, _restitution(of), f"Restitution is {how}, {{v:.4g}}.") for how, of in FACTORS.items()),
@@ -265,31 +269,24 @@ LAWS: Final = (
         for how, of in FACTORS.items()
     ),
     Law("no turn", V, _no_turn, "Friction does not turn the balls."),
-    Law("first not turned", V, _first_not_turned, "Friction turns only the second of the two."),
+    Two("first not turned", V, _first_not_turned, "Friction turns only the second of the two."),
     Law("turning", V, _turning, "Friction turns the balls {v:.4g} times as much as it should.", reads=True),
     Law("moment", V, _moment, "The moment of inertia is {v:.4g} of a disc's.", reads=True),
     Law("tangential", V, _tangential, "Also {v:.4g} of the impulse acts along the tangent.", constant=True),
     Law("slope", V, _slope, "The speed along the wall is {v:.4g} of what it should be.", constant=True),
     Law("push", Cause.UNKNOWN, _push, "Pushed while the two part.", parting=True),
     Law("turned normal", NORMAL, _turned_normal, "The normal is turned by {d:.4g}°.", constant=True),
-    Law("along velocity", NORMAL, _along_velocity, "The impulse is along the velocity, not the normal."),
-    Law("second share", V, _share(1), "The second gets {v:.4g} of its impulse: momentum is not kept.", constant=True),
-    Law("first share", V, _share(0), "The first gets {v:.4g} of its impulse: momentum is not kept.", constant=True),
-    Law("masses swapped", V, _masses_swapped, "Each ball is accelerated as if it had the other's mass."),
-    Law("masses 0", V, _masses(0), "Masses are taken as equal."),
-    Law("masses 2", V, _masses(2), "Masses are taken as the radius squared."),
-    Law("masses 3", V, _masses(3), "Masses are taken as the radius cubed."),
-    Law("speeds", V, _velocities(_swapped_speeds), "Each is reflected at the tangent, and the speeds are swapped."),
-    Law("each", V, _velocities(lambda c: _reflected(c.v, c.n)), "Each is reflected by itself.", odd=True),
-    Law(
-        "tangents",
-        V,
-        _velocities(_swapped_tangents),
-        "Tangential parts are swapped.",
-        parting=True,
-        odd=True,
-    ),
-    Law("merge", V, _velocities(_merged), "The two go on together, at the velocity of their centre of mass.", odd=True),
+    Two("along velocity", NORMAL, _along_velocity, "The impulse is along the velocity, not the normal."),
+    Two("second share", V, _share(1), "The second gets {v:.4g} of its impulse: momentum is not kept.", constant=True),
+    Two("first share", V, _share(0), "The first gets {v:.4g} of its impulse: momentum is not kept.", constant=True),
+    Two("masses swapped", V, _masses_swapped, "Each ball is accelerated as if it had the other's mass."),
+    Two("masses 0", V, _masses(0), "Masses are taken as equal."),
+    Two("masses 2", V, _masses(2), "Masses are taken as the radius squared."),
+    Two("masses 3", V, _masses(3), "Masses are taken as the radius cubed."),
+    Two("speeds", V, _velocities(_swapped_speeds), "Each is reflected at the tangent, and the speeds are swapped."),
+    Two("each", V, _velocities(lambda c: _reflected(c.v, c.n)), "Each is reflected by itself.", odd=True),
+    Two("tangents", V, _velocities(_swapped_tangents), "Tangential parts are swapped.", parting=True, odd=True),
+    Two("merge", V, _velocities(_merged), "The two go on together, at the velocity of their centre of mass.", odd=True),
     Law("scaled", V, _scaled, "Then whole velocities are {v:.4g} of what they should be.", constant=True, odd=True),
 )
 BY_NAME: Final = {law.name: law for law in LAWS}

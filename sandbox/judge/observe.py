@@ -132,6 +132,7 @@ class Singles(Bodies):
             part[1] = np.where(self.pair, part[1], 0.0)
         self.depth_before = run.geometry(at.i, at.j, *self.x)[1]
         size = np.abs(self.dv).max(axis=0)
+        self.per_number = np.reshape([1, 1, 2], (3, 1, 1)) / self.m  # px/s for each kg px/s of the six numbers
         self.tol = 3 * run.floor / self.dt + 2e-6 * size  # px/s: rounding, and that of a near graze
         self.tol_x = 3 * run.floor + 2e-6 * (size * self.dt + np.abs(self.dx).sum(axis=0))
 
@@ -189,7 +190,7 @@ class Singles(Bodies):
     def miss(self, seen: Six, law: Six) -> Floats:
         """Return by how many px/s the six numbers differ from a law's, at most."""
         with np.errstate(all="ignore"):
-            off: Floats = (np.abs(seen - law) * np.reshape([1, 1, 2], (3, 1, 1)) / self.m).max(axis=(0, 1))
+            off: Floats = (np.abs(seen - law) * self.per_number).max(axis=(0, 1))
         off[~np.isfinite(off)] = np.inf
         return off
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.judge.thresholds import DOUBLE, NEGLIGIBLE, SINGLE
-from sandbox.quantity import passing
+from sandbox.quantity import meeting, passing
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT, arena_faces, walls_of
 from sandbox.state import Bools, Floats, Integers, Pushes, States
@@ -98,10 +98,11 @@ class Contacts(NamedTuple):
 class Run:
     """What the balls did. x, v, w: (steps + 1, n) px, px/s and rad/s; v0: (steps, n), v with each push in it.
 
-    dt: (steps,) s; floor: px, below which a difference of places, or of velocities times dt, is rounding; tiny: px,
-    below which two places are one. Once it is known how the engine flies, see `fly`: hx, hv: (steps, n), where its own
-    flights end; u: px/s, the velocity with which a parabola begins that ends there, too; pull: px/s², how it falls;
-    kept: the share of its spin that a ball keeps in a step; flown: (steps,) s, for how long it flies.
+    meets: (n,), which balls can meet another; dt: (steps,) s; floor: px, below which a difference of places, or of
+    velocities times dt, is rounding; tiny: px, below which two places are one. Once it is known how the engine flies,
+    see `fly`: hx, hv: (steps, n), where its own flights end; u: px/s, the velocity with which a parabola begins that
+    ends there, too; pull: px/s², how it falls; kept: the share of its spin that a ball keeps in a step; flown:
+    (steps,) s, for how long it flies.
     """
 
     def __init__(self, scene: Scene, states: States, pushes: Pushes, clock: Floats) -> None:
@@ -112,7 +113,7 @@ class Run:
         np.add.at(self.v0, (pushes["row"] - 1, pushes["ball"]), vectors(pushes["dv"]))
         self.steps, self.n = self.v0.shape
         self.r, self.m, self.e, self.mu = bodies.radius, bodies.mass, bodies.elasticity, bodies.friction
-        self.moment = bodies.moment
+        self.moment, self.meets = bodies.moment, meeting(bodies.filters)
         walls = walls_of(scene)
         self.face = arena_faces(scene)
         self.wall_e, self.wall_mu, self.half = walls.elasticity, walls.friction, walls.half_thickness

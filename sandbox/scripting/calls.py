@@ -6,7 +6,7 @@ Every wrong argument raises SandboxError.
 import math
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import overload
+from typing import TypedDict, Unpack, overload
 
 from sandbox.analysis import comparison
 from sandbox.analysis.advice import try_settings
@@ -63,27 +63,21 @@ def compare(
     return Comparison.of(comparison.compare(chosen, engines, against=reference, inputs=replayed, progress=progress))
 
 
+class RunOptions(TypedDict, total=False):
+    """The options of `simulate`: see there."""
+
+    seconds: float | None
+    steps: int | None
+    seed: int | None
+    rate: int | None
+    inputs: AnyInputs
+
+
 @overload
-def simulate(  # type: ignore[overload-overlap]
-    scene: AnyScene,
-    engine: Source,
-    *,
-    seconds: float | None = ...,
-    steps: int | None = ...,
-    seed: int | None = ...,
-    rate: int | None = ...,
-    inputs: AnyInputs = ...,
-) -> Trajectory: ...
+def simulate(scene: AnyScene, engine: Source, **options: Unpack[RunOptions]) -> Trajectory: ...  # type: ignore[overload-overlap]
 @overload
 def simulate(
-    scene: AnyScene,
-    engine: Iterable[Source] | Mapping[str, Source],
-    *,
-    seconds: float | None = ...,
-    steps: int | None = ...,
-    seed: int | None = ...,
-    rate: int | None = ...,
-    inputs: AnyInputs = ...,
+    scene: AnyScene, engine: Iterable[Source] | Mapping[str, Source], **options: Unpack[RunOptions]
 ) -> dict[str, Trajectory]: ...
 def simulate(
     scene: AnyScene,

@@ -74,14 +74,22 @@ class End:
 def run_on_trial(program: Program, trials: Trials, ended: Callable[[End], int], *, headless: bool = False) -> int:
     """Run a program with its Spaces on trial; return the exit code that `ended` returns.
 
-    ended: is called once, also where the program ends with `os._exit`, and returns the exit code.
+    ended: is called once, and returns the exit code.
     """
+
+    def finish() -> NoReturn:
+        trials.end()
+        code = ended(End("time is up"))
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+        os._exit(code)
+
     program.check()
+    trials.finish = finish
     environment = {key: value for key, value in os.environ.items() if key != SAFE_PATH}
     with ExitStack() as stack:
         stack.enter_context(trials)
         stack.enter_context(_signals())
-        stack.enter_context(_exits(trials, ended))
         stack.enter_context(watchdog(program.name, trials))
         stack.enter_context(patch.dict(os.environ, environment, clear=True))
         if headless:
@@ -164,28 +172,6 @@ def _signals() -> Iterator[None]:
             signal.signal(number, handler)
 
 
-@contextmanager
-def _exits(trials: Trials, ended: Callable[[End], int]) -> Iterator[None]:
-    """Let the diagnosis come before `os._exit` ends the process, but not in processes that the program starts."""
-    leave, process = os._exit, os.getpid()
-
-    def leave_after_diagnosis(status: int) -> NoReturn:
-        if os.getpid() != process:
-            leave(status)
-        trials.end()
-        os._exit = leave
-        try:
-            status = ended(End("os._exit", status))
-        finally:
-            for stream in (sys.stdout, sys.stderr):
-                stream.flush()
-            leave(status)
-
-    exits: Any = leave_after_diagnosis
-    with patch.object(os, "_exit", exits):
-        yield
-
-
 class Clock:
     """A `pygame.time.Clock` that does not wait: each frame takes what it should. wait: counts that time, s."""
 
@@ -258,11 +244,11 @@ def hint(error: BaseException) -> str:
 def _of_pymunk(error: BaseException) -> str:
     for name in _missing_names(error):
         if change := NAMES.get(name):
-            return f"Pymunk has had no {name} since version {change.since}. Instead: {change.plain}."
+            return f"Pymunk has had no {name} since version {change.since}. Instead: {change.instead}."
     text = f"{_file(error)}: {error}"
     for call, change in CALLS.items():
         if re.search(change.pattern, text):
-            return f"An error since version {change.since} of Pymunk: {call}. Instead: {change.plain}."
+            return f"An error since version {change.since} of Pymunk: {call}. Instead: {change.instead}."
     return ""
 
 

@@ -1,10 +1,8 @@
 """Scores of engines, and the rows of a sweep, as a script or a notebook uses them."""
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import partial
-from typing import overload
 
 import numpy as np
 
@@ -18,12 +16,11 @@ from sandbox.sweeps import Row, RowResult, Sweep, as_csv
 from sandbox.text import DEFAULT_WIDTH, counted, json_text, text_of
 
 
-@dataclass(frozen=True, repr=False)
-class Scores(Mapping[str, SceneResults]):
+class Scores(ByName[SceneResults]):
     """How engines met the expectations of scenes.
 
     `scores["oblique"]["exact"]` is the result of an engine in a scene: its `outcome`, its `scores`, and the `lines`
-    that say what was missed. board: by scene, then by engine. It is a mapping of scenes to their results.
+    that say what was missed. It is a mapping of scenes to their results by engine.
 
     >>> import sandbox
     >>> scores = sandbox.verify("oblique", ["exact", "article"])
@@ -34,46 +31,36 @@ class Scores(Mapping[str, SceneResults]):
     ('MISSED', True)
     """
 
-    board: Board
-
-    def __getitem__(self, scene: str) -> SceneResults:
-        """Return the results of a scene by engine. Raises SandboxError if the scene was not scored."""
-        return ByName("engine", ByName("scene", self.board)[scene])
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.board)
-
-    def __len__(self) -> int:
-        return len(self.board)
+    def __init__(self, board: Board) -> None:
+        super().__init__("scene", {scene: ByName("engine", results) for scene, results in board.items()})
 
     def __repr__(self) -> str:
-        return "<" + "\n ".join(tally_lines(self.board)) + ">"
+        return "<" + "\n ".join(tally_lines(self)) + ">"
 
     def passed(self, *engines: str) -> bool:
         """Return whether engines, by default all, met every expectation that they did not refuse."""
         ran = self[next(iter(self))]
         for name in engines:
             ran[name]  # raises SandboxError if it took no part
-        return all_passed(self.board, list(engines or ran))
+        return all_passed(self, list(engines or ran))
 
     def table(self, width: int = DEFAULT_WIDTH) -> str:
         """Return the text that the command line prints, in so many columns."""
-        return text_of(partial(print_scores, self.board), width)
+        return text_of(partial(print_scores, self), width)
 
     def to_json(self) -> str:
         """Return the text that `--json` writes."""
-        return json_text(as_json(self.board))
+        return json_text(as_json(self))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the scores as .json, or as JUnit .xml, by the path's ending.
 
         Raises SandboxError for another ending, or if the file cannot be written.
         """
-        save("scores", path, {".json": self.to_json, ".xml": lambda: as_junit(self.board)})
+        save("scores", path, {".json": self.to_json, ".xml": lambda: as_junit(self)})
 
 
-@dataclass(frozen=True, repr=False)
-class SweepTable(Sequence[Row]):
+class SweepTable(list[Row]):
     """The rows of a sweep, each a dictionary of its columns without the empty ones.
 
     sweep: what was planned; failures: the runs that failed, each with its `job` and why, `failure`.
@@ -87,19 +74,9 @@ class SweepTable(Sequence[Row]):
     ('article', array([1.   , 0.957, 1.   , 0.97 ]))
     """
 
-    sweep: Sweep
-    rows: list[Row]
-    failures: list[RowResult]
-
-    @overload
-    def __getitem__(self, index: int) -> Row: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[Row]: ...
-    def __getitem__(self, index: int | slice) -> Row | list[Row]:
-        return self.rows[index]
-
-    def __len__(self) -> int:
-        return len(self.rows)
+    def __init__(self, sweep: Sweep, rows: Sequence[Row], failures: Sequence[RowResult]) -> None:
+        super().__init__(rows)
+        self.sweep, self.failures = sweep, failures
 
     def __repr__(self) -> str:
         jobs = self.sweep.jobs
@@ -110,19 +87,18 @@ class SweepTable(Sequence[Row]):
 
     def column(self, name: str) -> Floats:
         """Return a column of numbers, NaN in rows without it: (rows,). Raises SandboxError if the name is unknown."""
-        columns = ByName("column", dict.fromkeys((key for row in self.rows for key in row), np.nan))
-        return np.array([row.get(name, columns[name]) for row in self.rows])
+        columns = ByName("column", dict.fromkeys((key for row in self for key in row), np.nan))
+        return np.array([row.get(name, columns[name]) for row in self])
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the table as .csv. Raises SandboxError for another ending, or if the file cannot be written."""
-        save("a sweep", path, {".csv": lambda: as_csv(self.rows)})
+        save("a sweep", path, {".csv": lambda: as_csv(self)})
 
 
-@dataclass(frozen=True, repr=False)
-class Advice(Sequence[TriedSettings]):
+class Advice(list[TriedSettings]):
     """Other settings of Pymunk that were tried on a scene, and which of them to use.
 
-    trials: each with its `changes` and its figures; the first is the scene's own settings.
+    Each has its `changes` and its figures; the first is the scene's own settings.
 
     >>> import sandbox
     >>> advice = sandbox.advise("oblique")
@@ -132,35 +108,23 @@ class Advice(Sequence[TriedSettings]):
     ({'substeps': 4}, True)
     """
 
-    trials: list[TriedSettings]
-
-    @overload
-    def __getitem__(self, index: int) -> TriedSettings: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[TriedSettings]: ...
-    def __getitem__(self, index: int | slice) -> TriedSettings | list[TriedSettings]:
-        return self.trials[index]
-
-    def __len__(self) -> int:
-        return len(self.trials)
-
     def __repr__(self) -> str:
         return f"<Advice: {counted(len(self), 'trial')}, best {self.best.settings}>"
 
     @property
     def best(self) -> TriedSettings:
         """The trial to use; it is the first if no other is better."""
-        return advised(self.trials)
+        return advised(self)
 
     @property
     def recommendation(self) -> str:
         """A paragraph: what to change, what that gains, and what becomes worse."""
-        return recommend(self.trials)
+        return recommend(self)
 
     def table(self, width: int = DEFAULT_WIDTH) -> str:
         """Return the text that `compare --advise` prints, in so many columns."""
-        return text_of(partial(print_advice, self.trials), width)
+        return text_of(partial(print_advice, self), width)
 
     def to_json(self) -> str:
         """Return what `compare --advise --json` writes about the trials."""
-        return json_text(advice_as_json(self.trials))
+        return json_text(advice_as_json(self))

@@ -10,7 +10,7 @@ import socket
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final
 
@@ -31,11 +31,10 @@ _SLEEPING: Final = (
 @contextmanager
 def watchdog(program: str, trials: Trials) -> Iterator[None]:
     """Watch the steps and the signals of a program, within a `with` block of the main thread."""
-    leave, done = os._exit, threading.Event()
-    main, (here, there) = threading.get_ident(), socket.socketpair()
+    done, main, (here, there) = threading.Event(), threading.get_ident(), socket.socketpair()
     there.setblocking(False)
     before = signal.set_wakeup_fd(there.fileno(), warn_on_full_buffer=False)
-    thread = threading.Thread(target=_look, args=(program, trials, main, here, done, leave), daemon=True)
+    thread = threading.Thread(target=_look, args=(program, trials, main, here, done), daemon=True)
     thread.start()
     try:
         yield
@@ -47,9 +46,7 @@ def watchdog(program: str, trials: Trials) -> Iterator[None]:
         there.close()
 
 
-def _look(
-    program: str, trials: Trials, main: int, signals: socket.socket, done: threading.Event, leave: Callable[[int], None]
-) -> None:
+def _look(program: str, trials: Trials, main: int, signals: socket.socket, done: threading.Event) -> None:
     until = None  # when a program that SIGTERM should end is killed
     interrupted = 0.0
     while not done.is_set():
@@ -57,7 +54,7 @@ def _look(
             until = time.monotonic() + GRACE
         now = time.monotonic()
         if until and now > until and not trials.ended:
-            leave(128 + signal.SIGTERM)
+            os._exit(128 + signal.SIGTERM)
         if trials.ended:
             continue
         if trials.stepping and now - trials.since > MAX_STEP:
@@ -68,11 +65,11 @@ def _look(
                 file=sys.stderr,
                 flush=True,
             )
-            leave(2)
+            os._exit(2)
         if not trials.stepping and now - trials.since > max(trials.seconds, MIN_PAUSE):
             trials.out_of_time = True
             if not interrupted:
                 interrupted = now
                 interrupt_main_thread()
             elif now - interrupted > GRACE:
-                os._exit(0)  # with the diagnosis
+                trials.finish()

@@ -12,38 +12,21 @@ from threading import Event
 from sandbox.run.inputs import Input
 from sandbox.run.lockstep import Lockstep
 from sandbox.session.history import Reading
-from sandbox.state import no_contacts
 from sandbox.threads import abandon_at
 
 Readings = dict[str, Reading]
 
 
-class Reader:
-    """Reads the engines of a lockstep step by step, and counts their contacts from its start."""
-
-    def __init__(self, lockstep: Lockstep) -> None:
-        self._lockstep = lockstep
-        self._counts = dict.fromkeys(lockstep.engines, 0)
-        for runner in lockstep.engines.values():
-            runner.record_contacts()
-
-    def read(self) -> Readings:
-        """Return what the engines are now, with the contacts since the last call."""
-        lockstep, readings = self._lockstep, Readings()
-        states = lockstep.states()
-        energies, standing = lockstep.energies(states), lockstep.standing()
-        for name, runner in lockstep.engines.items():
-            contacts = runner.contacts()
-            self._counts[name] += len(contacts)
-            readings[name] = Reading(
-                states[name],
-                no_contacts() if lockstep.edited else contacts,  # whose balls may have other numbers after an edit
-                self._counts[name],
-                energies[name],
-                lockstep.work[name],
-                str(standing.get(name, "")),
-            )
-        return readings
+def read(lockstep: Lockstep) -> Readings:
+    """Return what the engines of a lockstep are now. Forgets their contacts, which `Session` has them record."""
+    for runner in lockstep.engines.values():
+        runner.contacts()
+    states, standing = lockstep.states(), lockstep.standing()
+    energies = lockstep.energies(states)
+    return {
+        name: Reading(state, energies[name], lockstep.work[name], str(standing.get(name, "")))
+        for name, state in states.items()
+    }
 
 
 class Beside:
@@ -51,7 +34,6 @@ class Beside:
 
     def __init__(self, lockstep: Lockstep) -> None:
         self.lockstep = lockstep
-        self._reader = Reader(lockstep)
         self._abandoned = Event()
         self._thread = ThreadPoolExecutor(1, "beside", initializer=abandon_at, initargs=(self._abandoned,))
         self._tasks: list[Future[None]] = []  # since the last reading was asked for
@@ -70,7 +52,7 @@ class Beside:
 
         It raises TimeoutError if that is not there yet, and SandboxError if a step before it has failed.
         """
-        reading, tasks = self._thread.submit(self._reader.read), self._tasks
+        reading, tasks = self._thread.submit(read, self.lockstep), self._tasks
         self._tasks = []
 
         def result(seconds: float | None) -> Readings:

@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import Contacts, State
+from sandbox.state import State
 
 MAX_RECENT: Final = 1200  # moments kept without gaps: twenty seconds at 60 steps per second
 MAX_BYTES_KEPT: Final = 12_000_000  # of recent moments, and as much again of older ones
@@ -15,19 +15,16 @@ MOMENT_BYTES: Final = 1_500  # approximate size of a moment without its arrays, 
 class Reading(NamedTuple):
     """An engine at a step.
 
-    contacts: found in the step that led here; contact_count: so far; work: what mouse and edits have added to its
-    energy; stands: why it stands still, or nothing.
+    work: what mouse and edits have added to its energy; stands: why it stands still, or nothing.
     """
 
     state: State
-    contacts: Contacts
-    contact_count: int
     energy: float  # kg px²/s², as is the work
     work: float
     stands: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Moment:
     """One step of a run, as it is shown.
 
@@ -59,49 +56,36 @@ class Moment:
     @property
     def size(self) -> int:
         """Its approximate size in bytes."""
-        arrays = sum(reading.state.nbytes + reading.contacts.nbytes for reading in self.engines.values())
+        arrays = sum(reading.state.nbytes for reading in self.engines.values())
         return arrays + 8 * len(self.balls) + MOMENT_BYTES * (1 + len(self.engines))
 
 
 class History:
-    """Moments by their step. Whenever the older ones become too many, every second one is dropped."""
+    """Moments by their step: all recent ones, and one in so many of the older ones, fewer the more there are."""
 
     def __init__(self) -> None:
         self._recent: dict[int, Moment] = {}  # in the order in which they were kept
         self._older: dict[int, Moment] = {}
-        self._recent_bytes = 0
-        self._older_bytes = 0
         self._stride = 1  # of the older ones
 
     def keep(self, moment: Moment) -> None:
         """Keep a moment, in place of any kept for its step."""
         self._drop(moment.step)
         self._recent[moment.step] = moment
-        self._recent_bytes += moment.size
-        self._thin_out()
-
-    def _thin_out(self) -> None:
-        """Drop recent moments beyond the limits, but for one in so many, and older ones."""
-        while len(self._recent) > 1 and (len(self._recent) > MAX_RECENT or self._recent_bytes > MAX_BYTES_KEPT):
+        most = max(1, min(MAX_RECENT, MAX_BYTES_KEPT // moment.size))  # moments of a run are of about one size
+        while len(self._recent) > most:
             oldest = self._recent.pop(next(iter(self._recent)))
-            self._recent_bytes -= oldest.size
             if oldest.step % self._stride == 0:
                 self._older[oldest.step] = oldest
-                self._older_bytes += oldest.size
-        while len(self._older) > 1 and self._older_bytes > MAX_BYTES_KEPT:
+        while len(self._older) > max(1, MAX_BYTES_KEPT // moment.size):
             self._stride *= 2
             self._older = {step: kept for step, kept in self._older.items() if step % self._stride == 0}
-            self._older_bytes = sum(kept.size for kept in self._older.values())
 
     def complete(self, moment: Moment, completed: Moment) -> None:
         """Keep a moment that now has every engine in the place of the same one without, if that is still kept."""
-        if self._recent.get(moment.step) is moment:
-            self._recent[moment.step] = completed
-            self._recent_bytes += completed.size - moment.size
-        elif self._older.get(moment.step) is moment:
-            self._older[moment.step] = completed
-            self._older_bytes += completed.size - moment.size
-        self._thin_out()
+        for kept in (self._recent, self._older):
+            if kept.get(moment.step) is moment:
+                kept[moment.step] = completed
 
     def nearest(self, step: int) -> Moment:
         """Return the moment nearest to a step; at least one must be kept."""
@@ -125,7 +109,5 @@ class History:
                 self._drop(kept)
 
     def _drop(self, step: int) -> None:
-        if step in self._recent:
-            self._recent_bytes -= self._recent.pop(step).size
-        if step in self._older:
-            self._older_bytes -= self._older.pop(step).size
+        self._recent.pop(step, None)
+        self._older.pop(step, None)

@@ -18,7 +18,7 @@ from sandbox.run.edits import ChangeWall, Edit, edited
 from sandbox.run.inputs import MAX_EDITS, Grab, Input, Move, Release, clock_of
 from sandbox.run.lockstep import Lockstep, Runner
 from sandbox.scene.model import Scene
-from sandbox.session.beside import Beside, Reader, Readings
+from sandbox.session.beside import Beside, Readings, read
 from sandbox.session.history import MAX_BYTES_KEPT, MAX_RECENT, History, Moment
 from sandbox.session.samples import Samples
 
@@ -82,11 +82,8 @@ class Session:
         self._restarts: list[Change] = []
         self._beside: Beside | None = None
         self._unfinished: deque[Unfinished] = deque()
-        self._unfinished_bytes = 0
         self._begin()
-        silent = [name for name, runner in self.runners.items() if not runner.traits.reports_contacts]
-        engines_sampled = list(dict.fromkeys([*self.names, self.reference]))
-        self.samples = Samples(engines_sampled, self.reference, silent, self._history)
+        self.samples = Samples(list(dict.fromkeys([*self.names, self.reference])), self.reference)
         self._arrive()
 
     # The present step
@@ -137,7 +134,8 @@ class Session:
         """Whether the next step would wait for the reference: it is too far behind, or an edit is to come."""
         if not self._unfinished or self._must_begin:
             return False
-        return len(self._unfinished) >= MAX_RECENT or self._unfinished_bytes >= MAX_BYTES_KEPT or self._edit_is_due
+        count = len(self._unfinished)
+        return count >= MAX_RECENT or count * self.latest.size >= MAX_BYTES_KEPT or self._edit_is_due
 
     def moments(self, first: int, last: int) -> list[Moment]:
         """Return the moments kept between two steps, both included, in order."""
@@ -203,7 +201,6 @@ class Session:
             except TimeoutError:
                 break
             self._unfinished.popleft()
-            self._unfinished_bytes -= moment.size
             self._history.complete(moment, self._complete(moment, readings))
         return len(self._unfinished) < before
 
@@ -214,7 +211,6 @@ class Session:
         for unfinished in self._unfinished:
             self._history.drop(unfinished.moment)
         self._unfinished.clear()
-        self._unfinished_bytes = 0
 
     def give(self, given: Input) -> None:
         """Add an input here. Inputs to come are dropped; a grab that is only replayed is released.
@@ -283,10 +279,6 @@ class Session:
         self._change(self._undone.pop())
         return True
 
-    def return_to(self, step: int, inputs: list[Input]) -> None:
-        """Go to a step, and replace the inputs from there on."""
-        self._change(Change(step, inputs, step))
-
     def _change(self, change: Change) -> None:
         if change.back:
             self._restarts.append(change)
@@ -333,12 +325,14 @@ class Session:
 
         def lockstep(names: set[str]) -> Lockstep:
             sources = {name: source for name, source in engines.items() if name in names}
-            return Lockstep(self.start, sources, stops=True, expendable=expendable, reference=self.reference)
+            created = Lockstep(self.start, sources, stops=True, expendable=expendable, reference=self.reference)
+            for runner in created.engines.values():
+                runner.record_contacts()  # or a step of `exact` that has contacts without end would not be stopped
+            return created
 
         self.stop()
         self._order = list(engines)
         self.lockstep = lockstep(set(engines) - beside)
-        self._reader = Reader(self.lockstep)
         self._beside = Beside(lockstep(beside)) if beside & set(engines) else None
         self.lockstep.home = self._beside.lockstep if self._beside else self.lockstep
         self._stale = False
@@ -401,26 +395,20 @@ class Session:
             lockstep.steps,
             lockstep.time,
             lockstep.scene,
-            self._reader.read(),
+            read(lockstep),
             tuple(lockstep.balls),
             lockstep.mouse.ball,
             lockstep.mouse.target,
             dict(lockstep.suspended),
             is_complete=self._beside is None,
         )
-        self.samples.add(moment, self._seconds)
+        self.samples.add(moment)
         if self._beside:
             self._history.keep(moment)
-            self._unfinished_bytes += moment.size
             self._unfinished.append(Unfinished(moment, self._beside.read()))
             self.collect(None if lockstep.edited or not lockstep.steps else 0.0)
         else:
             self._history.keep(self._complete(moment, {}))
-
-    @property
-    def _seconds(self) -> dict[str, float | None]:
-        """How long a step of each engine took lately, s."""
-        return {name: runner.step_seconds for name, runner in self.runners.items()}
 
     def _complete(self, moment: Moment, rest: Readings) -> Moment:
         """Return a moment with the rest of its engines, and sample it."""
@@ -428,7 +416,7 @@ class Session:
         if self.reference not in self.latest.running and not self.stopped:
             reading = self.latest.engines.get(self.reference)
             self.stopped = moment.time, reading.stands if reading else self.dropped
-        self.samples.complete(self.latest, self._seconds)
+        self.samples.complete(self.latest)
         return self.latest
 
 

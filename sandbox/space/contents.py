@@ -1,6 +1,7 @@
 """The contents of a Space as the rules of the linter read them."""
 
 import math
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -11,36 +12,11 @@ import numpy as np
 import pymunk
 
 from sandbox.errors import SandboxError
-from sandbox.space.findings import BodyReport
+from sandbox.space.findings import BodyReport, Fault
 from sandbox.space.origins import Origins
 
 BODY_TYPES: Final = {pymunk.Body.DYNAMIC: "dynamic", pymunk.Body.KINEMATIC: "kinematic", pymunk.Body.STATIC: "static"}
 DEFAULT_DT: Final = 1 / 60  # s, if no step has been done
-
-
-@dataclass
-class StepLengths:
-    """The lengths of the steps so far, without those of 0 s: their number, the shortest and the longest, s."""
-
-    count: int = 0
-    shortest: float = math.inf
-    longest: float = 0.0
-    invalid: float | None = None  # the first that was negative or not a number
-
-    def add(self, dt: float) -> bool:
-        """Count a step; return whether it is the shortest or longest so far, or the first invalid one."""
-        before = self.shortest, self.longest, self.invalid
-        if not 0 <= dt < math.inf:
-            self.invalid = dt if self.invalid is None else self.invalid
-        elif dt:
-            self.count += 1
-            self.shortest, self.longest = min(self.shortest, dt), max(self.longest, dt)
-        return before != (self.shortest, self.longest, self.invalid)
-
-    @property
-    def dt(self) -> float:
-        """The longest step, or 1/60 s before the first, s."""
-        return self.longest or DEFAULT_DT
 
 
 class Meeting(NamedTuple):
@@ -52,23 +28,19 @@ class Meeting(NamedTuple):
     elasticity: float
     friction: float
 
-    def other(self, shape: pymunk.Shape) -> pymunk.Shape:
-        """Return the shape that one of the two met."""
-        return self.b if self.a is shape else self.a
-
 
 @dataclass
 class Contents:
     """What a Space has, and which of its shapes and bodies a rule has to look at: those added since the last time.
 
-    met: the shapes that touched, in the order of time, also those that are gone; None before any step.
+    dt: of its steps, s; meetings: in a run, also of shapes that are gone; None before any step.
     """
 
     space: pymunk.Space
     origins: Origins
-    steps: StepLengths
+    dt: float = DEFAULT_DT
     seen: WeakSet[Any] = field(default_factory=WeakSet)  # shapes, bodies and joints that rules have looked at
-    met: Sequence[Meeting] | None = None
+    meetings: Sequence[Meeting] | None = None
 
     @cached_property
     def bodies(self) -> list[pymunk.Body]:
@@ -78,7 +50,7 @@ class Contents:
     @cached_property
     def shapes(self) -> list[pymunk.Shape]:
         """All shapes with a body, in order of addition."""
-        return shapes_of(self.space)
+        return [shape for shape in self.space.shapes if shape.body is not None]
 
     @cached_property
     def solid(self) -> list[pymunk.Shape]:
@@ -86,35 +58,35 @@ class Contents:
         return [shape for shape in self.shapes if not shape.sensor]
 
     @cached_property
-    def partners(self) -> dict[pymunk.Shape, list[Meeting]]:
-        """What each shape met, in the order of time."""
-        partners: dict[pymunk.Shape, list[Meeting]] = {}
-        for meeting in self.met or ():
-            for shape in (meeting.a, meeting.b):
-                partners.setdefault(shape, []).append(meeting)
-        return partners
+    def new_bodies(self) -> list[tuple[pymunk.Body, list[pymunk.Shape]]]:
+        """The dynamic bodies that were added since the last time, and the solid shapes of each."""
+        return [(body, self.solid_of[id(body)]) for body in self.bodies if is_dynamic(body) and body not in self.seen]
 
-    @cached_property
-    def new_bodies(self) -> list[pymunk.Body]:
-        """The dynamic bodies that were added since the last time."""
-        return [body for body in self.bodies if is_dynamic(body) and body not in self.seen]
-
-    @cached_property
-    def index_of(self) -> dict[int, int]:
-        """The index of each body in `Space.bodies`, by id."""
-        return {id(body): index for index, body in enumerate(self.bodies)}
+    @property
+    def new_joints(self) -> list[pymunk.Constraint]:
+        """The joints that were added since the last time."""
+        return [joint for joint in self.space.constraints if joint not in self.seen]
 
     @cached_property
     def solid_of(self) -> dict[int, list[pymunk.Shape]]:
         """The solid shapes of each body, by its id."""
-        shapes: dict[int, list[pymunk.Shape]] = {}
+        shapes: dict[int, list[pymunk.Shape]] = defaultdict(list)
         for shape in self.solid:
-            shapes.setdefault(id(shape.body), []).append(shape)
+            shapes[id(shape.body)].append(shape)
         return shapes
 
     def is_new(self, shape: pymunk.Shape) -> bool:
         """Return whether a shape was added since the last time."""
         return shape not in self.seen
+
+    @property
+    def new(self) -> Iterator[pymunk.Shape]:
+        """The shapes that collide and were added since the last time."""
+        return filter(self.is_new, self.solid)
+
+    @cached_property
+    def _index_of(self) -> dict[int, int]:
+        return {id(body): index for index, body in enumerate(self.bodies)}
 
     def report(self, body: pymunk.Body, detail: str, shape: pymunk.Shape | None = None) -> BodyReport:
         """Name a body, by a shape of it, and what is wrong with it."""
@@ -123,34 +95,31 @@ class Contents:
         kind = f"a {BODY_TYPES[body.body_type]} {shape_words(shape) if shape else 'body without a shape'}"
         line = self.origins.line_of(body) or (self.origins.line_of(shape) if shape else "")
         place = place_of(shape) if shape and not is_dynamic(body) else body.position
-        return BodyReport(self.index_of.get(id(body)), kind, (place[0], place[1]), line, detail)
+        return BodyReport(self._index_of.get(id(body)), kind, (place[0], place[1]), line, detail)
+
+    def fault(self, thing: pymunk.Body | pymunk.Shape, detail: str, size: float = 1.0, figure: str = "") -> Fault:
+        """Return the fault of a body, or of a body by its shape."""
+        if isinstance(thing, pymunk.Body):
+            return Fault(self.report(thing, detail), size, figure)
+        return Fault(self.report(body_of(thing), detail, thing), size, figure)
 
     def name(self, body: pymunk.Body) -> str:
         """Name a body in a sentence."""
         report = self.report(body, "")
         return "the Space's static body" if report.index is None else f"body {report.index}, {report.kind}"
 
-    @cached_property
-    def pairs(self) -> list[tuple[pymunk.Shape, pymunk.Shape]]:
-        """Pairs of shapes, of which one is new, that may collide and whose bounding boxes meet."""
+    def overlaps(self) -> Iterator[tuple[pymunk.Shape, pymunk.Shape, float]]:
+        """Yield pairs of shapes, of which one is new, that overlap, and how deep, px."""
         shapes = [shape for shape in self.solid if not is_dynamic(body_of(shape)) or _finite(body_of(shape))]
-        if not any(map(self.is_new, shapes)):
-            return []
-        boxes = np.array([_box(shape) for shape in shapes]).reshape(-1, 4)
-        new = np.array([self.is_new(shape) for shape in shapes])
-        dynamic = np.array([is_dynamic(body_of(shape)) for shape in shapes])
-        pairs = []
-        for first, second in _meeting(boxes, new, dynamic):
-            a, b = shapes[first], shapes[second]
-            if may_collide(a, b):
-                pairs.append((a, b))
-        return pairs
-
-    @cached_property
-    def touching(self) -> list[tuple[pymunk.Shape, pymunk.Shape, float]]:
-        """Pairs of shapes, of which one is new, that touch, and how deep they overlap, px."""
-        touching = ((a, b, depth_of(a, b)) for a, b in self.pairs)
-        return [(a, b, depth) for a, b, depth in touching if depth is not None]
+        boxes, new = [_box(shape) for shape in shapes], [self.is_new(shape) for shape in shapes]
+        low, high = (np.array([box[side] for box in boxes]).reshape(-1, 2) for side in (0, 1))
+        for first in np.flatnonzero(new).tolist():
+            meets = ((low <= high[first]) & (high >= low[first])).all(axis=1)
+            for second in np.flatnonzero(meets).tolist():
+                a, b = shapes[min(first, second)], shapes[max(first, second)]
+                is_twice = new[second] and second <= first
+                if not is_twice and may_collide(a, b) and (depth := depth_of(a, b)) is not None:
+                    yield a, b, depth
 
 
 def checked(space: pymunk.Space) -> pymunk.Space:
@@ -158,11 +127,6 @@ def checked(space: pymunk.Space) -> pymunk.Space:
     if not isinstance(space, pymunk.Space):
         raise SandboxError(f"space must be a pymunk.Space, got {type(space).__name__}")
     return space
-
-
-def shapes_of(space: pymunk.Space) -> list[pymunk.Shape]:
-    """Return the shapes of a Space that have a body."""
-    return [shape for shape in space.shapes if shape.body is not None]
 
 
 def body_of(shape: pymunk.Shape) -> pymunk.Body:
@@ -235,8 +199,7 @@ def shape_words(shape: pymunk.Shape) -> str:
         return f"circle of radius {shape.radius:.4g}"
     if isinstance(shape, pymunk.Segment):
         return f"segment of length {(shape.b - shape.a).length:.4g}"
-    assert isinstance(shape, pymunk.Poly)
-    return f"polygon of {len(shape.get_vertices())} corners"
+    return f"polygon of {len(corners_of(shape))} corners"
 
 
 def place_of(shape: pymunk.Shape) -> tuple[float, float]:
@@ -248,22 +211,7 @@ def _finite(body: pymunk.Body) -> bool:
     return all(map(math.isfinite, (*body.position, body.angle)))
 
 
-def _box(shape: pymunk.Shape) -> tuple[float, float, float, float]:
+def _box(shape: pymunk.Shape) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the bounding box: of a shape that moves, where it is; of others, where Pymunk believes it to be."""
     box = shape.bb if is_static(body_of(shape)) else shape.cache_bb()
-    return box.left, box.right, box.bottom, box.top
-
-
-def _meeting(boxes: np.ndarray, new: np.ndarray, dynamic: np.ndarray) -> Iterator[tuple[int, int]]:
-    """Yield the pairs of boxes that meet, of which one is new and one dynamic: sort and sweep along x."""
-    order = np.argsort(boxes[:, 0], kind="stable")
-    left, right, bottom, top = boxes[order].T
-    new, dynamic = new[order], dynamic[order]
-    ends = np.searchsorted(left, right, side="right")
-    for row, end in enumerate(ends.tolist()):
-        later = slice(row + 1, end)
-        meet = (bottom[later] <= top[row]) & (top[later] >= bottom[row])
-        meet &= (new[later] | new[row]) & (dynamic[later] | dynamic[row])
-        for offset in np.flatnonzero(meet).tolist():
-            first, second = int(order[row]), int(order[row + 1 + offset])
-            yield min(first, second), max(first, second)
+    return (box.left, box.bottom), (box.right, box.top)

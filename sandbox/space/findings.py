@@ -87,13 +87,13 @@ class Finding:
 class Fault(NamedTuple):
     """One case of a fault.
 
-    size: to show the worst first, as in a finding; report: the body; detail: of the Space, for `{}`; since: s of the
-    Space's time, None if it was so before any step.
+    report: the body, None if it is the Space itself; size: to show the worst first, as in a finding; figure: for `{}`
+    of the symptom; since: s of the Space's time, None if it was so before any step.
     """
 
-    size: float
     report: BodyReport | None
-    detail: str = ""
+    size: float = 1.0
+    figure: str = ""
     since: float | None = None
 
 
@@ -101,18 +101,18 @@ Source = TypeVar("Source")  # what a rule reads
 Rules = Mapping[str, Callable[[Source], Iterator[Fault]]]  # how to find the faults of each, by its key in rules.toml
 
 
-def finding_of(rule: str, faults: Sequence[Fault]) -> Finding:
-    """Return the finding of all cases of a rule, of which there is at least one."""
+def findings_of(faults: Mapping[str, Sequence[Fault]]) -> list[Finding]:
+    """Return one finding for each rule with faults: by kind; of what a person sees, the largest first; by rule."""
+    found = [_finding_of(rule, each) for rule, each in faults.items() if each]
+    size = {finding.rule: finding.size if finding.kind is Kind.SEEN else 0.0 for finding in found}
+    return sorted(found, key=lambda each: ([*Kind].index(each.kind), -size[each.rule], ORDER[each.rule]))
+
+
+def _finding_of(rule: str, faults: Sequence[Fault]) -> Finding:
     since = None if any(fault.since is None for fault in faults) else min(fault.since or 0.0 for fault in faults)
     faults = sorted(faults, key=lambda fault: -fault.size)
     bodies = tuple(dict.fromkeys(fault.report for fault in faults if fault.report))
     texts = TEXTS[rule]
-    symptom = texts["symptom"].format(faults[0].detail)
+    symptom = texts["symptom"].format(faults[0].figure)
     kind, certainty = Kind(texts.get("kind", "program")), Certainty(texts["certainty"])
     return Finding(rule, symptom, since, bodies, texts["cause"], texts["cure"], certainty, kind, faults[0].size)
-
-
-def worst_first(finding: Finding) -> tuple[int, float, int]:
-    """Return the key by which findings are sorted: by kind; of what a person sees, the largest first; by rule."""
-    size = finding.size if finding.kind is Kind.SEEN else 0.0
-    return list(Kind).index(finding.kind), -size, ORDER[finding.rule]

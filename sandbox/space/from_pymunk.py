@@ -3,11 +3,10 @@
 import math
 import os
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Sequence
-from enum import Enum
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from itertools import combinations, pairwise
-from typing import Final, NamedTuple
+from typing import Any, Final
 from warnings import warn
 
 import numpy as np
@@ -22,72 +21,64 @@ from sandbox.scene.files import ball_groups, load
 from sandbox.scene.model import MIN_LENGTH, SPACE_SETTINGS, Arena, PymunkSettings, Scene
 from sandbox.scene.overlaps import needed_overlap
 from sandbox.scene.spawn import spawn
-from sandbox.space.contents import body_of, checked, is_dynamic
+from sandbox.space.contents import body_of, checked, corners_of, is_dynamic
 from sandbox.state import Bodies, Floats, State
 
 MAX_MOMENT_ERROR: Final = 1e-9  # of m r²/2, which is rounding
 MAX_LISTED: Final = 5  # moments in a warning
 
-
-class Unsupported(Enum):
-    """Things that a Space may have and a scene cannot: the name in messages, and the plural."""
-
-    DYNAMIC_POLYGON = "dynamic polygon", "dynamic polygons"
-    DYNAMIC_SEGMENT = "dynamic segment", "dynamic segments"
-    KINEMATIC = "shape on a moving kinematic body", "shapes on moving kinematic bodies"
-    SEVERAL_SHAPES = "dynamic body with several shapes", "dynamic bodies with several shapes"
-    NO_SHAPE = "dynamic body without a shape", "dynamic bodies without a shape"
-    OFF_CENTRE = "circle off its body's centre of gravity", "circles off their bodies' centres of gravity"
-    ELASTICITY = "shape with an elasticity outside 0 to 1", "shapes with an elasticity outside 0 to 1"
-    POINT = "wall without size", "walls without size"
-    INFINITE_MOMENT = "infinite moment of a circle with friction", "infinite moments of circles with friction"
-    FORCE = "body with a force or torque", "bodies with a force or torque"
-    VELOCITY_FUNCTION = "custom velocity function", "custom velocity functions"
-    POSITION_FUNCTION = "custom position function", "custom position functions"
-    SURFACE_VELOCITY = "surface velocity", "surface velocities"
-    FILTER = "shape with a filter between balls and walls", "shapes with filters between balls and walls"
-    HANDLER = "collision handler", "collision handlers"
-    DAMPING = "damping outside 0 to 1", "dampings outside 0 to 1"
-    THREADS = "solver with threads", "solvers with threads"
+Name = tuple[str, str]  # of what a scene cannot have: singular and plural
 
 
-class WallInSpace(NamedTuple):
-    """A wall or peg of a Space; the sides of a polygon are joined.
-
-    start, to: px, in the coordinates of the Space.
-    """
-
-    start: Vector
-    to: Vector
-    thickness: float
-    elasticity: float
-    friction: float
-    joined: bool
+def _is_driven(body: pymunk.Body) -> bool:
+    """Return whether a kinematic body moves, or may by its program's functions."""
+    functions = body.velocity_func, body.position_func
+    own = functions != (pymunk.Body.update_velocity, pymunk.Body.update_position)
+    return body.velocity != (0, 0) or body.angular_velocity != 0 or own
 
 
-class SpaceContents(NamedTuple):
-    """The contents of a Space, without the motion of its circles; equal if a scene of it is.
+def _is_point(shape: pymunk.Shape) -> bool:
+    """Return whether a segment, or a circle that does not move, has no size."""
+    is_short = isinstance(shape, pymunk.Segment) and math.dist(shape.a, shape.b) < MIN_LENGTH
+    return not shape.radius and (is_short or (isinstance(shape, pymunk.Circle) and not _moves(shape)))
 
-    circles: the balls, in the order of their shapes; masses: and moments; kinds: radius, elasticity and friction;
-    filters: group, by a number of its own, categories and mask; settings: those that are not Pymunk's defaults;
-    left_out: what a scene cannot have, by its name, singular and plural.
-    """
 
-    circles: tuple[pymunk.Circle, ...]
-    masses: tuple[tuple[float, float], ...]
-    kinds: tuple[tuple[float, float, float], ...]
-    filters: tuple[tuple[int, int, int], ...]
-    walls: tuple[WallInSpace, ...]
-    gravity: Vector
-    settings: dict[str, float]
-    left_out: dict[tuple[str, str], int]
+def _moves(shape: pymunk.Shape) -> bool:
+    return is_dynamic(body_of(shape))
 
-    @property
-    def bodies(self) -> Bodies:
-        """The balls' constants."""
-        radius, elasticity, friction = np.array(self.kinds, float).reshape(-1, 3).T
-        mass, filters = np.array(self.masses, float).reshape(-1, 2)[:, 0], np.array(self.filters, np.int64)
-        return Bodies(radius, mass, elasticity, friction, filters.reshape(-1, 3))
+
+# Of each solid shape, the first that is true:
+_OF_SHAPES: Final[dict[Name, Callable[[pymunk.Shape], bool]]] = {
+    ("shape on a moving kinematic body", "shapes on moving kinematic bodies"): lambda shape: (
+        body_of(shape).body_type == pymunk.Body.KINEMATIC and _is_driven(body_of(shape))
+    ),
+    ("dynamic segment", "dynamic segments"): lambda shape: _moves(shape) and isinstance(shape, pymunk.Segment),
+    ("dynamic polygon", "dynamic polygons"): lambda shape: _moves(shape) and isinstance(shape, pymunk.Poly),
+    ("circle off its body's centre of gravity", "circles off their bodies' centres of gravity"): lambda shape: (
+        _moves(shape) and (shape.center_of_gravity != (0, 0) or body_of(shape).center_of_gravity != (0, 0))
+    ),
+    ("shape with an elasticity outside 0 to 1", "shapes with an elasticity outside 0 to 1"): lambda shape: (
+        not 0 <= shape.elasticity <= 1
+    ),
+    ("wall without size", "walls without size"): _is_point,
+}
+# Of each dynamic body and its solid shapes, all that are true:
+_OF_BODIES: Final[dict[Name, Callable[[pymunk.Body, Sequence[pymunk.Shape]], Any]]] = {
+    ("dynamic body without a shape", "dynamic bodies without a shape"): lambda _, solid: not solid,
+    ("dynamic body with several shapes", "dynamic bodies with several shapes"): lambda _, solid: len(solid) > 1,
+    ("infinite moment of a circle with friction", "infinite moments of circles with friction"): lambda body, solid: (
+        math.isinf(body.moment) and [type(shape) for shape in solid if shape.friction] == [pymunk.Circle]
+    ),
+    ("body with a force or torque", "bodies with a force or torque"): lambda body, _: (
+        body.force != (0, 0) or body.torque
+    ),
+    ("custom velocity function", "custom velocity functions"): lambda body, _: (
+        body.velocity_func is not pymunk.Body.update_velocity
+    ),
+    ("custom position function", "custom position functions"): lambda body, _: (
+        body.position_func is not pymunk.Body.update_position
+    ),
+}
 
 
 def from_space(
@@ -116,25 +107,31 @@ def from_space(
     >>> scene.bodies.mass, len(scene.walls), scene.gravity
     (array([2.]), 1, (0.0, 900.0))
     """
-    contents = contents_of(space)
-    if contents.left_out and not skip:
-        what = _counts_in_words(contents.left_out)
-        raise SandboxError(f"the Space has {what}, which a scene cannot have; skip=True leaves that out")
-    motion = _motion_of(contents.circles)
+    solid = [shape for shape in checked(space).shapes if not shape.sensor]  # sensors touch nothing
+    of_body: dict[pymunk.Body, list[pymunk.Shape]] = defaultdict(list)
+    for shape in solid:
+        of_body[body_of(shape)].append(shape)
+    left_out = _counts_in_words(Counter(_unsupported(space, solid, of_body)))
+    if left_out and not skip:
+        raise SandboxError(f"the Space has {left_out}, which a scene cannot have; skip=True leaves that out")
+    kept = [shape for shape in solid if _why_not(shape) is None]
+    circles = [shape for shape in kept if _moves(shape) and len(of_body[body_of(shape)]) == 1]
+    walls = [wall for shape in kept if not _moves(shape) for wall in _walls_of(shape)]
+    motion, bodies = _motion_of(circles), _constants_of(circles)
     scene = Scene(
         title=title,
         rate=rate,
-        gravity=contents.gravity,
-        arena=Arena(size=size or _view(contents, motion.position), walls=False),
-        balls=list(ball_groups(contents.bodies, motion)),
-        walls=[wall._asdict() for wall in contents.walls],
-        pymunk=PymunkSettings(**contents.settings),
+        gravity=(space.gravity.x, space.gravity.y),
+        arena=Arena(size=size or _view(walls, motion.position, bodies.radius), walls=False),
+        balls=list(ball_groups(bodies, motion)),
+        walls=walls,
+        pymunk=PymunkSettings(**_settings_of(space, solid)),
     )
     if overlap := needed_overlap(scene, motion.position):
         scene = scene.changed(arena=scene.arena.model_copy(update={"overlap": overlap}))
-    if contents.left_out:
-        warn(f"left out of the scene: {_counts_in_words(contents.left_out)}", SpaceWarning, stacklevel=2)
-    for warning in _warnings(space, contents, motion.spin):
+    if left_out:
+        warn(f"left out of the scene: {left_out}", SpaceWarning, stacklevel=2)
+    for warning in _warnings(space, circles):
         warn(warning, SpaceWarning, stacklevel=2)
     return scene
 
@@ -156,35 +153,53 @@ def to_space(scene: Scene | str | os.PathLike[str]) -> pymunk.Space:
     return PymunkEngine(chosen, spawn(chosen)).space
 
 
-def contents_of(space: pymunk.Space) -> SpaceContents:
-    """Read what a Space has. Raises SandboxError if it is not a Space."""
-    solid = [shape for shape in checked(space).shapes if not shape.sensor]  # sensors touch nothing
-    of_body: dict[pymunk.Body, list[pymunk.Shape]] = defaultdict(list)
+def _unsupported(
+    space: pymunk.Space, solid: Sequence[pymunk.Shape], of_body: dict[pymunk.Body, list[pymunk.Shape]]
+) -> Iterator[Name]:
+    """Yield what a scene cannot have. of_body: the solid shapes of each body."""
+    for body in filter(is_dynamic, space.bodies):
+        yield from (name for name, is_there in _OF_BODIES.items() if is_there(body, of_body.get(body, [])))
     for shape in solid:
-        of_body[body_of(shape)].append(shape)
-    left_out = Counter(kind.value for kind in _unsupported_in(space, of_body))
-    left_out.update((name := type(joint).__name__, f"{name}s") for joint in space.constraints)
-    circles: list[pymunk.Circle] = []
-    walls: list[WallInSpace] = []
-    groups = {0: 0}
-    for shape in solid:
-        kind = _unsupported_shape(shape)
-        if kind:
-            left_out[kind.value] += 1
-        elif not (isinstance(shape, pymunk.Circle) and _moves(shape)):
-            walls += _walls_of(shape)
-        elif len(of_body[body_of(shape)]) == 1:
-            circles.append(shape)
-    return SpaceContents(
-        tuple(circles),
-        tuple((body_of(circle).mass, body_of(circle).moment) for circle in circles),
-        tuple((circle.radius, circle.elasticity, circle.friction) for circle in circles),
-        tuple((groups.setdefault(shape.filter.group, len(groups)), *shape.filter[1:]) for shape in circles),
-        tuple(walls),
-        (space.gravity.x, space.gravity.y),
-        _settings_of(space, solid),
-        dict(left_out),
+        if shape.surface_velocity != (0, 0):
+            yield "surface velocity", "surface velocities"
+    yield from [("shape with a filter between balls and walls", "shapes with filters between balls and walls")] * (
+        _filtered(solid)
     )
+    for handler in space._handlers.values():  # Pymunk has no public list of them
+        if any((handler.begin, handler.pre_solve, handler.post_solve, handler.separate)):
+            yield "collision handler", "collision handlers"
+    if _odd(space.damping):
+        yield "damping outside 0 to 1", "dampings outside 0 to 1"
+    if space.threads > 1:
+        yield "solver with threads", "solvers with threads"
+    for joint in space.constraints:
+        yield type(joint).__name__, f"{type(joint).__name__}s"
+    yield from filter(None, map(_why_not, solid))
+
+
+def _why_not(shape: pymunk.Shape) -> Name | None:
+    """Return why a scene cannot have a shape, or None."""
+    return next((name for name, is_there in _OF_SHAPES.items() if is_there(shape)), None)
+
+
+def _counts_in_words(counts: Counter[Name]) -> str:
+    """Return numbers of things in words: "2 dynamic polygons, 1 PivotJoint"."""
+    return ", ".join(f"{count} {singular if count == 1 else plural}" for (singular, plural), count in counts.items())
+
+
+def _odd(damping: float) -> bool:
+    """Return whether a scene cannot have this damping."""
+    return not 0 < damping <= 1
+
+
+def _filtered(shapes: Sequence[pymunk.Shape]) -> int:
+    """Return the number of balls and walls that ignore a wall or a ball by their filters."""
+    kinds = Counter((shape.filter, _moves(shape)) for shape in shapes)
+    ignoring: set[tuple[pymunk.ShapeFilter, bool]] = set()
+    for kind, partner in combinations(kinds, 2):
+        if kind[1] != partner[1] and pass_through(kind[0], partner[0]):
+            ignoring |= {kind, partner}
+    return sum(kinds[kind] for kind in ignoring)
 
 
 def _settings_of(space: pymunk.Space, solid: Sequence[pymunk.Shape]) -> dict[str, float]:
@@ -203,155 +218,60 @@ def _new_space() -> pymunk.Space:
     return pymunk.Space()
 
 
-def _motion_of(circles: Iterable[pymunk.Circle]) -> State:
+def _motion_of(circles: Sequence[pymunk.Shape]) -> State:
     """Return where circles are and how they move: (n, 2) px, px/s; (n,) rad, rad/s. What is asleep does not move."""
-    bodies = [body_of(circle) for circle in circles]
-
-    def pairs(key: str) -> Floats:
-        return np.array([getattr(body, key) for body in bodies], float).reshape(-1, 2)
-
-    angle, spin = (np.array([getattr(body, key) for body in bodies], float) for key in ("angle", "angular_velocity"))
-    velocity, asleep = pairs("velocity"), [body.is_sleeping for body in bodies]
-    velocity[asleep] = spin[asleep] = 0.0
-    return State(0.0, pairs("position"), velocity, angle, spin)
+    position, velocity, angle, spin, asleep = (
+        np.array([getattr(body_of(circle), key) for circle in circles], float)
+        for key in ("position", "velocity", "angle", "angular_velocity", "is_sleeping")
+    )
+    moves = asleep == 0
+    return State(0.0, position.reshape(-1, 2), velocity.reshape(-1, 2) * moves[:, None], angle, spin * moves)
 
 
-def _counts_in_words(counts: dict[tuple[str, str], int]) -> str:
-    """Return numbers of things in words: "2 dynamic polygons, 1 PivotJoint"."""
-    return ", ".join(f"{count} {singular if count == 1 else plural}" for (singular, plural), count in counts.items())
+def _constants_of(circles: Sequence[pymunk.Shape]) -> Bodies:
+    """Return the balls' constants; groups of filters get numbers of their own."""
+    groups = {0: 0}
+    filters = [(groups.setdefault(shape.filter.group, len(groups)), *shape.filter[1:]) for shape in circles]
+    kinds = [(circle.radius, body_of(circle).mass, circle.elasticity, circle.friction) for circle in circles]
+    radius, mass, elasticity, friction = np.array(kinds, float).reshape(-1, 4).T
+    return Bodies(radius, mass, elasticity, friction, np.array(filters, np.int64).reshape(-1, 3))
 
 
-def _moves(shape: pymunk.Shape) -> bool:
-    return is_dynamic(body_of(shape))
-
-
-def _rests(body: pymunk.Body) -> bool:
-    """Return whether a kinematic body stays where it is, unless its program moves it."""
-    functions = body.velocity_func, body.position_func
-    is_driven = functions != (pymunk.Body.update_velocity, pymunk.Body.update_position)
-    return body.velocity == (0, 0) and body.angular_velocity == 0 and not is_driven
-
-
-def _odd(damping: float) -> bool:
-    """Return whether a scene cannot have this damping."""
-    return not 0 < damping <= 1
-
-
-def _unsupported_in(space: pymunk.Space, of_body: dict[pymunk.Body, list[pymunk.Shape]]) -> Iterator[Unsupported]:
-    """Yield what a scene cannot have, besides shapes of other kinds. of_body: the solid shapes of each body."""
-    for body in space.bodies:
-        if is_dynamic(body):
-            yield from _unsupported_body(body, of_body.get(body, []))
-    solid = [shape for shapes in of_body.values() for shape in shapes]
-    for shape in solid:
-        if shape.surface_velocity != (0, 0):
-            yield Unsupported.SURFACE_VELOCITY
-    yield from [Unsupported.FILTER] * _filtered(solid)
-    for handler in space._handlers.values():  # Pymunk has no public list of them
-        if any((handler.begin, handler.pre_solve, handler.post_solve, handler.separate)):
-            yield Unsupported.HANDLER
-    if _odd(space.damping):
-        yield Unsupported.DAMPING
-    if space.threads > 1:
-        yield Unsupported.THREADS
-
-
-def _unsupported_body(body: pymunk.Body, solid: Sequence[pymunk.Shape]) -> Iterator[Unsupported]:
-    """Yield what a scene cannot have of a dynamic body and its solid shapes."""
-    if not solid:
-        yield Unsupported.NO_SHAPE
-    elif len(solid) > 1:
-        yield Unsupported.SEVERAL_SHAPES
-    elif isinstance(solid[0], pymunk.Circle) and solid[0].friction and math.isinf(body.moment):
-        yield Unsupported.INFINITE_MOMENT
-    if body.force != (0, 0) or body.torque:
-        yield Unsupported.FORCE
-    if body.velocity_func is not pymunk.Body.update_velocity:
-        yield Unsupported.VELOCITY_FUNCTION
-    if body.position_func is not pymunk.Body.update_position:
-        yield Unsupported.POSITION_FUNCTION
-
-
-def _unsupported_shape(shape: pymunk.Shape) -> Unsupported | None:
-    """Return why a scene cannot have a shape, or None."""
-    body = body_of(shape)
-    circle, segment = isinstance(shape, pymunk.Circle), isinstance(shape, pymunk.Segment)
-    moves = _moves(shape)
-    off_centre = circle and (shape.center_of_gravity != (0, 0) or body.center_of_gravity != (0, 0))
-    is_short = isinstance(shape, pymunk.Segment) and math.dist(shape.a, shape.b) < MIN_LENGTH
-    values = {
-        Unsupported.KINEMATIC: body.body_type == pymunk.Body.KINEMATIC and not _rests(body),
-        Unsupported.DYNAMIC_SEGMENT: moves and segment,
-        Unsupported.DYNAMIC_POLYGON: moves and not circle,
-        Unsupported.OFF_CENTRE: off_centre and moves,
-        Unsupported.ELASTICITY: not 0 <= shape.elasticity <= 1,
-        Unsupported.POINT: (is_short or (circle and not moves)) and not shape.radius,
-    }
-    return next((kind for kind, is_there in values.items() if is_there), None)
-
-
-def _filtered(shapes: Iterable[pymunk.Shape]) -> int:
-    """Return the number of balls and walls that ignore a wall or a ball by their filters."""
-    kinds = Counter((shape.filter, _moves(shape)) for shape in shapes)
-    ignoring: set[tuple[pymunk.ShapeFilter, bool]] = set()
-    for kind, partner in combinations(kinds, 2):
-        (a, one_moves), (b, other_moves) = kind, partner
-        if one_moves != other_moves and pass_through(a, b):
-            ignoring |= {kind, partner}
-    return sum(kinds[kind] for kind in ignoring)
-
-
-def _walls_of(shape: pymunk.Shape) -> Iterator[WallInSpace]:
-    """Yield a static segment or circle, or the sides of a static polygon."""
-    body = body_of(shape)
-    if isinstance(shape, pymunk.Segment):
-        is_short = math.dist(shape.a, shape.b) < MIN_LENGTH
-        corners = [shape.a, shape.a if is_short else shape.b]
-    elif isinstance(shape, pymunk.Circle):
-        corners = [shape.offset, shape.offset]
-    else:
-        assert isinstance(shape, pymunk.Poly)
-        corners = shape.get_vertices()
+def _walls_of(shape: pymunk.Shape) -> Iterator[dict[str, Any]]:
+    """Yield a static segment, or circle, or the sides of a static polygon, which are joined: px in the Space."""
+    corners, is_polygon = corners_of(shape), isinstance(shape, pymunk.Poly)
+    if isinstance(shape, pymunk.Segment) and math.dist(shape.a, shape.b) < MIN_LENGTH:
+        corners = [shape.a]
+    if is_polygon or len(corners) == 1:
         corners.append(corners[0])
-    surface = shape.elasticity, shape.friction, isinstance(shape, pymunk.Poly)
-    for start, to in pairwise(map(body.local_to_world, corners)):
-        yield WallInSpace((start.x, start.y), (to.x, to.y), 2 * shape.radius, *surface)
+    surface = {"elasticity": shape.elasticity, "friction": shape.friction, "joined": is_polygon}
+    for start, to in pairwise(map(body_of(shape).local_to_world, corners)):
+        yield {"start": tuple(start), "to": tuple(to), "thickness": 2 * shape.radius} | surface
 
 
-def _view(contents: SpaceContents, position: Floats) -> Vector:
+def _view(walls: Sequence[dict[str, Any]], position: Floats, radius: Floats) -> Vector:
     """Return the width and height of a view from (0, 0) to the furthest ball or wall, in whole px, at least 1.
 
     What is not finite is left to the checks of a scene.
     """
-    ends = [(wall.start, wall.thickness / 2) for wall in contents.walls]
-    ends += [(wall.to, wall.thickness / 2) for wall in contents.walls]
-    ends += zip(position.tolist(), contents.bodies.radius.tolist(), strict=True)
-    reach = [[place[axis] + radius for place, radius in ends] for axis in (0, 1)]
+    ends = [(wall[end], wall["thickness"] / 2) for wall in walls for end in ("start", "to")]
+    ends += zip(position.tolist(), radius.tolist(), strict=True)
+    reach = [[place[axis] + half for place, half in ends] for axis in (0, 1)]
     width, height = (max([1, *map(math.ceil, filter(math.isfinite, each))]) for each in reach)
     return width, height
 
 
-def _other_moments(contents: SpaceContents, spin: Floats) -> str:
-    """Say which moments of inertia are not those of a scene's balls, where that matters; empty if all are.
-
-    spin: (n,) rad/s, of the circles.
-    """
-    odd = []
-    balls = zip(contents.kinds, contents.masses, spin.tolist(), strict=True)
-    for number, ((radius, _, friction), (mass, moment), turning) in enumerate(balls):
-        disc, turns = mass * radius**2 / 2, friction or turning
-        if turns and MAX_MOMENT_ERROR * disc < abs(moment - disc) < math.inf:
-            odd.append(f"ball {number} {moment:.6g} instead of {disc:.6g}")
-    if not odd:
-        return ""
-    more = f" and {len(odd) - MAX_LISTED} more" if len(odd) > MAX_LISTED else ""
-    return f"balls turn as uniform discs, with moments m r²/2; in this Space, {', '.join(odd[:MAX_LISTED])}{more}"
-
-
-def _warnings(space: pymunk.Space, contents: SpaceContents, spin: Floats) -> Iterator[str]:
+def _warnings(space: pymunk.Space, circles: Sequence[pymunk.Shape]) -> Iterator[str]:
     """Yield warnings of what makes a scene move otherwise than its Space."""
-    if odd := _other_moments(contents, spin):
-        yield odd
+    odd = []
+    for number, circle in enumerate(circles):
+        body, disc = body_of(circle), body_of(circle).mass * circle.radius**2 / 2
+        turns = circle.friction or (body.angular_velocity and not body.is_sleeping)
+        if turns and MAX_MOMENT_ERROR * disc < abs(body.moment - disc) < math.inf:
+            odd.append(f"ball {number} {body.moment:.6g} instead of {disc:.6g}")
+    if odd:
+        more = f" and {len(odd) - MAX_LISTED} more" if len(odd) > MAX_LISTED else ""
+        yield f"balls turn as uniform discs, with moments m r²/2; in this Space, {', '.join(odd[:MAX_LISTED])}{more}"
     if sensors := sum(shape.sensor for shape in space.shapes):
         yield f"left out of the scene: {sensors} sensor{'s' if sensors > 1 else ''}, which touch nothing"
     buffer = Buffer()

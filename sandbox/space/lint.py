@@ -9,18 +9,18 @@ from weakref import WeakSet
 
 import pymunk
 
-from sandbox.space.contents import Contents, StepLengths, checked
-from sandbox.space.findings import Fault, Finding, Rules, finding_of, worst_first
+from sandbox.space.contents import DEFAULT_DT, Contents, checked
+from sandbox.space.findings import Fault, Finding, Rules, findings_of
 from sandbox.space.origins import Origins
-from sandbox.space.rules import RULES
+from sandbox.space.rules import END_RULES, RULES
 
 MAX_FAULTS: Final = 1_000  # kept of a rule; further ones are not looked at
 
 
-def lint(space: pymunk.Space, *, dt: float | None = None) -> list[Finding]:
+def lint(space: pymunk.Space, *, dt: float = DEFAULT_DT) -> list[Finding]:
     """Return what is wrong with a Space, worst first, without a step of it.
 
-    dt: s, of the steps that will be done; without, 1/60 s. Raises SandboxError if it is not a Space.
+    dt: s, of the steps that will be done. Raises SandboxError if it is not a Space.
 
     >>> space = pymunk.Space()
     >>> body = pymunk.Body(1, 10)
@@ -31,10 +31,8 @@ def lint(space: pymunk.Space, *, dt: float | None = None) -> list[Finding]:
     ...     print(finding.rule, finding.bodies[0].detail)
     moment moment 10, 20 times too small: its shapes have 200
     """
-    linter = Linter(checked(space), Origins(), StepLengths())
-    if dt is not None:
-        linter.steps.add(dt)
-    linter.look(RULES, None)
+    linter = Linter(checked(space), Origins())
+    linter.look({**RULES, **END_RULES}, None, dt)
     return linter.findings()
 
 
@@ -44,30 +42,18 @@ class Linter:
 
     space: pymunk.Space
     origins: Origins
-    steps: StepLengths
     _seen: WeakSet[Any] = field(default_factory=WeakSet)
     _faults: dict[str, list[Fault]] = field(default_factory=lambda: defaultdict(list))
 
-    def look(self, rules: Rules[Contents], since: float | None) -> Contents:
+    def look(self, rules: Rules[Contents], since: float | None, dt: float) -> Contents:
         """Look for faults in what is new since the last time. since: s of the Space's time, None before any step."""
-        contents = Contents(self.space, self.origins, self.steps, self._seen)
+        contents = Contents(self.space, self.origins, dt, self._seen)
         for rule, find in rules.items():
-            for fault in find(contents):
-                self.add(rule, fault._replace(since=since))
-        self._seen.update(contents.shapes)
-        self._seen.update(contents.bodies)
-        self._seen.update(contents.space.constraints)
+            self._faults[rule] += [fault._replace(since=since) for fault in find(contents)]
+            del self._faults[rule][MAX_FAULTS:]
+        self._seen.update([*contents.shapes, *contents.bodies, *contents.space.constraints])
         return contents
-
-    def add(self, rule: str, fault: Fault) -> None:
-        """Add a fault of a rule; of the Space itself, only the last counts."""
-        faults = self._faults[rule]
-        if fault.report is None:
-            faults[:] = [fault._replace(since=faults[0].since if faults else fault.since)]
-        elif len(faults) < MAX_FAULTS:
-            faults.append(fault)
 
     def findings(self, more: Mapping[str, Sequence[Fault]] = MappingProxyType({})) -> list[Finding]:
         """Return one finding for each rule with faults, worst first. more: faults that were found otherwise."""
-        faults = {rule: [*self._faults.get(rule, ()), *more.get(rule, ())] for rule in {**self._faults, **more}}
-        return sorted((finding_of(rule, each) for rule, each in faults.items() if each), key=worst_first)
+        return findings_of({rule: [*self._faults[rule], *more.get(rule, ())] for rule in {**self._faults, **more}})

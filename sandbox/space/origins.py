@@ -5,7 +5,6 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Any, Final, NamedTuple
@@ -55,42 +54,40 @@ class Origins:
         """Follow, within a `with` block, what the program calls."""
         with ExitStack() as stack:
             for name in _PUSHES:
-                push = partial(_push, self, name, getattr(pymunk.Body, name))
-                stack.enter_context(patch.object(pymunk.Body, name, _as_method(push)))
-            polygon = partial(_polygon, self, pymunk.Poly.__init__)
-            stack.enter_context(patch.object(pymunk.Poly, "__init__", _as_method(polygon)))
+                push = self._pushing(name, getattr(pymunk.Body, name))
+                stack.enter_context(patch.object(pymunk.Body, name, push))
+            make = pymunk.Poly.__init__
+
+            def make_followed(poly: Any, body: Any, vertices: Any, *more: Any, **named: Any) -> None:
+                vertices = list(vertices)
+                make(poly, body, vertices, *more, **named)
+                if not more and "transform" not in named and (dent := _dent(poly.get_vertices(), vertices)):
+                    self.dents[poly] = dent
+
+            stack.enter_context(patch.object(pymunk.Poly, "__init__", make_followed))
             yield
 
+    def _pushing(self, name: str, push: Callable[..., None]) -> Callable[..., None]:
+        """Return a method of a body that pushes, and remembers the call."""
 
-def _as_method(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function that is bound to an object where it is looked up, as a partial is not."""
+        def push_followed(body: pymunk.Body, *where: Any, **named: Any) -> None:
+            push(body, *where, **named)
+            point = where[1] if len(where) > 1 else named.get("point", (0, 0))
+            centre = body.center_of_gravity if "local" in name else body.local_to_world(body.center_of_gravity)
+            lever = (centre - point).length
+            if body not in self.pushes or lever > self.pushes[body].lever:
+                self.pushes[body] = Push(name, program_line(), lever)
 
-    def method(*arguments: Any, **named: Any) -> Any:
-        return function(*arguments, **named)
-
-    return method
-
-
-def _push(origins: Origins, name: str, push: Callable[..., None], body: pymunk.Body, *where: Any, **named: Any) -> None:
-    push(body, *where, **named)
-    point = where[1] if len(where) > 1 else named.get("point", (0, 0))
-    centre = body.center_of_gravity if "local" in name else body.local_to_world(body.center_of_gravity)
-    lever = (centre - point).length
-    if body not in origins.pushes or lever > origins.pushes[body].lever:
-        origins.pushes[body] = Push(name, program_line(), lever)
+        return push_followed
 
 
-def _polygon(
-    origins: Origins, make: Callable[..., None], poly: pymunk.Poly, body: Any, vertices: Any, *more: Any, **named: Any
-) -> None:
-    vertices = list(vertices)
-    make(poly, body, vertices, *more, **named)
-    hull = poly.get_vertices()
-    if not more and "transform" not in named and 2 < len(hull) < len(vertices):
-        sides = [(a, (b - a).perpendicular().normalized()) for a, b in zip(hull, hull[1:] + hull[:1], strict=True)]
-        dent = max(min((point - a).dot(inwards) for a, inwards in sides) for point in vertices)
-        if dent > MIN_DENT * math.sqrt(abs(pymunk.area_for_poly(hull))):
-            origins.dents[poly] = dent
+def _dent(hull: list[pymunk.Vec2d], vertices: list[tuple[float, float]]) -> float:
+    """Return how far the innermost of some vertices is inside of their hull, px; 0 if that is little."""
+    if not 2 < len(hull) < len(vertices):
+        return 0.0
+    sides = [(a, (b - a).perpendicular().normalized()) for a, b in zip(hull, hull[1:] + hull[:1], strict=True)]
+    dent = max(min((point - a).dot(inwards) for a, inwards in sides) for point in vertices)
+    return dent if dent > MIN_DENT * math.sqrt(abs(pymunk.area_for_poly(hull))) else 0.0
 
 
 def program_line() -> str:
@@ -102,7 +99,10 @@ def line_of_frame(frame: FrameType | None) -> str:
     """Return the innermost line of the program in a frame or those that called it; empty if there is none."""
     while frame and not _is_program(frame.f_code.co_filename):
         frame = frame.f_back
-    return f"{_short(frame.f_code.co_filename)}:{frame.f_lineno}" if frame else ""
+    if not frame:
+        return ""
+    path, here = Path(frame.f_code.co_filename).absolute(), Path.cwd()
+    return f"{path.relative_to(here) if path.is_relative_to(here) else path.name}:{frame.f_lineno}"
 
 
 def _is_program(file: str) -> bool:
@@ -110,9 +110,3 @@ def _is_program(file: str) -> bool:
         return True
     standard = file.startswith(_STANDARD) and "site-packages" not in file
     return not standard and not file.startswith((SANDBOX, _PYMUNK, "<frozen"))
-
-
-def _short(file: str) -> str:
-    """Return the path of a file from the working directory if it is below, otherwise its name."""
-    path, here = Path(file).absolute(), Path.cwd()
-    return str(path.relative_to(here)) if path.is_relative_to(here) else path.name

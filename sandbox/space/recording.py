@@ -1,17 +1,16 @@
 """Recording the steps of any `pymunk.Space`: its bodies before and after each step, and what acted between them.
 
 Bodies come through `pymunk.batch`, contacts as the structs cpArbiter and cpContact, whose fields Pymunk compiles in.
-Pymunk has no function for the direction of a joint's impulse: `_WORDS` says where Chipmunk keeps it. If `knows_joints`
-finds it elsewhere, joints are not recorded, and the energy ledger has fewer lines.
+Pymunk has no function for the direction of a joint's impulse: `_WORDS` says where Chipmunk keeps it in the versions of
+KNOWN. With another one, joints are not recorded, and the energy ledger has fewer lines.
 Handlers and callbacks stay as they are. Bodies and constraints may come and go between steps, and within them.
 """
 
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from enum import IntEnum
-from functools import cache
+from collections.abc import Callable, Iterable, Sequence
+from functools import cached_property
+from itertools import takewhile
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -20,43 +19,16 @@ from numpy.typing import NDArray
 from pymunk._chipmunk_cffi import ffi, lib
 from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
 
-from sandbox.space.contents import shapes_of
-from sandbox.state import Floats
-
 Rows = NDArray[Any]
+Numbers = NDArray[np.intp]
 
-MAX_BYTES: Final = 1_000_000_000  # of snapshots
-MAX_SECONDS: Final = 600.0  # of the Space's time
+MAX_ROWS: Final = 5_000_000  # of bodies, contacts and joints, some 200 bytes each
+ROWS_OF_A_STEP: Final = 100  # that a step counts as besides its own: with few bodies, 10 min are kept
+LARGEST: Final = 1e120  # px, px/s, rad or rad/s: beyond that, energies overflow
+KNOWN: Final = ("7.3",)  # versions of Pymunk
 original_step: Final = pymunk.Space.step  # another one may take its place
 
 
-class JointKind(IntEnum):
-    """The ten constraints of Pymunk, in the order of `_WORDS`."""
-
-    PIN = 0
-    SLIDE = 1
-    PIVOT = 2
-    GROOVE = 3
-    SPRING = 4
-    ROTARY_SPRING = 5
-    ROTARY_LIMIT = 6
-    RATCHET = 7
-    GEAR = 8
-    MOTOR = 9
-
-
-KINDS: Final = {
-    pymunk.PinJoint: JointKind.PIN,
-    pymunk.SlideJoint: JointKind.SLIDE,
-    pymunk.PivotJoint: JointKind.PIVOT,
-    pymunk.GrooveJoint: JointKind.GROOVE,
-    pymunk.DampedSpring: JointKind.SPRING,
-    pymunk.DampedRotarySpring: JointKind.ROTARY_SPRING,
-    pymunk.RotaryLimitJoint: JointKind.ROTARY_LIMIT,
-    pymunk.RatchetJoint: JointKind.RATCHET,
-    pymunk.GearJoint: JointKind.GEAR,
-    pymunk.SimpleMotor: JointKind.MOTOR,
-}
 # Masses kg, moments kg px², places px, angles rad, velocities px/s and rad/s, forces kg px/s², impulses kg px/s.
 _MOTION: Final = [
     ("position", "f8", 2),  # of the centre of gravity
@@ -99,44 +71,37 @@ CONTACT: Final = np.dtype(  # a point of an arbiter; the normal points from body
 JOINT: Final = np.dtype(
     [
         ("key", "u8"),  # distinguishes constraints
-        ("kind", "i8"),  # JointKind
+        ("kind", "i8"),  # its place in KINDS
+        ("is_free", "?"),  # it is a limit that is not reached, which applies no impulse
         ("body_a", "u8"),
         ("body_b", "u8"),
-        ("own_law", "?"),  # of a spring: its force is a function of the program
-        ("is_free", "?"),  # it is a limit that is not reached, which applies no impulse
         ("max_force", "f8"),
+        ("ratio", "f8"),  # of the angular impulse on A to that on B
         ("arm_a", "f8", 2),
         ("arm_b", "f8", 2),
         ("normal", "f8", 2),
         ("impulse", "f8", 2),  # accumulated, on B: a vector, or along the normal, or an angular impulse
-        ("setting", "f8", 3),  # as SETTINGS names them
-        ("error", "f8"),  # how far the joint is off its law, px or rad
+        ("error", "f8"),  # how far its anchors are off its law, px
     ]
 )
-SETTINGS: Final = {
-    JointKind.PIN: ("distance",),
-    JointKind.SLIDE: ("min", "max"),
-    JointKind.SPRING: ("rest_length", "stiffness", "damping"),
-    JointKind.ROTARY_SPRING: ("rest_angle", "stiffness", "damping"),
-    JointKind.ROTARY_LIMIT: ("min", "max"),
-    JointKind.RATCHET: ("angle", "ratchet"),
-    JointKind.GEAR: ("phase", "ratio"),
-    JointKind.MOTOR: ("rate",),
+# 64-bit words of each constraint: arm A, arm B, normal, impulse (each a vector: the first of two), bias; 0: none.
+_WORDS: Final = {
+    "PinJoint": (18, 20, 22, 25, 0),
+    "SlideJoint": (19, 21, 23, 26, 0),
+    "PivotJoint": (17, 19, 0, 25, 0),
+    "GrooveJoint": (24, 26, 0, 32, 0),
+    "DampedSpring": (23, 25, 28, 30, 0),
+    "DampedRotarySpring": (0, 0, 0, 20, 0),
+    "RotaryLimitJoint": (0, 0, 0, 17, 16),
+    "RatchetJoint": (0, 0, 0, 18, 17),
+    "GearJoint": (0, 0, 0, 18, 0),
+    "SimpleMotor": (0, 0, 0, 15, 0),
 }
-# 64-bit words of each kind: arm A, arm B, normal, impulse (each a vector: the first of two), bias; 0: it has none.
-_WORDS: Final = (
-    (18, 20, 22, 25, 0),
-    (19, 21, 23, 26, 0),
-    (17, 19, 0, 25, 0),
-    (24, 26, 0, 32, 0),
-    (23, 25, 28, 30, 0),
-    (0, 0, 0, 20, 0),
-    (0, 0, 0, 17, 16),
-    (0, 0, 0, 18, 17),
-    (0, 0, 0, 18, 0),
-    (0, 0, 0, 15, 0),
-)
-_VECTORS: Final = (JointKind.PIVOT, JointKind.GROOVE)  # whose impulse has two coordinates
+KINDS: Final = [*_WORDS]
+VECTORS: Final = [KINDS.index("PivotJoint"), KINDS.index("GrooveJoint")]  # whose impulse has two coordinates
+SPRINGS: Final = [KINDS.index("DampedSpring"), KINDS.index("DampedRotarySpring")]
+FIRST_ANGULAR: Final = KINDS.index("DampedRotarySpring")  # from it on, impulses are angular
+MOTOR: Final = KINDS.index("SimpleMotor")
 
 
 def _struct(name: str, **kinds: Any) -> np.dtype[Any]:
@@ -152,6 +117,28 @@ _ARBITER: Final = _struct(
     "cpArbiter", e="f8", u="f8", surface_vr="2f8", a="u8", b="u8", n="2f8", count="i4", stamp="u4", state="i4"
 )
 _POINT: Final = _struct("cpContact", r1="2f8", r2="2f8", jnAcc="f8", jtAcc="f8", hash="u8")
+_OF_ARBITER: Final = {
+    "shape_a": "a",
+    "shape_b": "b",
+    "elasticity": "e",
+    "friction": "u",
+    "surface_velocity": "surface_vr",
+    "normal": "n",
+}
+_OF_POINT: Final = {"arm_a": "r1", "arm_b": "r2", "impulse": "jnAcc", "tangential": "jtAcc", "hash": "hash"}
+_BODY_FIELDS: Final = (
+    BodyFields.BODY_ID
+    | BodyFields.POSITION
+    | BodyFields.ANGLE
+    | BodyFields.VELOCITY
+    | BodyFields.ANGULAR_VELOCITY
+    | BodyFields.FORCE
+    | BodyFields.TORQUE
+)
+_READ: Final = {"asleep": lib.cpBodyIsSleeping, "mass": lib.cpBodyGetMass, "moment": lib.cpBodyGetMoment}
+_ARBITER_FIELDS: Final = (
+    ArbiterFields.BODY_A_ID | ArbiterFields.BODY_B_ID | ArbiterFields.DISTANCE_1 | ArbiterFields.DISTANCE_2
+)
 
 
 class Settings(NamedTuple):
@@ -163,8 +150,7 @@ class Settings(NamedTuple):
     dt: float
 
 
-@dataclass(frozen=True, slots=True)
-class Snapshot:
+class Snapshot(NamedTuple):
     """What a Space had at one moment: (n,) BODY; (k,) CONTACT and (j,) JOINT that the last step solved."""
 
     bodies: Rows
@@ -173,16 +159,15 @@ class Snapshot:
     settings: Settings
 
     @property
-    def bytes(self) -> int:
-        """Its size."""
-        return self.bodies.nbytes + self.contacts.nbytes + self.joints.nbytes
+    def is_finite(self) -> bool:
+        """Whether all places and velocities are numbers below LARGEST."""
+        keys = ("position", "velocity", "angle", "spin")
+        return all(bool((np.abs(self.bodies[key]) < LARGEST).all()) for key in keys)
 
 
-@dataclass(frozen=True, slots=True)
-class Step:
+class Step(NamedTuple):
     """One call of `Space.step`: from `time` on, `dt` s long; the Space just before and just after it."""
 
-    number: int  # from 0, of all steps
     time: float
     dt: float
     before: Snapshot
@@ -193,25 +178,32 @@ class Step:
         """When it ends, s."""
         return self.time + self.dt
 
+    @property
+    def rows(self) -> int:
+        """What it counts of MAX_ROWS."""
+        return ROWS_OF_A_STEP + 2 * len(self.after.bodies) + len(self.after.contacts) + len(self.after.joints)
+
 
 def address(pointer: object) -> int:
     """Return the address of a struct of Chipmunk."""
     return int(ffi.cast("uintptr_t", pointer))
 
 
-class Recording:
-    """The last steps of a Space, as many as MAX_BYTES and MAX_SECONDS allow.
+def knows_joints() -> bool:
+    """Return whether it is known where this Chipmunk keeps the impulses of joints."""
+    return pymunk.version.startswith(KNOWN)
 
-    steps: those that are kept, in the order of time; count: of all that were recorded; bytes: the size of those kept,
-    where what two snapshots share counts once.
+
+class Recording:
+    """The last steps of a Space, as many as MAX_ROWS allows.
+
     bodies: by `pymunk.Body.id`; shapes, joints: by their address; also those that are gone, so that no other gets it.
     """
 
     def __init__(self, space: pymunk.Space) -> None:
         self._space = space
         self.steps: deque[Step] = deque()
-        self.bytes = self.count = 0
-        self._time = 0.0
+        self._time, self._rows = 0.0, 0
         self.bodies: dict[int, pymunk.Body] = {}
         self.shapes: dict[int, pymunk.Shape] = {}
         self.joints: dict[int, pymunk.Constraint] = {}
@@ -229,20 +221,11 @@ class Recording:
         before = self._before()
         step(dt)
         self._look()
-        after = self._snapshot()
-        if not self.steps:
-            self.bytes += before.bytes
-        elif before is not self.steps[-1].after:
-            self.bytes += before.bodies.nbytes
-        self.bytes += after.bytes
-        self.steps.append(Step(self.count, self._time, dt, before, after))
-        self.count += 1
+        self.steps.append(Step(self._time, dt, before, self._snapshot()))
         self._time += dt
-        while len(self.steps) > 1 and not self._fits():
-            dropped = self.steps.popleft()
-            self.bytes -= dropped.before.bytes
-            if self.steps[0].before is not dropped.after:
-                self.bytes -= dropped.after.bodies.nbytes
+        self._rows += self.steps[-1].rows
+        while len(self.steps) > 1 and self._rows > MAX_ROWS:
+            self._rows -= self.steps.popleft().rows
 
     def _before(self) -> Snapshot:
         """Return the Space before a step, which is the last one after a step if the program changed nothing."""
@@ -250,14 +233,15 @@ class Recording:
         if not self.steps:
             return self._snapshot()
         last, settings = self.steps[-1].after, self._settings()
-        bodies = self._bodies(last.bodies)
+        bodies = self._bodies()
         if settings == last.settings and bodies.tobytes() == last.bodies.tobytes():
             return last
-        return Snapshot(bodies, last.contacts, last.joints, settings)
+        return last._replace(bodies=bodies, settings=settings)
 
     def _snapshot(self) -> Snapshot:
-        bodies = self._bodies(None)
-        return Snapshot(bodies, _contacts(self._space), _joints(self._space, bodies), self._settings())
+        joints = [joint for joint in self._space.constraints if not (joint.a.is_sleeping or joint.b.is_sleeping)]
+        rows = [_joint(joint) for joint in joints] if knows_joints() else []
+        return Snapshot(self._bodies(), _contacts(self._space), np.array(rows, JOINT), self._settings())
 
     def _look(self) -> None:
         """Look at what is new, and keep it."""
@@ -267,36 +251,29 @@ class Recording:
         if seen == self._seen:
             return
         self._seen = seen
-        shapes = shapes_of(space)
+        shapes = [shape for shape in space.shapes if shape.body]
         self.shapes |= {address(shape._shape): shape for shape in shapes}
         self.joints |= {address(joint._constraint): joint for joint in joints}
         used = [*space.bodies, *(shape.body for shape in shapes)]
         used += [body for joint in joints for body in (joint.a, joint.b)]
         self.bodies |= {body.id: body for body in used if body and body is not space.static_body}
 
-    def _bodies(self, last: Rows | None) -> Rows:
-        """Return all bodies. last: those whose masses still hold, if they have not changed; else they are read."""
+    def _bodies(self) -> Rows:
+        """Return all bodies."""
         self._buffer.clear()
         get_space_bodies(self._space, _BODY_FIELDS, self._buffer)
         ids = np.frombuffer(self._buffer.int_buf(), np.uintp)
         rows = np.zeros(len(ids), BODY)
-        motion = np.frombuffer(self._buffer.float_buf(), np.dtype(_MOTION))
+        rows["id"], motion = ids, np.frombuffer(self._buffer.float_buf(), np.dtype(_MOTION))
         for name in motion.dtype.names or ():
             rows[name] = motion[name]
-        rows["id"] = ids
         bodies = [self.bodies.get(each) or self._space.static_body for each in ids.tolist()]
-        pointers = [body._body for body in bodies]
-        rows["asleep"] = [lib.cpBodyIsSleeping(each) for each in pointers]
-        if last is not None and np.array_equal(last["id"], rows["id"]):
-            for name in ("mass", "moment", "own_velocity", "own_position"):
-                rows[name] = last[name]
-        else:
-            rows["mass"] = [lib.cpBodyGetMass(each) for each in pointers]
-            rows["moment"] = [lib.cpBodyGetMoment(each) for each in pointers]
-            rows["own_velocity"] = [body._velocity_func is not None for body in bodies]
-            rows["own_position"] = [body._position_func is not None for body in bodies]
-        centres = [lib.cpBodyGetCenterOfGravity(each) for each in pointers]
-        for row, centre in enumerate(centres):
+        rows["own_velocity"] = [body._velocity_func is not None for body in bodies]
+        rows["own_position"] = [body._position_func is not None for body in bodies]
+        for name, read in _READ.items():
+            rows[name] = [read(body._body) for body in bodies]
+        for row, body in enumerate(bodies):
+            centre = lib.cpBodyGetCenterOfGravity(body._body)
             if centre.x or centre.y:
                 rows["position"][row] += pymunk.Vec2d(centre.x, centre.y).rotated(float(rows["angle"][row]))
         return rows
@@ -305,20 +282,6 @@ class Recording:
         space = self._space
         gravity, persistence = (space.gravity.x, space.gravity.y), int(space.collision_persistence)
         return Settings(gravity, space.damping, persistence, space.current_time_step)
-
-    def _fits(self) -> bool:
-        return self.bytes <= MAX_BYTES and self._time - self.steps[0].time <= MAX_SECONDS
-
-
-_BODY_FIELDS: Final = (
-    BodyFields.BODY_ID
-    | BodyFields.POSITION
-    | BodyFields.ANGLE
-    | BodyFields.VELOCITY
-    | BodyFields.ANGULAR_VELOCITY
-    | BodyFields.FORCE
-    | BodyFields.TORQUE
-)
 
 
 def _contacts(space: pymunk.Space) -> Rows:
@@ -338,139 +301,124 @@ def _contacts(space: pymunk.Space) -> Rows:
     rows["body_a"], rows["body_b"] = np.frombuffer(listed.int_buf(), "u8").reshape(-1, 2)[solved].repeat(counts, 0).T
     rows["distance"] = np.frombuffer(listed.float_buf()).reshape(-1, 2)[solved][np.arange(2) < counts[:, None]]
     rows["is_first"] = of_arbiter["state"] == 0
-    for name, field in _FIELDS_OF_ARBITER.items():
-        rows[name] = of_arbiter[field]
-    for name, field in _FIELDS_OF_POINT.items():
-        rows[name] = of_point[field]
+    for fields, source in ((_OF_ARBITER, of_arbiter), (_OF_POINT, of_point)):
+        for name, field in fields.items():
+            rows[name] = source[field]
     return rows
 
 
-def _joints(space: pymunk.Space, bodies: Rows) -> Rows:
-    """Return the constraints that are not asleep."""
-    awake = [joint for joint in space.constraints if not (joint.a.is_sleeping or joint.b.is_sleeping)]
-    rows = np.zeros(len(awake) if knows_joints() else 0, JOINT)
-    places = dict(zip(bodies["id"].tolist(), bodies[["position", "angle"]].tolist(), strict=True))
-    for row, joint in zip(rows, awake, strict=False):
-        _read_joint(row, joint, *(places.get(body.id) or _place_of(body) for body in (joint.a, joint.b)))
-    return rows
+def _joint(joint: pymunk.Constraint) -> tuple[Any, ...]:
+    """Return a row of JOINT."""
+    name = next(each.__name__ for each in type(joint).__mro__ if each.__module__ == "pymunk.constraints")
+    kind = KINDS.index(name)  # also of a class of the program's own
+    *places, bias = _WORDS[name]
+    words = ffi.unpack(ffi.cast("double *", joint._constraint), max(places) + 2)
+    arm_a, arm_b, normal, impulse = ((words[at], words[at + 1]) if at else (0.0, 0.0) for at in places)
+    if kind not in VECTORS:
+        impulse = impulse[0], 0.0
+    ends, is_free = (joint.a.id, joint.b.id), bias and words[bias] == 0
+    ratio = 1 / joint.ratio if isinstance(joint, pymunk.GearJoint) else 1.0
+    vectors = arm_a, arm_b, normal, impulse
+    key, error = address(joint._constraint), _error(joint, arm_a, arm_b)
+    return key, kind, is_free, *ends, joint.max_force, ratio, *vectors, error
 
 
-def _place_of(body: pymunk.Body) -> tuple[Floats, float]:
-    return np.array(body.local_to_world(body.center_of_gravity)), body.angle
-
-
-def _read_joint(row: Any, joint: pymunk.Constraint, a: tuple[Floats, float], b: tuple[Floats, float]) -> None:
-    """Read a constraint into a row. a, b: where the centres of gravity of its bodies are, and their angles."""
-    kind = _kind_of(joint)
-    *places, bias = _WORDS[kind]
-    words = ffi.unpack(ffi.cast("double *", joint._constraint), max(_WORDS[kind]) + 2)
-    arm_a, arm_b, normal, impulse = (tuple(words[at : at + 2]) if at else (0.0, 0.0) for at in places)
-    setting = [getattr(joint, name) for name in SETTINGS.get(kind, ())]
-    row["key"], row["kind"], row["max_force"] = address(joint._constraint), kind, joint.max_force
-    row["body_a"], row["body_b"], row["own_law"] = joint.a.id, joint.b.id, not has_pymunks_law(joint)
-    row["arm_a"], row["arm_b"], row["normal"] = arm_a, arm_b, normal
-    row["is_free"] = bool(bias) and words[bias] == 0
-    row["impulse"] = impulse if kind in _VECTORS else (impulse[0], 0)
-    row["setting"][: len(setting)] = setting
-    row["error"] = _error(kind, setting, np.subtract(np.add(b[0], arm_b), np.add(a[0], arm_a)), a[1], b[1])
-
-
-def _kind_of(joint: pymunk.Constraint) -> JointKind:
-    """Return the kind of a constraint, also of a class of the program's own."""
-    return next(KINDS[each] for each in type(joint).__mro__ if each in KINDS)
-
-
-def _error(kind: JointKind, setting: Sequence[float], apart: Floats, angle_a: float, angle_b: float) -> float:
-    """Return how far a joint is off its law: px, or rad; 0 for springs and motors.
+def _error(joint: pymunk.Constraint, arm_a: tuple[float, float], arm_b: tuple[float, float]) -> float:
+    """Return how far the anchors of a joint are off its law, px; 0 for springs, and for joints of angles.
 
     PinJoint: its length less the distance; SlideJoint: what is outside of its limits; PivotJoint and GrooveJoint: the
-    distance of the anchors, of the anchor from the groove; RotaryLimitJoint and RatchetJoint: the angle outside of the
-    limits; GearJoint: the angle off.
+    distance of the anchors, of the anchor from the groove.
     """
-    distance, between = math.hypot(*apart), angle_b - angle_a
-    match kind, *setting:
-        case JointKind.PIN, length:
-            error = distance - length
-        case JointKind.SLIDE, least, most:
-            error = max(0, distance - most) - max(0, least - distance)
-        case (JointKind.PIVOT | JointKind.GROOVE,):
-            error = distance
-        case JointKind.ROTARY_LIMIT, least, most:
-            error = max(0, between - most) - max(0, least - between)
-        case JointKind.RATCHET, angle, ratchet if (angle - between) * ratchet > 0:
-            error = angle - between
-        case JointKind.GEAR, phase, ratio:
-            error = angle_b * ratio - angle_a - phase
+    a, b = (body.local_to_world(body.center_of_gravity) for body in (joint.a, joint.b))
+    length = (b + arm_b - a - arm_a).length
+    match joint:
+        case pymunk.PinJoint():
+            return length - joint.distance
+        case pymunk.SlideJoint():
+            return max(0.0, length - joint.max, joint.min - length)
+        case pymunk.PivotJoint() | pymunk.GrooveJoint():
+            return length
         case _:
-            error = 0.0
-    return error
+            return 0.0
 
 
-def has_pymunks_law(joint: pymunk.Constraint) -> bool:
-    """Return whether a constraint is no spring, or one with Pymunk's own law of force."""
-    if isinstance(joint, pymunk.DampedSpring):
-        return joint.force_func == pymunk.DampedSpring.spring_force
-    return not isinstance(joint, pymunk.DampedRotarySpring) or joint.torque_func == joint.spring_torque
+class Pairs(NamedTuple):
+    """Bodies that a snapshot and a later one have: (n,) the number of the step, BODY then, BODY later."""
+
+    step: Numbers
+    old: Rows
+    new: Rows
 
 
-@cache
-def knows_joints() -> bool:
-    """Return whether Chipmunk keeps the impulses of joints where `_WORDS` says: tried in a Space of its own."""
-    space = pymunk.Space()
-    space.gravity = 3.5, -211.25
-    a, b = pymunk.Body(2.5, 70.5), pymunk.Body(3.5, 71.5)
-    a.position, a.velocity, a.angular_velocity = (0, 30.5), (-2.75, 4.5), 0.5
-    b.position, b.angle, b.angular_velocity = (7.25, 31.5), 0.125, -0.5
-    joints: list[pymunk.Constraint] = [
-        pymunk.PinJoint(a, b, (1, 2), (3, 4.5)),
-        pymunk.SlideJoint(a, b, (1, 2), (3, 4), 0.5, 1.25),
-        pymunk.PivotJoint(a, b, (4, 31)),
-        pymunk.GrooveJoint(a, b, (-3, 1), (5, 2), (1, 1.5)),
-        pymunk.DampedSpring(a, b, (1, 0), (0, 1), 3.5, 17.5, 0.75),
-        pymunk.DampedRotarySpring(a, b, 0.25, 19.5, 1.75),
-        pymunk.RotaryLimitJoint(a, b, 0.5, 1.5),
-        pymunk.RatchetJoint(a, b, 0.5, 1.25),
-        pymunk.GearJoint(a, b, 0.5, 1.5),
-        pymunk.SimpleMotor(a, b, 2.25),
-    ]
-    space.add(a, b, *joints)
-    for joint in joints:
-        joint.max_force = 100  # so that none leaves nothing to the others
-    for _ in range(2):
-        original_step(space, 1 / 64)
-    for joint in joints:
-        row = np.zeros((), JOINT)
-        _read_joint(row, joint, _place_of(a), _place_of(b))
-        arms = [(body.local_to_world(anchor) - body.position) for body, anchor in _anchors(joint)]
-        seen = [row["arm_a"], row["arm_b"]][-len(arms) :] if arms else []
-        if not joint.impulse or not math.isclose(math.hypot(*row["impulse"]), abs(joint.impulse)):
-            return False
-        if not np.allclose(arms, seen, atol=1e-12):
-            return False
-    return True
+def pairs_of(snapshots: Iterable[tuple[Snapshot, Snapshot]]) -> Pairs:
+    """Return the bodies of pairs of snapshots, one for each step; of one and the same snapshot none."""
+    old, new = [], []
+    for then, later in snapshots:
+        a, b = then.bodies, later.bodies
+        if then is later:
+            a = b = a[:0]
+        elif not np.array_equal(a["id"], b["id"]):
+            _, first, second = np.intersect1d(a["id"], b["id"], return_indices=True)
+            a, b = a[first], b[second]
+        old.append(a)
+        new.append(b)
+    return Pairs(*listed(old, BODY), listed(new, BODY)[1])
 
 
-def _anchors(joint: pymunk.Constraint) -> list[tuple[pymunk.Body, tuple[float, float]]]:
-    """Return the bodies of a constraint with the anchors that are fixed to them; of a groove, the second."""
-    ends = ((joint.a, "anchor_a"), (joint.b, "anchor_b"))
-    return [(body, getattr(joint, name)) for body, name in ends if hasattr(joint, name)]
+def listed(of_step: Sequence[Rows], kind: np.dtype[Any]) -> tuple[Numbers, Rows]:
+    """Return the rows of all steps, and before them the number of the step of each."""
+    return np.repeat(np.arange(len(of_step)), [*map(len, of_step)]), np.concatenate([np.empty(0, kind), *of_step])
 
 
-_ARBITER_FIELDS: Final = (
-    ArbiterFields.BODY_A_ID | ArbiterFields.BODY_B_ID | ArbiterFields.DISTANCE_1 | ArbiterFields.DISTANCE_2
-)
-_FIELDS_OF_ARBITER: Final = {
-    "shape_a": "a",
-    "shape_b": "b",
-    "elasticity": "e",
-    "friction": "u",
-    "surface_velocity": "surface_vr",
-    "normal": "n",
-}
-_FIELDS_OF_POINT: Final = {
-    "arm_a": "r1",
-    "arm_b": "r2",
-    "impulse": "jnAcc",
-    "tangential": "jtAcc",
-    "hash": "hash",
-}
+class Run:
+    """The columns of K recorded steps, until one leaves a number that is not finite or too large.
+
+    first: the Space before all steps; broken: the step after them, if it is such a one.
+    contacts, joints: (number of the step, CONTACT or JOINT).
+    moved: the bodies before and after each step.
+    set: the bodies after the step before and before each step, where the program changed something.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        steps = list(recording.steps)
+        self.steps = list(takewhile(lambda step: step.after.is_finite, steps))
+        self.broken = steps[len(self.steps)] if len(self.steps) < len(steps) else None
+        self.first = steps[0].before
+        self.time = np.array([steps[0].time, *(step.end for step in self.steps)])
+        self.dt = np.array([step.dt for step in self.steps])
+
+    @cached_property
+    def contacts(self) -> tuple[Numbers, Rows]:  # noqa: D102
+        return listed([step.after.contacts for step in self.steps], CONTACT)
+
+    @cached_property
+    def joints(self) -> tuple[Numbers, Rows]:  # noqa: D102
+        return listed([step.after.joints for step in self.steps], JOINT)
+
+    @cached_property
+    def moved(self) -> Pairs:  # noqa: D102
+        return pairs_of((step.before, step.after) for step in self.steps)
+
+    @cached_property
+    def set(self) -> Pairs:  # noqa: D102
+        befores = [step.before for step in self.steps]
+        return pairs_of(zip([*befores[:1], *(step.after for step in self.steps)], befores, strict=False))
+
+    @cached_property
+    def _keys(self) -> tuple[Rows, Rows, Numbers]:
+        """The ids of all bodies; of the rows of `moved`, numbers for step and body, sorted; the order of the rows."""
+        step, old, _ = self.moved
+        ids, body = np.unique(old["id"], return_inverse=True)
+        keys = step * len(ids) + body
+        order = np.argsort(keys)
+        return ids, keys[order], order
+
+    def rows_of(self, step: Numbers, bodies: Rows) -> Numbers:
+        """Return the rows of `moved` with some bodies in some steps; their number where there is none."""
+        ids, keys, order = self._keys
+        body = np.searchsorted(ids, bodies)
+        wanted = step * len(ids) + body
+        place = np.searchsorted(keys, wanted)
+        is_there = np.append(ids, 0)[body] == bodies
+        is_there &= np.append(keys, -1)[place] == wanted
+        return np.where(is_there, np.append(order, len(order))[place], len(order))

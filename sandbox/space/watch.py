@@ -1,7 +1,6 @@
 """Watching live Spaces: their steps are recorded beside their own program, and then diagnosed."""
 
 import math
-import os
 import signal
 import sys
 import threading
@@ -10,32 +9,29 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from functools import cached_property
 from types import TracebackType
-from typing import Any, Final, Self
+from typing import Any, Final, NoReturn, Self
 from unittest.mock import patch
 from weakref import WeakSet
 
 import numpy as np
 import pymunk
 
-from sandbox.space.contents import Contents, StepLengths, body_of, checked, is_static
+from sandbox.space.contents import Contents, checked
 from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.energy import ledger_of
-from sandbox.space.findings import Fault, Finding
+from sandbox.space.findings import Finding
 from sandbox.space.lint import Linter
 from sandbox.space.origins import Origins, program_line
 from sandbox.space.passages import Passage, Passages
-from sandbox.space.recording import Recording, Step, original_step
-from sandbox.space.rules import END_RULES, RULES, not_finite
-from sandbox.space.steps import MET_RULES, STEP_RULES, Evidence
+from sandbox.space.recording import Recording, original_step
+from sandbox.space.rules import END_RULES, RULES
+from sandbox.space.steps import ALWAYS, STEP_RULES, Evidence
 from sandbox.text import DEFAULT_WIDTH, json_text
 
 MAX_SPACES: Final = 10  # that are diagnosed
 MAX_LOOKED_AT: Final = 500_000  # shapes in all looks of the linter, which take some 10 µs each
-STEPS_PER_SAMPLE: Final = 10  # between looks at static bodies
 MAX_RAISED: Final = 100  # times that a program may catch the end of its run
 TIME_ROUNDING: Final = 1e-9  # s
-
-SETUP_RULES: Final = {rule: find for rule, find in RULES.items() if rule not in END_RULES}
 
 
 class Trial:
@@ -44,22 +40,20 @@ class Trial:
     def __init__(self, space: pymunk.Space, origins: Origins) -> None:
         self.space, self.time, self.steps, self.line = space, 0.0, 0, ""
         self.cost = 0.0  # s of the processor, of the Space's own steps
-        self.changed = True  # something was added or removed since the last step, or steps are of another length
-        self._linter = Linter(space, origins, StepLengths())
+        self.changed = True  # something was added since the last step
+        self._linter = Linter(space, origins)
         self._recording = Recording(space)
         self._passages, self._passed = Passages(self._recording), list[Passage]()
         self._looked_at = 0
         self._most = [0, 0, 0]  # bodies, shapes and joints at one time
-        self._statics: dict[pymunk.Body, tuple[pymunk.Vec2d, float]] = {}
-        self._reported: set[tuple[str, pymunk.Body]] = set()
 
     def step(self, dt: float) -> None:
         """Look at the Space, do a step, record it, and look at what it did."""
         self.line = self.line or program_line()
-        self._before(dt)
+        self._look(dt)
         self._recording.record(self._step, dt)
-        if 0 < dt < math.inf:
-            self._after(self._recording.steps[-1])
+        if 0 < dt < math.inf and (step := self._recording.steps[-1]).after.is_finite:
+            self._passed += self._passages.of(step)
         self.steps += 1
         self.time += dt if math.isfinite(dt) else 0.0
 
@@ -68,14 +62,23 @@ class Trial:
         original_step(self.space, dt)
         self.cost += time.process_time() - begin
 
+    def _look(self, dt: float) -> None:
+        counts = len(self.space.bodies), len(self.space.shapes), len(self.space.constraints)
+        self._most = [max(most, count) for most, count in zip(self._most, counts, strict=True)]
+        if self.changed and self._looked_at <= MAX_LOOKED_AT:
+            self.changed = False
+            self._looked_at += counts[1]
+            self._passages.look(self._linter.look(RULES, self.time if self.steps else None, dt))
+
     def diagnosis(self, number: int) -> Diagnosis:
         """Return the diagnosis of what was recorded."""
-        contents, energy, figures = Contents(self.space, self._linter.origins, self._linter.steps), None, {}
+        contents, energy, figures = Contents(self.space, self._linter.origins), None, {}
         found = {rule: list(find(contents)) for rule, find in END_RULES.items()}
         if self._recording.steps:
             evidence = Evidence(self._recording, contents, self._passed)
-            found = {rule: list(find(evidence)) for rule, find in {**STEP_RULES, **MET_RULES}.items()}
-            energy, figures = ledger_of(evidence.steps), evidence.figures()
+            rules = STEP_RULES if evidence.run.steps else ALWAYS
+            found |= {rule: list(find(evidence)) for rule, find in rules.items()}
+            energy, figures = ledger_of(evidence.run), evidence.figures()
         findings = tuple(self._linter.findings(found))
         if self._passed:  # then it is not said that bodies could pass
             findings = tuple(finding for finding in findings if finding.rule != "tunnelling")
@@ -84,53 +87,15 @@ class Trial:
             number, self.line, self.steps, self.time, bodies, shapes, joints, findings, energy, figures, self.cost
         )
 
-    def _before(self, dt: float) -> None:
-        self.changed |= self._linter.steps.add(dt)
-        counts = len(self.space.bodies), len(self.space.shapes), len(self.space.constraints)
-        self._most = [max(most, count) for most, count in zip(self._most, counts, strict=True)]
-        if self.changed and self._looked_at <= MAX_LOOKED_AT:
-            self.changed = False
-            self._looked_at += counts[1]
-            contents = self._linter.look(SETUP_RULES, self.time if self.steps else None)
-            self._passages.look(contents)
-            self._contents = contents
-            for shape in contents.shapes:
-                if is_static(body := body_of(shape)):
-                    self._statics.setdefault(body, (body.position, body.angle))
-
-    def _after(self, step: Step) -> None:
-        bodies = step.after.bodies
-        with np.errstate(invalid="ignore", over="ignore"):
-            is_finite = np.isfinite(bodies["position"].sum(axis=1) + bodies["velocity"].sum(axis=1))
-        for number in bodies["id"][~is_finite].tolist():
-            if body := self._recording.bodies.get(number):
-                self._report("not-finite", body, lambda body=body: not_finite(self._contents, body))  # type: ignore[misc]
-        if is_finite.all():
-            self._passed += self._passages.of(step)
-        if self.steps % STEPS_PER_SAMPLE == 0:
-            self._sample_statics()
-
-    def _report(self, rule: str, body: pymunk.Body, find: Callable[[], Fault]) -> None:
-        """Add the fault of a body to what the linter found, once for each rule."""
-        if (rule, body) not in self._reported:
-            self._reported.add((rule, body))
-            self._linter.add(rule, find()._replace(since=self.time))
-
-    def _sample_statics(self) -> None:
-        for body, (place, angle) in self._statics.items():
-            way, turn = body.position.get_distance(place), abs(body.angle - angle)
-            if (way or turn) and is_static(body):
-                how = f"moved by {way:.4g} px" if way else f"turned by {turn:.4g} rad"
-                report = self._contents.report(body, f"{how} after it was added")
-                self._report("static-moved", body, lambda report=report, way=way: Fault(way, report))  # type: ignore[misc]
-
 
 class Trials:
     """All Spaces that a program steps, from the first step of each; a context that replaces `Space.step`.
 
     seconds: of a Space's time, after which KeyboardInterrupt ends the program, as Ctrl-C does; parts, iterations: that
     a step is done in, and times those of each Space that it gets, to try whether that mends something.
-    others: the number of Spaces beyond those that are diagnosed; stepping: the Space that is in a step, and the time.
+    others: the number of Spaces beyond those that are diagnosed; stepping: the Space that is in a step; thread: that
+    does the step; since: when the step began, or the last one ended, by the clock; finish: ends the process where the
+    program goes on, with the diagnosis.
     """
 
     def __init__(self, seconds: float | None = None, parts: int = 1, iterations: int = 1) -> None:
@@ -138,18 +103,17 @@ class Trials:
         self._parts, self._iterations = parts, iterations
         self._origins = Origins()
         self._trials: dict[int, Trial] = {}
+        self._others: WeakSet[pymunk.Space] = WeakSet()
         self.others = 0
-        self._counted: WeakSet[pymunk.Space] = WeakSet()  # those
-        self.ended = False
-        self.out_of_time = False
+        self.ended = self.out_of_time = False
         self._raised = 0
         self._waited = 0.0  # s, since the last step
         self.stepping: Trial | None = None
-        self.thread = 0  # that does the step
-        self.since = time.monotonic()  # when the step began, or the last one ended
+        self.thread, self.since = 0, time.monotonic()
+        self.finish: Callable[[], NoReturn] = sys.exit
 
     def __enter__(self) -> Self:
-        add, remove = pymunk.Space.add, pymunk.Space.remove
+        add = pymunk.Space.add
 
         def step(space: pymunk.Space, dt: float) -> None:
             """Do a step, recorded."""
@@ -158,15 +122,13 @@ class Trials:
         def add_remembered(space: pymunk.Space, *objects: Any) -> None:
             """Add objects, and remember the line of the program that does."""
             add(space, *objects)
-            self._changed(space, objects)
-
-        def remove_remembered(space: pymunk.Space, *objects: Any) -> None:
-            """Remove objects, and remember that."""
-            remove(space, *objects)
-            self._changed(space)
+            if not self.ended:
+                self._origins.remember(objects)
+                if trial := self._trials.get(id(space)):
+                    trial.changed = True
 
         self._stack = ExitStack()
-        self._stack.enter_context(patch.multiple(pymunk.Space, step=step, add=add_remembered, remove=remove_remembered))
+        self._stack.enter_context(patch.multiple(pymunk.Space, step=step, add=add_remembered))
         self._stack.enter_context(self._origins.followed())
         return self
 
@@ -177,13 +139,6 @@ class Trials:
     def end(self) -> None:
         """Record no further step, such as one of a thread that goes on."""
         self.ended = True
-
-    def _changed(self, space: pymunk.Space, objects: tuple[Any, ...] = ()) -> None:
-        """Remember who added objects, and look at them before the next step. Each step adds none."""
-        if not self.ended:
-            self._origins.remember(objects)
-            if trial := self._trials.get(id(space)):
-                trial.changed |= bool(objects)
 
     def step(self, space: pymunk.Space, dt: float) -> None:
         """Do a step of a Space, recorded."""
@@ -226,8 +181,8 @@ class Trials:
             trial = self._trials[id(space)] = Trial(space, self._origins)
             space.iterations *= self._iterations
         elif trial is None:
-            self.others += space not in self._counted
-            self._counted.add(space)
+            self.others += space not in self._others
+            self._others.add(space)
         return trial
 
     def stop(self) -> None:
@@ -235,7 +190,7 @@ class Trials:
         self.out_of_time = True
         self._raised += 1
         if self._raised > MAX_RAISED:
-            os._exit(0)
+            self.finish()
         if threading.current_thread() is threading.main_thread():
             raise KeyboardInterrupt
         interrupt_main_thread()

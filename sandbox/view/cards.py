@@ -8,42 +8,39 @@ from typing import Final
 
 from pygame import Rect, Surface
 
-from sandbox.engines.machine_code import status
 from sandbox.quantity import kinetic_energy, potential_energy, spin_energy
 from sandbox.scene.units import Dimension
 from sandbox.view.controls import HELP
 from sandbox.view.editor import Editor
-from sandbox.view.layout import Layout, ScreenPoint
+from sandbox.view.layout import Layout
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.notice import Notice, NoticeKind, draw_notice
 from sandbox.view.playback import Playback
-from sandbox.view.primitives import card, panel, text_width, wrapped, write
+from sandbox.view.primitives import card, panel, shortened, text_width, wrapped, write
 from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import Pane
 from sandbox.view.theme import theme
 from sandbox.view.widgets.fields import Slider
-from sandbox.view.widgets.group import Placed, WidgetGroup, items_of
+from sandbox.view.widgets.group import Placed, WidgetGroup
 
 
 @dataclass
 class Messages:
     """The messages of a window.
 
-    waits: something is to be done as soon as engines have run again. speeds: of the window, and of each engine a step.
+    waits: something is to be done as soon as engines have run again. speeds: of the run, the window, and the engines.
     """
 
     _playback: Playback
     _notice: Notice
     waits: bool = False
     speeds: str = ""
+    _measured: float = 0.0  # s of the scene
 
-    def status(self, recorded: float | None) -> str:
-        """Return all that the window says of time and of what was done last. recorded: s, or None."""
-        playback = self._playback
-        speed = "paused" if playback.paused else playback.speed_text
-        video = "" if recorded is None else f"    {recorded:.1f} s"
-        time, note = playback.view.moment.time, playback.view.charts.note
-        return f"{time:.2f} s    {speed}{video}    {note}    {status()}    {self._progress or self._notice.text}"
+    @property
+    def text(self) -> str:
+        """What the window says: how far engines are that run again, the latest message, or how fast all are."""
+        return self._progress or self._notice.text or self.speeds
 
     @property
     def _progress(self) -> str:
@@ -56,18 +53,21 @@ class Messages:
         return ""
 
     def draw(self, surface: Surface, layout: Layout) -> None:
-        """Draw a message, or else how fast the window and the engines are."""
-        if text := self._progress or self._notice.text:
+        """Draw what the window says, a message on a card."""
+        if self._progress or self._notice.text:
             kind = NoticeKind.HINT if self._progress else self._notice.kind
-            draw_notice(surface, layout.status, layout.text_height, text, kind)
+            draw_notice(surface, layout.status, layout.text_height, self.text, kind)
         else:
-            write(surface, self.speeds, layout.status, theme.dim, layout.text_height)
+            speeds = shortened(self.speeds, layout.status.width, layout.text_height)
+            write(surface, speeds, layout.status, theme.dim, layout.text_height)
 
-    def measure(self, frames: float) -> None:
-        """Note how fast the window and the engines are. frames: of the window, a second."""
-        runners = self._playback.session.runners.items()
+    def measure(self, fps: float, frames: int) -> None:
+        """Note how fast the run, the window and the engines have been in some frames. fps: frames a second."""
+        runners, time = self._playback.session.runners.items(), self._playback.view.moment.time
+        passed, self._measured = fps * (time - self._measured) / frames, time  # s of the scene in a second
+        texts = [f"{passed:.2g}\N{MULTIPLICATION SIGN} real time"] if passed > 0 else []
         steps = (f"{name} {1000 * run.step_seconds:.2g} ms" for name, run in runners if run.step_seconds is not None)
-        self.speeds = "    ".join((f"{frames:.0f} frames a second", *steps))
+        self.speeds = "    ".join((*texts, f"{fps:.0f} frames a second", *steps))
 
 
 @dataclass
@@ -91,8 +91,8 @@ class Cards:
         self.help_open, self._scenes.error = False, ""
         return were_open
 
-    def draw(self, surface: Surface, layout: Layout, placed: Sequence[Placed], free_point: ScreenPoint | None) -> None:
-        """Draw everything. placed: the widgets; free_point: where the mouse is, unless a list is open there."""
+    def draw(self, surface: Surface, layout: Layout, placed: Sequence[Placed]) -> None:
+        """Draw everything. placed: the widgets."""
         self._messages.draw(surface, layout)
         self._draw_ball(surface, layout)
         if self._scenes.error:
@@ -102,11 +102,9 @@ class Cards:
         if self._scenes.picker:
             self._scenes.picker.fit(surface.get_rect(), layout.text_height)
             self._scenes.picker.draw(surface)
-        elif not self._mouse.holds:
-            self._widgets.draw(surface, items_of(placed, layout.text_height, surface.get_rect()), layout.text_height)
-            if not self.help_open:
-                titles = [layout.title(pane) for pane in range(len(layout.arenas))]
-                self._widgets.draw_tip(surface, placed, titles, layout.text_height)
+        elif not self._mouse.holds and not self.help_open:
+            titles = [layout.title(pane) for pane in range(len(layout.arenas))]
+            self._widgets.draw_tip(surface, placed, titles, layout.text_height)
 
     def _draw_ball(self, surface: Surface, layout: Layout) -> None:
         """Draw the card of the ball under the mouse."""

@@ -1,28 +1,144 @@
-"""The chart of a run against the reference; above it what stands out.
+"""The chart of a run against the reference; above it what stands out."""
 
-Samples that no later step changes are added to the picture that is there; the others are drawn over it in every frame.
-All of it is drawn again only if an axis changes or the window has changed.
-"""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 import pygame
-from pygame import Rect, Surface
+from pygame import Color, Rect, Surface
 
-from sandbox.report.scales import Span, round_up
-from sandbox.scene.units import PIXELS, Units
+from sandbox.report.scales import Scale, Span, round_up
+from sandbox.scene.units import PIXELS, Dimension, Units
 from sandbox.session.history import Moment
 from sandbox.session.samples import Samples
 from sandbox.state import Floats
-from sandbox.view import chart_marks
-from sandbox.view.chart_marks import Mark, TimeAxis, small, spread
-from sandbox.view.instruments import ENERGY, INSTRUMENTS, LAW, Even, Instrument
+from sandbox.view.instruments import ENERGY, INSTRUMENTS, LAW, Even, Instrument, histogram_of
 from sandbox.view.layout import ScreenPoint
-from sandbox.view.primitives import card, draw_marker, lettering, shortened, text_width, write
+from sandbox.view.primitives import card, lettering, shortened, text_width, write
 from sandbox.view.run_so_far import Marks
-from sandbox.view.speed_chart import SpeedChart
-from sandbox.view.theme import chart_palette, theme
+from sandbox.view.theme import Palette, chart_palette, theme
 
-NOTHING: tuple[float, float] = (np.inf, -np.inf)  # the least and the largest of no values
+AXIS: Final = 4.4  # heights of text, for the numbers of the axis
+MAX_FIRST_SECONDS: Final = 60.0  # on the axis at the start of a run
+MARK_DISTANCE: Final = 4  # px between the pointer and a mark that it points at
+NOT_COMPARABLE: Final = "no longer comparable"
+SENTENCES: Final = {  # what the ends of the reference's trust mean
+    "horizon": "from here on, rounding decides the paths",
+    "undecided": "simultaneous contacts, and no law says which comes first",
+    "unresolved": "from here on, the paths depend on how a heap is treated",
+}
+
+
+def small(text_height: int) -> int:
+    """Return the height of the text in charts, px."""
+    return max(10, round(0.93 * text_height))
+
+
+def spread(wanted: Sequence[float], sizes: Sequence[float], low: float, high: float) -> list[float]:
+    """Return where intervals of some sizes begin: near where they are wanted, one after another, within two ends."""
+    order = sorted(range(len(wanted)), key=lambda k: wanted[k])
+    begin, edge = list(wanted), low
+    for k in order:
+        begin[k] = max(wanted[k], edge)
+        edge = begin[k] + sizes[k]
+    edge = high
+    for k in reversed(order):
+        begin[k] = min(begin[k], edge - sizes[k])
+        edge = begin[k]
+    return begin
+
+
+@dataclass(frozen=True)
+class Axes:
+    """A chart on a surface: from 0 to an end across, and a scale upwards.
+
+    plot: the place of the lines, px of the surface; height: of the text, px; span: the ends of the scale.
+    """
+
+    surface: Surface
+    plot: Rect
+    height: int
+    palette: Palette
+    end: float
+    scale: Scale
+    span: Span
+
+    def x(self, at: Floats) -> Floats:
+        """Return the places of values across, px."""
+        return self.plot.x + at / self.end * (self.plot.width - 1)
+
+    def y(self, values: Floats) -> Floats:
+        """Return the places of values upwards, px."""
+        low, high = self.span
+        return self.plot.bottom - 1 - (self.scale.position(values) - low) / (high - low) * (self.plot.height - 1)
+
+    def draw(self, heading: str, unit: str) -> None:
+        """Draw the ground, round numbers below with a unit, the scale, and a heading."""
+        surface, plot, height = self.surface, self.plot, self.height
+        surface.fill(self.palette.ground)
+        numbers = np.arange(0.0, self.end * (1 + 1e-9), round_up(self.end * 6.5 * height / plot.width))
+        for at, x in zip(numbers.tolist(), np.rint(self.x(numbers)).astype(int).tolist(), strict=True):
+            pygame.draw.line(surface, theme.dim, (x, plot.bottom), (x, plot.bottom + height // 3))
+            number = lettering(f"{at:.6g} {unit if at == numbers[-1] else ''}".rstrip(), theme.dim, height)
+            left = min(x - number.get_width() // 2, surface.get_width() - number.get_width())
+            surface.blit(number, (left, plot.bottom + height // 3))
+        self._draw_scale()
+        write(surface, heading, Rect(0, 0, plot.right, round(1.5 * height)), theme.dim, height)
+
+    def _draw_scale(self) -> None:
+        """Write as many of the scale's values as there is room for; of evenly spaced ones all, or the ends and 0."""
+        written, ticks, (low, high) = list[Rect](), self.scale.ticks(self.span), self.span
+        tall = 4 / 3 * lettering("0", theme.dim, self.height).get_height()
+        if isinstance(self.scale, Even) and tall * (len(ticks) - 1) > self.plot.height:
+            ticks = [(at, text) for at, text in ticks if at in (0.0, *self.span)]
+        for at, text in ticks:
+            number = lettering(text, theme.dim, self.height)
+            y = round(self.plot.bottom - 1 - (at - low) / (high - low) * (self.plot.height - 1))
+            place = number.get_rect(right=self.plot.x - self.height // 2, centery=y)
+            if place.inflate(0, self.height // 3).collidelist(written) < 0:
+                pygame.draw.line(self.surface, self.palette.faint, (self.plot.x, y), (self.plot.right - 1, y))
+                self.surface.blit(number, place)
+                written.append(place)
+
+    def draw_line(self, colour: Color, at: Floats, values: Floats, width: int) -> None:
+        """Draw a line through values, with a gap where they are not known."""
+        points, known = np.column_stack([self.x(at), self.y(values)]), np.isfinite(values)
+        ends = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]))).reshape(-1, 2)
+        self.surface.set_clip(self.plot.inflate(0, 3 * width))
+        for first, end in ends.tolist():
+            if end - first > 1:
+                pygame.draw.lines(self.surface, colour, False, points[first:end].tolist(), width)
+        self.surface.set_clip(None)
+
+    def write_names(self, ends: Mapping[str, tuple[float, float]], colours: Mapping[str, Color]) -> None:
+        """Write the name of each line beside the end of the lines. ends: across and upwards."""
+        if not ends:
+            return
+        height, line, plot = self.height, round(1.15 * self.height), self.plot
+        x, y = (
+            axis(np.array(values))
+            for axis, values in zip((self.x, self.y), zip(*ends.values(), strict=True), strict=True)
+        )
+        tops = spread((y - line / 2).tolist(), [line] * len(ends), plot.y - height, plot.bottom)
+        left = round(min(float(x.max()), plot.right)) + height
+        room, labels = max(1, self.surface.get_width() - left), []
+        for name, top in zip(ends, tops, strict=True):
+            label = lettering(shortened(name, room, height), colours[name], height)
+            at = label.get_rect(x=left, centery=round(top + line / 2))
+            self.surface.fill(self.palette.ground, at.inflate(4, -height // 3))  # or lines would strike it out
+            labels.append((label, at))
+        self.surface.blits(labels)  # after the ground of all, which would hide parts of letters
+
+
+@dataclass(frozen=True)
+class Mark:
+    """Something that stands out at a time (s), or a note without one."""
+
+    time: float | None
+    text: str
+    colour: Color
+    sentence: str
 
 
 class Charts:
@@ -33,51 +149,27 @@ class Charts:
 
     def __init__(self, samples: Samples, seconds: float, units: Units = PIXELS) -> None:
         self.samples = samples
+        self._seconds = min(seconds, MAX_FIRST_SECONDS)
         self._units = units
         self.marks = Marks()
         self.note = ""
         self.moment: Moment | None = None
-        self.axis = TimeAxis(seconds)
         self.instrument = ENERGY
-        self._logarithmic: set[str] = set()  # names of instruments
-        self.recolour()
-
-    def recolour(self) -> None:
-        """Draw in the colours of the theme."""
-        self.palette = chart_palette()
-        self._colours = self.palette.engines(self.samples.engines) | {LAW: self.palette.law}
-        self._names = max(text_width(name, 100) for name in self._colours) / 100 + 1.0  # in heights of its text
-        self._speeds = SpeedChart(self.samples.reference, self._colours, self.palette)
-        self.show(self.instrument)
+        self._logarithmic = set[str]()  # names of instruments
 
     # What it shows
+
+    def show_as(self, other: "Charts") -> None:
+        """Show what another run's chart shows."""
+        self.instrument, self._logarithmic = other.instrument, set(other._logarithmic)
 
     def show(self, instrument: Instrument) -> None:
         """Show an instrument."""
         self.instrument = instrument
-        self._columns = instrument.columns(self.samples)
-        logarithmic = instrument.logarithmic if self.is_logarithmic else None
-        self._scale = logarithmic(self._units) if logarithmic else Even()
-        self._drawn: Surface | None = None
-        self._drawn_as: object = None  # axes, places and drops of that picture
-        self._count = 0  # of the samples in it
-        self._seen = 0, 0  # drops of the series, and how many samples the span includes
-        self._extent = NOTHING  # of those samples
-        self._span = self._scale.span(*self._extent)
-
-    def show_as(self, other: "Charts") -> None:
-        """Show what another run's chart shows."""
-        self._logarithmic = set(other._logarithmic)
-        self.show(other.instrument)
 
     def show_next(self) -> None:
         """Show the next instrument."""
-        self.show(INSTRUMENTS[(INSTRUMENTS.index(self.instrument) + 1) % len(INSTRUMENTS)])
-
-    def follow(self, ball: int) -> None:
-        """Show the quantities of a ball by its number among all that ever were in the run."""
-        if self.samples.follow(ball):
-            self.show(self.instrument)
+        self.instrument = INSTRUMENTS[(INSTRUMENTS.index(self.instrument) + 1) % len(INSTRUMENTS)]
 
     @property
     def is_logarithmic(self) -> bool:
@@ -93,13 +185,36 @@ class Charts:
         """Let the axis be logarithmic, or linear again."""
         if not self.why_one_scale:
             self._logarithmic ^= {self.instrument.name}
-            self.show(self.instrument)
+
+    @property
+    def _end(self) -> float:
+        """The last time on the axis, s: that of the scene, doubled until it includes the latest sample."""
+        end, latest = self._seconds, float(self.samples.times[-1])
+        while end < latest:
+            end *= 2
+        return end
+
+    @property
+    def _colours(self) -> dict[str, Color]:
+        palette = chart_palette()
+        return palette.engines(self.samples.engines) | {LAW: palette.law}
+
+    @property
+    def _heading(self) -> str:
+        return self.instrument.heading(self.samples, self._units)
 
     # Where things are
 
     def plot(self, place: Rect, text_height: int) -> Rect:
         """Return where the chart is within its place, without its axes."""
-        return chart_marks.plot_of(place.size, text_height, round(self._names * small(text_height)))
+        height = small(text_height)
+        names = max(text_width(name, 100) for name in (*self.samples.engines, LAW)) / 100 + 1.0  # in heights of text
+        top, bottom, left = round(2.0 * height), place.height - round(1.6 * height), round(AXIS * height)
+        right = min(round(names * height) + height, place.width // 4)
+        return Rect(left, top, max(1, place.width - left - right), max(1, bottom - top))
+
+    def _column(self, plot: Rect, time: float) -> int:
+        return round(plot.x + time / self._end * (plot.width - 1))
 
     def is_over_time(self, place: Rect, point: ScreenPoint) -> bool:
         """Return whether a point of the window is in a chart over time, or in its margins."""
@@ -107,38 +222,56 @@ class Charts:
 
     def time_at(self, place: Rect, text_height: int, x: int) -> float:
         """Return the time (s) of a column of the window, clamped to the axis of a chart at a place."""
-        return self.axis.time_at(self.plot(place, text_height), x - place.x)
+        plot = self.plot(place, text_height)
+        return min(max((x - place.x - plot.x) / plot.width, 0.0), 1.0) * self._end
+
+    # Marks
+
+    def _marks(self) -> list[Mark]:
+        """Return the note, first differences, the end of the reference's trust, and of the reference."""
+        ink, colours, reference, marks = chart_palette().ink, self._colours, self.samples.reference, self.marks
+        found = [Mark(None, self.note, ink, "")] if self.note else []
+        for name, time in marks.differences.items():
+            found.append(Mark(time, f"{name} differs", colours[name], f"first contact unlike {reference}'s"))
+        if marks.trust.until is not None:
+            found.append(Mark(marks.trust.until, NOT_COMPARABLE, ink, SENTENCES[marks.trust.ends_by]))
+        if marks.stopped:
+            found.append(Mark(marks.stopped[0], f"{reference} stops", ink, marks.stopped[1]))
+        return found
+
+    def placed_marks(self, place: Rect, text_height: int) -> list[tuple[Mark, Rect]]:
+        """Return the marks with the places of their labels above a chart, px of its place, none over another."""
+        height, plot, marks = small(text_height), self.plot(place, text_height), self._marks()
+        left = text_width(self._heading, height) + height
+        if sum(text_width(mark.text, height) + height for mark in marks) > place.width - left:
+            room = max(1, (place.width - left) // len(marks) - height)
+            marks = [replace(mark, text=shortened(mark.text, room, height)) for mark in marks]
+        wanted = [left if mark.time is None else self._column(plot, mark.time) + height // 2 for mark in marks]
+        widths = [text_width(mark.text, height) + height for mark in marks]
+        lefts = spread(wanted, widths, left, place.width)
+        return [
+            (mark, Rect(round(x), 1, width, height + 2)) for mark, x, width in zip(marks, lefts, widths, strict=True)
+        ]
 
     def mark_at(self, place: Rect, text_height: int, point: ScreenPoint) -> Mark | None:
         """Return the mark whose label or tick a point of the window is on, in a chart at a place."""
-        marks, x, y = self._placed_marks(place, text_height), point[0] - place.x, point[1] - place.y
-        return chart_marks.mark_at(marks, self.axis, self.plot(place, text_height), x, y)
+        x, y, plot = point[0] - place.x, point[1] - place.y, self.plot(place, text_height)
+        for mark, label in self.placed_marks(place, text_height):
+            is_near = mark.time is not None and y < plot.y and abs(x - self._column(plot, mark.time)) <= MARK_DISTANCE
+            if mark.time is not None and (is_near or label.collidepoint(x, y)):
+                return mark
+        return None
 
-    def _placed_marks(self, place: Rect, text_height: int) -> list[tuple[Mark, Rect]]:
-        marks = chart_marks.marks_of(self.marks, self.note, self.samples.reference, self._colours, self.palette.ink)
-        left = text_width(self._heading, small(text_height)) + small(text_height)
-        return chart_marks.placed_marks(marks, self.axis, self.plot(place, text_height), left, place.width, text_height)
-
-    @property
-    def _heading(self) -> str:
-        return self.instrument.heading(self.samples, self._units)
-
-    def _values(self, since: int) -> Floats:
-        """Return the values in the samples from one on: (samples, columns)."""
-        return self.instrument.scaled(self.samples, self._units, since)
-
-    def _extend_span(self) -> None:
-        """Make the axis include all samples. It grows in large steps, so that it seldom changes."""
-        drops, seen = self._seen
-        if drops != self.samples.series.drops:
-            seen, self._extent = 0, NOTHING
-        new = self._values(seen)[:, list(self._columns.values())]
-        new = new[np.isfinite(new)]
-        self._seen, before = (self.samples.series.drops, self.samples.final), self._extent
-        if new.size:
-            self._extent = min(before[0], float(new.min())), max(before[1], float(new.max()))
-        if self._extent != before:
-            self._span = self._scale.span(*self._extent)
+    def _draw_marks(self, surface: Surface, place: Rect, text_height: int) -> None:
+        """Draw each mark as a triangle above the chart, with its label, and faintly through the chart."""
+        half, palette, plot = max(4, text_height // 4), chart_palette(), self.plot(place, text_height)
+        for mark, label in self.placed_marks(place, text_height):
+            if mark.time is not None:
+                x, top = self._column(plot, mark.time), plot.y
+                pygame.draw.line(surface, palette.ground.lerp(mark.colour, 0.5), (x, top), (x, plot.bottom))
+                corners = (x - half, top - 3 * half // 2), (x + half, top - 3 * half // 2), (x, top)
+                pygame.draw.polygon(surface, mark.colour, corners)
+            surface.blit(lettering(mark.text, mark.colour, small(text_height)), label)
 
     # Drawing
 
@@ -148,102 +281,50 @@ class Charts:
         """Draw the chart with all samples, marks, and a cursor at a time (s); the values at a point of the window."""
         if not place.height:
             return
-        axis, plot = self.axis, self.plot(place, text_height)
-        axis.follow(time, float(self.samples.times[-1]))
+        ground, plot, height = surface.subsurface(place), self.plot(place, text_height), small(text_height)
+        width, colours, samples = max(2, round(text_height / 6)), self._colours, self.samples
         if self.instrument.values is None:
             if self.moment:
-                self._speeds.draw(surface, place, plot.move(place.topleft), self.moment, small(text_height))
+                self._draw_speeds(ground, plot, height, self.moment)
             return
-        self._extend_span()
-        drops, size, final = self.samples.series.drops, place.size, self.samples.final
-        wanted = (axis.shown, self._span, tuple(plot), size, text_height, drops)
-        if self._drawn is None or wanted != self._drawn_as:
-            self._drawn, self._count, self._drawn_as = Surface(size), 0, wanted
-            self._draw_axes(self._drawn, plot, text_height)
-        if final > self._count:
-            self._draw_lines(self._drawn, plot, text_height, slice(max(0, self._count - 1), final))
-            self._count = final
-        surface.blit(self._drawn, place)
-        ground = surface.subsurface(place)
-        self._draw_lines(ground, plot, text_height, slice(max(0, final - 1), len(self.samples)))
-        self._draw_names(ground, plot, text_height)
-        chart_marks.draw_marks(ground, self._placed_marks(place, text_height), axis, plot, self.palette, text_height)
-        x = axis.column(plot, axis.time)
-        if plot.x <= x <= plot.right:
-            pygame.draw.line(ground, theme.dim, (x, plot.y - text_height // 3), (x, plot.bottom))
+        values, times, columns = self._values, samples.times, self.instrument.columns(samples)
+        known = values[:, list(columns.values())]
+        known = known[np.isfinite(known)]
+        logarithmic = self.instrument.logarithmic if self.is_logarithmic else None
+        scale = logarithmic(self._units) if logarithmic else Even()
+        span = scale.span(float(known.min(initial=np.inf)), float(known.max(initial=-np.inf)))
+        axes = Axes(ground, plot, height, chart_palette(), self._end, scale, span)
+        axes.draw(self._heading, "s")
+        for name in sorted(columns, key=lambda name: name != samples.reference):  # whose line is below the others
+            thinner = int(name == samples.reference)
+            axes.draw_line(colours[name], times, values[:, columns[name]], width - thinner)
+        last = {name: np.flatnonzero(np.isfinite(values[:, k]))[-1:].tolist() for name, k in columns.items()}
+        axes.write_names(
+            {name: (times[k], values[k, columns[name]]) for name, rows in last.items() for k in rows}, colours
+        )
+        self._draw_marks(ground, place, text_height)
+        x = self._column(plot, time)
+        pygame.draw.line(ground, theme.dim, (x, plot.y - text_height // 3), (x, plot.bottom))
         if point and place.collidepoint(point):
             self._draw_card(surface, place, text_height, point)
 
-    def _draw_axes(self, surface: Surface, plot: Rect, text_height: int) -> None:
-        surface.fill(self.palette.ground)
-        height, (start, seconds) = small(text_height), self.axis.shown
-        interval = round_up(seconds * 6 * text_height / plot.width)
-        first, last = int(np.ceil(start / interval - 1e-9)), int((start + seconds) / interval * (1 + 1e-9))
-        times: Floats = interval * np.arange(first, last + 1, dtype=float)
-        texts = [f"{time:.6g} s" if k == len(times) - 1 else f"{time:.6g}" for k, time in enumerate(times)]
-        chart_marks.draw_axis_below(surface, plot, self.axis.x(plot, times), texts, theme.dim, height)
-        self._write_axis(surface, plot, height)
-        write(surface, self._heading, Rect(0, 0, plot.right, round(1.5 * height)), theme.dim, height)
-
-    def _write_axis(self, surface: Surface, plot: Rect, height: int) -> None:
-        """Write as many of the chart's values as there is room for; of evenly spaced ones all, or the ends and 0."""
-        written, ticks = list[Rect](), self._scale.ticks(self._span)
-        tall = 4 / 3 * lettering("0", theme.dim, height).get_height()
-        if isinstance(self._scale, Even) and tall * (len(ticks) - 1) > plot.height:
-            ticks = [(at, text) for at, text in ticks if at in (0.0, *self._span)]
-        for at, text in ticks:
-            number = lettering(text, theme.dim, height)
-            y = round(float(_y(plot, self._span, np.array(at))))
-            place = number.get_rect(right=plot.x - height // 2, centery=y)
-            if place.inflate(0, height // 3).collidelist(written) < 0:
-                pygame.draw.line(surface, self.palette.faint, (plot.x, y), (plot.right - 1, y))
-                surface.blit(number, place)
-                written.append(place)
-
-    def _draw_lines(self, surface: Surface, plot: Rect, text_height: int, rows: slice) -> None:
-        """Draw some samples, the reference's line below the others; a line has a gap where its value is not known."""
-        start, seconds = self.axis.shown
-        times, width = self.samples.times[rows], max(2, round(text_height / 6))
-        first, last = np.searchsorted(times, [start, start + seconds])
-        shown = slice(max(0, first - 1), last + 1)
-        values = self._values(rows.start)[: len(times)][shown]
-        x, y = self.axis.x(plot, times[shown]), _y(plot, self._span, self._scale.position(values))
-        surface.set_clip(plot.inflate(0, 3 * width))
-        for name in sorted(self._columns, key=lambda name: name != self.samples.reference):
-            of_name = y[:, self._columns[name]]
-            for part in np.split(np.arange(len(y)), np.flatnonzero(~np.isfinite(of_name))):
-                known = part[np.isfinite(of_name[part])]
-                if len(known) > 1:
-                    line = np.column_stack([x[known], of_name[known]]).tolist()
-                    thinner = 1 if name == self.samples.reference else 0
-                    pygame.draw.lines(surface, self._colours[name], False, line, width - thinner)
-        surface.set_clip(None)
-
-    def _draw_names(self, surface: Surface, plot: Rect, text_height: int) -> None:
-        """Write each line's engine beside the end of the lines, and a marker of its own shape at its own end."""
-        height, times, values = small(text_height), self.samples.times, self._values(0)
-        values = values[: int(np.searchsorted(times, sum(self.axis.shown), side="right"))]
-        known = {name: np.flatnonzero(np.isfinite(values[:, column])) for name, column in self._columns.items()}
-        ends = {name: int(rows[-1]) for name, rows in known.items() if len(rows)}
-        if not ends:
-            return
-        x = {name: min(self.axis.column(plot, float(times[row])), plot.right) for name, row in ends.items()}
-        last = np.array([values[row, self._columns[name]] for name, row in ends.items()])
-        heights = _y(plot, self._span, self._scale.position(last)).tolist()
-        line = round(1.15 * height)
-        tops = spread([y - line / 2 for y in heights], [line] * len(ends), plot.y - height, plot.bottom)
-        left, labels = max(x.values()) + height, []
-        for name, y, top in zip(ends, heights, tops, strict=True):
-            colour = self._colours[name]
-            shape = self._columns[name]
-            draw_marker(surface, colour, (x[name], min(max(round(y), plot.y), plot.bottom)), height // 3, shape)
-            label = lettering(shortened(name, max(1, surface.get_width() - left), height), colour, height)
-            at = label.get_rect(x=left, centery=round(top + line / 2))
-            surface.fill(self.palette.ground, at.inflate(4, -height // 3))  # or lines of the axis would strike it out
-            labels.append((label, at))
-        surface.blits(labels)  # after the ground of all, which would hide parts of letters
+    def _draw_speeds(self, surface: Surface, plot: Rect, height: int, moment: Moment) -> None:
+        """Draw the histogram of a moment's speeds, beside the law of Maxwell and Boltzmann."""
+        histogram, colours, units = histogram_of(moment, self.samples.reference), self._colours, self._units
+        factor = units.factor(Dimension.VELOCITY)
+        axes = Axes(surface, plot, height, chart_palette(), factor * histogram.end, Even(), (0.0, histogram.top))
+        axes.draw(f"{self._heading}    {histogram.refusal}", units.name(Dimension.VELOCITY))
+        for name, (speed, count) in histogram.lines.items():
+            axes.draw_line(colours[name], factor * speed, count, max(3, height // 4) if name == LAW else 2)
+        ends = {name: (factor * histogram.end, float(count[-1])) for name, (_, count) in histogram.lines.items()}
+        axes.write_names(ends, colours)
 
     # Values
+
+    @property
+    def _values(self) -> Floats:
+        """The values in all samples: (samples, engines)."""
+        return self.instrument.scaled(self.samples, self._units)
 
     def _draw_card(self, surface: Surface, place: Rect, text_height: int, point: ScreenPoint) -> None:
         """Draw the values at a point, or what the mark there means."""
@@ -251,20 +332,14 @@ class Charts:
         if mark:
             rows = [[f"{mark.time:.2f} s", mark.text], ["", mark.sentence]]
         else:
-            rows = self._values_at(self.plot(place, text_height), point[0] - place.x)
-            faint = self.palette.ground.lerp(self.palette.ink, 0.5)
+            rows = self.values_at(self.time_at(place, text_height, point[0]))
+            faint = chart_palette().ground.lerp(chart_palette().ink, 0.5)
             pygame.draw.line(surface, faint, (point[0], place.y), (point[0], place.bottom))
         card(surface, rows, point, text_height, surface.get_rect())
 
-    def _values_at(self, plot: Rect, x: int) -> list[list[str]]:
-        times = self.samples.times
-        row = int(np.abs(times - self.axis.time_at(plot, x)).argmin())
-        values = self._values(row)[0]
-        texts = [[name, self.instrument.text(values[k], self._units)] for name, k in self._columns.items()]
-        return [[f"{times[row]:.3f} s", self._heading], *texts]
-
-
-def _y(plot: Rect, span: Span, position: Floats) -> Floats:
-    """Return the height at which a position on an axis is in a chart, px of the strip."""
-    low, high = span
-    return plot.bottom - 1 - (position - low) / (high - low) * (plot.height - 1)
+    def values_at(self, time: float) -> list[list[str]]:
+        """Return the rows of a table of each engine's value in the sample nearest to a time (s)."""
+        row = int(np.abs(self.samples.times - time).argmin())
+        values, columns = self._values[row], self.instrument.columns(self.samples)
+        texts = [[name, self.instrument.text(values[k], self._units)] for name, k in columns.items()]
+        return [[f"{self.samples.times[row]:.3f} s", self._heading], *texts]

@@ -3,18 +3,18 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, StrEnum
-from functools import cached_property, partial
+from functools import partial
 from typing import Any, Final
 
 import pygame
 from pygame.event import Event
 
 from sandbox.view import Layer
+from sandbox.view.theme import theme
 
 LEFT: Final = "\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}"
 RIGHT: Final = "\N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}"
 ZOOM_FACTOR: Final = 1.25  # by which a notch of the wheel enlarges what the panes show, or the charts' time
-_CODES: Final = {"Esc": "ESCAPE", "Shift Z": "z", "Shift R": "r"}  # of keys whose names are others in pygame
 
 
 class Panel(Enum):
@@ -43,9 +43,9 @@ class Topic(StrEnum):
 class Control:
     """An action of the window.
 
-    key_names: as the help spells them: characters, with Ctrl or not, and keys by name. name: on its button. do: what
-    it does to the `Window`, which is not imported here, as its parts import this table. is_on: whether what it turns
-    on and off is on. more_keys: pygame key codes that do the same. repeats: while its key is held.
+    key_names: as the help spells them. name: on its button. do: what it does to the `Window`, which is not imported
+    here, as its parts import this table. is_on: whether what it turns on and off is on. more_keys: names of keys that
+    do the same. repeats: while its key is held.
     """
 
     topic: Topic
@@ -54,48 +54,29 @@ class Control:
     does: str
     do: Callable[[Any], object]
     is_on: Callable[[Any], bool] = lambda _: False
-    more_keys: tuple[int, ...] = ()
+    more_keys: tuple[str, ...] = ()
     repeats: bool = False
 
     @property
-    def _keys(self) -> list[str]:
-        return self.key_names.split(", ")
-
-    @property
-    def ctrl(self) -> bool:
-        """Whether its keys by code are pressed with Ctrl."""
-        return self.key_names.startswith("Ctrl")
-
-    @property
-    def shift(self) -> bool:
-        """Whether its key is pressed with Shift."""
-        return self.key_names.startswith("Shift")
-
-    @cached_property
-    def typed(self) -> str:
-        """The characters that do it, whatever key types them on a keyboard."""
-        controls = (chr(ord(name[-1]) & 31) for name in self._keys if name.startswith("Ctrl ") and name[-1].isalpha())
-        return "".join((*(name.lower() for name in self._keys if len(name) == 1), *controls))
-
-    @cached_property
-    def keys(self) -> tuple[int, ...]:
-        """The codes of its keys."""
-        named = (name for name in self._keys if len(name) > 1 and not name.startswith("Ctrl "))
-        codes = (_CODES.get(name, name.upper().replace(" ", "")) for name in named)
-        return (*(getattr(pygame, f"K_{code}") for code in codes), *self.more_keys)
+    def keys(self) -> list[str]:
+        """The names of its keys."""
+        return [*self.key_names.split(", "), *self.more_keys]
 
 
 def _layer(layer: Layer, key: str, name: str, does: str) -> Control:
-    return Control(Topic.SEE, key, name, does, lambda w: w.toggle_layer(layer), lambda w: layer in w.showing)
+    return Control(
+        Topic.SEE,
+        key,
+        name,
+        does,
+        lambda w: w.showing.symmetric_difference_update({layer}),
+        lambda w: layer in w.showing,
+    )
 
 
 def _page(page: Panel, keys: str, does: str) -> Control:
     topic = Topic.FIRST if page is Panel.WHY else Topic.WINDOW
     return Control(topic, keys, page.value, does, lambda w: w.panel.toggle(page), lambda w: w.panel.open is page)
-
-
-_PLUS: Final = (pygame.K_EQUALS, pygame.K_PLUS, pygame.K_KP_PLUS)
-_MINUS: Final = (pygame.K_MINUS, pygame.K_KP_MINUS)
 
 
 _first, _time, _compare, _edit = (
@@ -109,29 +90,30 @@ class Action(Enum):
 
     PAUSE = _first("Space, P", "Play", "pause or resume", lambda w: w.playback.pause(), lambda w: w.playback.paused)
     STEP = _first("Right, O", RIGHT, "pause and do one step", lambda w: w.playback.step(), repeats=True)
-    RESTART = _first(
-        "R",
-        "Restart",
-        "restart; edits stay, made at the start",
-        lambda w: w.restart(keep=True),
-        more_keys=(pygame.K_r,),
-    )
+    RESTART = _first("R", "Restart", "restart; edits stay, made at the start", lambda w: w.restart(keep=True))
     PICK_SCENE = _first("/, Ctrl O", "Open\N{HORIZONTAL ELLIPSIS}", "choose a scene", lambda w: w.scenes.open_picker())
     UNDO = _first("U, Ctrl Z", "Undo", "undo the last throw or edit", lambda w: w.playback.undo())
     WHY = _page(Panel.WHY, "F5, W", "why engines differ: verdict, contacts and causes")
     SAVE_SCENE = _first(
-        "S, Ctrl S", "Scene", "save the balls as they are as a scene", lambda w: w.saver.save_scene(w.mouse.pane or 0)
-    )
+        "S, Ctrl S", "Scene file", "save the balls as they are as a scene",
+        lambda w: w.saver.save_scene(w.mouse.pane or 0),
+    )  # fmt: skip
     HELP = _first("F1", "Help", "show or hide the help", lambda w: w.cards.toggle_help(), lambda w: w.cards.help_open)
-    ESCAPE = _first("Esc", "", "close what is open over the panes; twice, quit", lambda w: w.escape())
+    ESCAPE = _first(
+        "Esc", "", "close what is open over the panes; twice, quit", lambda w: w.escape(), more_keys=("Escape",)
+    )
 
     GO_TO_START = _time("Home", f"|{LEFT}", "go to the start; later steps are kept", lambda w: w.playback.seek(0))
     STEP_BACK = _time("Left", LEFT, "pause and go one step back", lambda w: w.playback.step_back(), repeats=True)
     GO_TO_END = _time(
         "End", f"{RIGHT}|", "go to the latest step reached", lambda w: w.playback.seek(w.playback.session.end)
     )
-    SLOWER = _time("-", "", "slower, down to 1/100", lambda w: w.playback.slower(), more_keys=_MINUS[1:])
-    FASTER = _time("+, =", "", "faster, up to as fast as possible", lambda w: w.playback.faster(), more_keys=_PLUS[2:])
+    SLOWER = _time(
+        "-", "\N{MINUS SIGN}", "slower, down to 1/100", lambda w: w.playback.change_speed(-1), more_keys=("[-]",)
+    )
+    FASTER = _time(
+        "+, =", "+", "faster, up to as fast as possible", lambda w: w.playback.change_speed(1), more_keys=("[+]",)
+    )
 
     PREVIOUS_CONTACT = _compare(
         "<", f"{LEFT} Previous", "go to the previous contact that differs", lambda w: w.show_contact(-1), repeats=True
@@ -139,10 +121,10 @@ class Action(Enum):
     NEXT_CONTACT = _compare(
         ">", f"Next {RIGHT}", "go to the next one, and draw it", lambda w: w.show_contact(1), repeats=True
     )
-    NEXT_CHART = _compare("1", "", "next chart", lambda w: w.change_chart(w.view.charts.show_next))
-    SCALE = _compare("2", "", "logarithmic chart, or linear", lambda w: w.change_chart(w.view.charts.toggle_scale))
-    GHOSTS = _layer(Layer.GHOSTS, "G", "outlines of exact", "outlines of the balls in exact")
-    CHARTS = _layer(Layer.CHARTS, "H", "chart", "charts")
+    NEXT_CHART = _compare("1", "", "next chart", lambda w: w.view.charts.show_next())
+    SCALE = _compare("2", "", "logarithmic chart, or linear", lambda w: w.view.charts.toggle_scale())
+    GHOSTS = _layer(Layer.GHOSTS, "G", "Outlines of exact", "outlines of the balls in exact")
+    CHARTS = _layer(Layer.CHARTS, "H", "Chart", "charts")
 
     REDO = _edit("Y, Ctrl Y", "Redo", "redo what was undone", lambda w: w.playback.redo())
     DISCARD_EDITS = _edit(
@@ -159,19 +141,15 @@ class Action(Enum):
     SELECT_PREVIOUS = _edit(",", "", "select the previous ball", lambda w: w.editor.select_next(-1), repeats=True)
     SELECT_NEXT = _edit(".", "", "select the next ball", lambda w: w.editor.select_next(1), repeats=True)
 
-    VELOCITY = _layer(Layer.VELOCITY, "V", "velocities", "velocity arrows, to where a ball would be in 0.2 s")
-    TRAILS = _layer(Layer.TRAILS, "T", "trails", "trails of where the balls were")
-    CONTACTS = _layer(Layer.CONTACTS, "C", "contacts", "contacts and their impulses")
-    CENTRE = _layer(Layer.CENTRE, "X", "centre of mass", "centre of mass")
-    NUMBERS = _layer(Layer.NUMBERS, "B", "numbers", "ball numbers, of up to 1,000 balls")
-    GRID = _layer(Layer.GRID, "L", "grid", "grid lines")
+    VELOCITY = _layer(Layer.VELOCITY, "V", "Velocities", "velocity arrows, to where a ball would be in 0.2 s")
+    TRAILS = _layer(Layer.TRAILS, "T", "Trails", "trails of where the balls were")
+    CENTRE = _layer(Layer.CENTRE, "X", "Centre of mass", "centre of mass")
+    NUMBERS = _layer(Layer.NUMBERS, "B", "Numbers", "ball numbers, of up to 1,000 balls")
+    GRID = _layer(Layer.GRID, "L", "Grid", "grid lines")
     PLAIN = _see(
-        "D",
-        "plain debug-draw",
-        "Pymunk's debug-draw plain, or smooth",
-        lambda w: w.toggle_plain(),
+        "D", "Plain debug-draw", "Pymunk's debug-draw plain, or smooth", lambda w: w.toggle_plain(),
         lambda w: w.view.plain,
-    )
+    )  # fmt: skip
     ZOOM_OUT = _see(
         "Shift Z", "\N{MINUS SIGN}", "show more of the arena", lambda w: w.mouse.zoom_by(1 / ZOOM_FACTOR), repeats=True
     )
@@ -185,19 +163,15 @@ class Action(Enum):
         "J, Ctrl C", "What I did", "save what you did, and copy the command", lambda w: w.saver.save_inputs()
     )
     COPY_CODE = _files(
-        "Q",
-        "Pymunk code",
-        "copy the balls as they are as a program for Pymunk",
+        "Q", "Pymunk code", "copy the balls as they are as a program for Pymunk",
         lambda w: w.saver.copy_code(w.mouse.pane or 0),
-    )
+    )  # fmt: skip
     SAVE_PICTURE = _files("F12", "Picture", "save a picture of the window", lambda w: w.save_picture())
     RECORD = _files(
-        "F9",
-        "Record",
-        "start or stop recording a GIF",
-        lambda w: w.toggle_recording(),
+        "F9", "Record", "start or stop recording a GIF",
+        lambda w: w.recorder.toggle(w.saver.free_name(".gif"), w.screen.get_size()),
         lambda w: w.recorder.seconds is not None,
-    )
+    )  # fmt: skip
 
     SCENE = _page(Panel.SCENE, "F2", "the scene: gravity, elasticity, steps")
     BALLS = _page(Panel.BALLS, "F3, K", "the balls: a table, and the selected ball or wall")
@@ -206,28 +180,22 @@ class Action(Enum):
     COLUMN = _window(
         "F8", "Panel", "show or hide the column", lambda w: w.panel.toggle(), lambda w: w.panel.open is not None
     )
-    THEME = _window("F7", "dark", "light, or dark", lambda w: w.toggle_theme(), lambda w: w.is_dark)
-    LARGER_TEXT = _window("Ctrl +", "larger text", "larger text", lambda w: w.change_text(1), more_keys=_PLUS)
-    SMALLER_TEXT = _window("Ctrl -", "smaller text", "smaller text", lambda w: w.change_text(-1), more_keys=_MINUS)
-    FULL_SCREEN = _window(
-        "F11",
-        "full screen",
-        "full screen, or a window again",
-        lambda w: w.toggle_full_screen(),
-        lambda w: w.is_full_screen,
+    THEME = _window("F7", "Dark", "light, or dark", lambda w: w.toggle_theme(), lambda _: theme.is_dark)
+    LARGER_TEXT = _window(
+        "Ctrl +", "Larger text", "larger text", lambda w: w.change_text(1), more_keys=("Ctrl =", "Ctrl [+]")
     )
+    SMALLER_TEXT = _window(
+        "Ctrl -", "Smaller text", "smaller text", lambda w: w.change_text(-1), more_keys=("Ctrl [-]",)
+    )
+    FULL_SCREEN = _window(
+        "F11", "Full screen", "full screen, or a window again", lambda w: w.toggle_full_screen(),
+        lambda w: w.is_full_screen,
+    )  # fmt: skip
 
 
-PAGES: Final = {
-    Panel.SCENE: Action.SCENE,
-    Panel.BALLS: Action.BALLS,
-    Panel.ENGINES: Action.ENGINES,
-    Panel.WHY: Action.WHY,
-    Panel.SHOW: Action.SHOW,
-}
 BY_MOUSE: Final = {
     Topic.FIRST: ("Drag a ball", "pull it while time passes; if paused, set its velocity"),
-    Topic.TIME: ("Drag in the charts", "go to that time, as in the bar; the wheel zooms"),
+    Topic.TIME: ("Drag in the chart", "go to that time, as in the bar"),
     Topic.COMPARE: ("Mouse on a ball", "its position, velocity and energy in every engine"),
     Topic.EDIT: ("Drag a wall", "move it; the tools below the panes do more"),
     Topic.SEE: ("Wheel, drag", "zoom in and out; move what the panes show by empty ground"),
@@ -250,13 +218,14 @@ def tip_of(action: Action) -> str:
     return f"{does[0].upper()}{does[1:]}  ({action.value.key_names})"
 
 
+BY_KEY: Final = {name.upper(): action for action in Action for name in action.value.keys}
+
+
 def action_of(event: Event) -> Action | None:
-    """Return the action whose key a key-down event is about."""
-    character, shift = event.unicode.lower(), bool(event.mod & pygame.KMOD_SHIFT)
-    ctrl = bool(event.mod & pygame.KMOD_CTRL)
-    for action in sorted(Action, key=lambda action: not action.value.shift):  # R types the same with Shift
-        control = action.value
-        by_key = event.key in control.keys and (shift == control.shift or ctrl) and ctrl == control.ctrl
-        if by_key or (character and character in control.typed and not (ctrl and character.isprintable())):
-            return action
-    return None
+    """Return the action whose key a key-down event is about: what it types, whatever key that is, or else the key."""
+    ctrl, typed, key = event.mod & pygame.KMOD_CTRL, event.unicode.upper(), pygame.key.name(event.key).upper()
+    if ctrl and typed and not typed.isprintable():  # Ctrl makes control characters of letters
+        typed = chr(ord(typed) + 64)
+    held = "CTRL " if ctrl else "SHIFT " if event.mod & pygame.KMOD_SHIFT else ""
+    names = [name for typed_or_key in (typed, key) for name in (held + typed_or_key, *([] if ctrl else [typed_or_key]))]
+    return next((BY_KEY[name] for name in names if name in BY_KEY), None)

@@ -83,7 +83,7 @@ class DebugDraw:
         self._buffer.clear()
         get_space_bodies(self._space, BodyFields.POSITION | BodyFields.ANGLE, self._buffer)
         rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3)[: len(self._discs)]
-        self._discs.draw(surface, rows[:, :2], scale, rows[:, 2].copy(), origin)
+        self._discs.draw(surface, scale * rows[:, :2] + origin, scale, rows[:, 2].copy())
         self._draw_collision_points(surface, scale, origin)
 
     def _draw_collision_points(self, surface: Surface, scale: float, origin: Vector) -> None:
@@ -148,7 +148,7 @@ class SmoothDrawOptions(DrawOptions):
         if self._collected:
             at = np.array([self._collected[number] for number in sorted(self._collected)])
             self._collected = {}
-            self._discs.draw_at(self.surface, at[:, :2].copy(), self.transform.a, at[:, 2].copy())
+            self._discs.draw(self.surface, at[:, :2].copy(), self.transform.a, at[:, 2].copy())
         for colour, ends in self._lines.items():
             thin_lines(self.surface, colour, np.rint(ends))
         self._lines = {}

@@ -29,12 +29,7 @@ def open_window(title: str) -> Surface:
     pygame.display.init()
     pygame.key.set_repeat(*REPEAT)
     pygame.display.set_caption(title)  # before the window is there, or it would open as "pygame window"
-    return set_mode(natural_size(pygame.display.get_desktop_sizes()[0]))
-
-
-def set_mode(size: tuple[int, int], flags: int = pygame.RESIZABLE) -> Surface:
-    """Open a window in some size (px), or change the one that is open."""
-    return pygame.display.set_mode(size, flags)
+    return pygame.display.set_mode(natural_size(pygame.display.get_desktop_sizes()[0]), pygame.RESIZABLE)
 
 
 def caption(scene: Scene) -> str:

@@ -1,8 +1,6 @@
 """The column's page of the engines: which of them run, in which panes, and with which settings of Pymunk."""
 
-import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from itertools import chain, count
 from typing import Final
@@ -19,7 +17,7 @@ from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.fields import Field, Slider
 from sandbox.view.widgets.group import rows_of
 
-SCALES: Final[dict[str, tuple[float, ...]]] = {  # the values to choose from, round Pymunk's own
+SCALES: Final[dict[str, tuple[float, ...]]] = {  # the values to choose from
     "iterations": (1, 2, 3, 5, 10, 15, 20, 30, 50, 100, 200, 500),
     "substeps": (1, 2, 3, 4, 6, 8, 12, 16, 24, 32),
     "collision_slop": (0, 0.001, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5),
@@ -28,7 +26,6 @@ SCALES: Final[dict[str, tuple[float, ...]]] = {  # the values to choose from, ro
     "damping": (0.1, 0.2, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999, 1),
 }
 UNITS: Final = {"collision_slop": " px"}
-SAME: Final = 1e-4  # relative difference below which a value in force stands in place of one of a scale
 NONE: Final = -1  # of the panes is unfolded
 MAX_PANES: Final = 6  # that are large enough to compare, each in a colour of its own
 ONLY_ONE: Final = "the last engine stays: add another one first"
@@ -63,21 +60,10 @@ def normal(spec: str, scene: Scene) -> str:
     return with_settings(base, {key: wanted[key] for key in settings if wanted[key] != own[key]})
 
 
-def are_same(spec: str, other: str, scene: Scene) -> bool:
-    """Return whether two specs are of the same engine: with the same settings, in whatever order."""
-    return settings_in(normal(spec, scene)) == settings_in(normal(other, scene))
-
-
 def with_setting(spec: str, scene: Scene, key: str, value: float) -> str:
     """Return the shortest spec of Pymunk with one of its settings changed; a new one is the last."""
     base, settings = settings_in(spec)
     return normal(with_settings(base, settings | {key: value}), scene)
-
-
-def scale_of(key: str, *values: float) -> tuple[float, ...]:
-    """Return the values of a setting to choose from, in ascending order; some values are among them to the bit."""
-    others = (one for one in SCALES[key] if not any(math.isclose(one, value, rel_tol=SAME) for value in values))
-    return tuple(sorted({*others, *values}))
 
 
 def meaning_of(key: str) -> str:
@@ -85,32 +71,37 @@ def meaning_of(key: str) -> str:
     return str(PymunkSettings.model_fields[key].description).partition(";")[0].rstrip(".")
 
 
-@dataclass(frozen=True)
-class Choice:
-    """An engine to choose by its spec. refusal: why it cannot be chosen, or nothing."""
-
-    spec: str
-    refusal: str
-
-
-@dataclass
-class LineUp:
-    """The engines that run, in the order of their panes.
+class EnginesPage:
+    """The engines that run: a heading for each pane, of which one is unfolded, and the engines to add.
 
     use: lets engines run instead of these, with the same inputs, to the same step. What cannot be done is shown as a
-    notice, and changes nothing.
+    notice, and changes nothing. The widgets of the unfolded pane are the same for all panes.
     """
 
-    _playback: Playback
-    _notice: Notice
-    _use: Callable[[Sequence[str]], None]
-    _ever: Sequence[str] = ()  # engines that have run in this window, in files of their own too
-    _choices: Sequence[Choice] = ()
-    _choices_for: object = None  # the scene, edits and engines of these
+    def __init__(self, playback: Playback, notice: Notice, use: Callable[[Sequence[str]], None]) -> None:
+        self._playback, self._notice, self._use = playback, notice, use
+        self._open = next((k for k, name in enumerate(self.names) if has_settings(name)), NONE)
+        self._remove_button = TextButton(
+            "Remove", lambda: self.remove(self._open), "remove the pane",
+            refusal=lambda: ONLY_ONE * (len(self.names) == 1),
+        )  # fmt: skip
+        self._values: dict[str, float] = {}  # of the sliders, in force in the unfolded pane
+        self._sliders = {key: self._slider(key) for key in SCALES}
+        self._choice = cache(lambda spec: TextButton(spec, partial(self.add, spec), f"run {spec}"))
+        self._heading = cache(lambda pane: Words("", do=partial(self._fold, pane), does="show or hide its settings"))
+        self._to_add, self._typed = Words("Add a pane"), Field("or type one", str, self.add, TYPED)
+        self._choices: Mapping[str, str] = {}
+        self._choices_for: object = None  # the scene and engines of these
+
+    def _slider(self, key: str) -> Slider:
+        return Slider(
+            key.removeprefix("collision_"), SCALES[key], lambda: self._values[key],
+            lambda value: self.tune(self._open, key, value), f"{key}, {meaning_of(key)}", UNITS.get(key, ""),
+        )  # fmt: skip
 
     @property
     def names(self) -> list[str]:
-        """Their specs."""
+        """The specs of the engines, in the order of their panes."""
         return self._playback.session.names
 
     @property
@@ -121,8 +112,11 @@ class LineUp:
     # Changes
 
     def add(self, spec: str) -> None:
-        """Add a pane at the end."""
-        self._change(len(self.names), spec, replaced=0)
+        """Add a pane at the end, and unfold it."""
+        panes = len(self.names)
+        self._change(panes, spec, replaced=0)
+        if len(self.names) > panes:
+            self._open = panes
 
     def tune(self, pane: int, key: str, value: float) -> None:
         """Change a setting of the Pymunk that runs in a pane."""
@@ -133,6 +127,7 @@ class LineUp:
         if len(self.names) == 1:
             self._notice.show(ONLY_ONE)
         else:
+            self._open = NONE
             self._use([name for k, name in enumerate(self.names) if k != pane])
 
     def _change(self, pane: int, spec: str, replaced: int) -> None:
@@ -145,7 +140,7 @@ class LineUp:
         except SandboxError as error:
             self._notice.show(str(error), NoticeKind.ERROR)
             return
-        if any(are_same(spec, name, self.scene) for name in others):
+        if settings_in(spec) in [settings_in(normal(name, self.scene)) for name in others]:
             self._notice.show(f"{spec} runs already, in another pane", NoticeKind.ERROR)
         elif len(others) == MAX_PANES:
             self._notice.show(FULL, NoticeKind.ERROR)
@@ -155,17 +150,12 @@ class LineUp:
     # Choices
 
     @property
-    def choices(self) -> Sequence[Choice]:
-        """Every engine by its name, and those in files that have run in this window.
-
-        While Pymunk runs, another one has other settings.
-        """
+    def choices(self) -> Mapping[str, str]:
+        """Why each engine cannot be added, or nothing; while Pymunk runs, another one has other settings."""
         wanted = self.scene, self.names
         if wanted != self._choices_for:
-            self._choices_for = wanted
-            names = dict.fromkeys([*known(), *self._ever, *self.names])
-            self._ever = [name for name in names if not has_settings(name)]
-            self._choices = [Choice(spec, self._refusal(spec)) for spec in (self._another(), *self._ever)]
+            specs = [self._another(), *(name for name in known() if not has_settings(name))]
+            self._choices_for, self._choices = wanted, {spec: self._refusal(spec) for spec in specs}
         return self._choices
 
     def _another(self) -> str:
@@ -186,40 +176,11 @@ class LineUp:
             return ""
         return (refusal(spec, self.scene) or "").partition("; use --")[0]
 
-
-class EnginesPage:
-    """A heading for each pane, in their order, of which one is unfolded, and the engines to add.
-
-    The widgets of the unfolded pane are the same for all panes.
-    """
-
-    def __init__(self, line_up: LineUp) -> None:
-        self._line_up = line_up
-        self._open = next((k for k, name in enumerate(line_up.names) if has_settings(name)), NONE)
-        self._remove_button = TextButton(
-            "remove", self._remove, "remove the pane", refusal=lambda: ONLY_ONE * (len(line_up.names) == 1)
-        )
-        self._values: dict[str, float] = {}  # of the sliders, in force in the unfolded pane
-        self._values_of: object = None  # the scene and the engine of these
-        self._sliders = {key: self._slider(key) for key in SCALES}
-        self._choice = cache(self._make_choice)
-        self._heading = cache(self._make_heading)
-        self._to_add = Words("Add a pane:")
-        self._typed = Field("or type one", str, self._add, TYPED)
-
-    def _slider(self, key: str) -> Slider:
-        return Slider(
-            key.removeprefix("collision_"),
-            SCALES[key],
-            lambda: self._values[key],
-            lambda value: self._line_up.tune(self._open, key, value),
-            f"{key}, {meaning_of(key)}",
-            UNITS.get(key, ""),
-        )
+    # Its widgets
 
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets, from the top, as they are now."""
-        names = self._line_up.names
+        names = self.names
         lines = chart_palette().engines(names)
         self._open = self._open if self._open < len(names) else NONE
         rows: list[Sequence[Widget]] = []
@@ -228,42 +189,17 @@ class EnginesPage:
             heading.text, heading.dots = name, (lines[name],)
             heading.marked = pane == self._open
             rows += [[heading], *(self._unfolded(name) if heading.marked else [])]
-        buttons = [self._choice(choice.spec) for choice in self._line_up.choices]
-        for button, choice in zip(buttons, self._line_up.choices, strict=True):
-            button.refusal = partial(str, FULL if len(names) >= MAX_PANES else choice.refusal)
+        choices = self.choices
+        buttons = [self._choice(spec) for spec in choices]
+        for button, why in zip(buttons, choices.values(), strict=True):
+            button.refusal = partial(str, FULL if len(names) >= MAX_PANES else why)
         return [*rows, [self._to_add], buttons[:1], *rows_of(buttons[1:]), [self._typed]]  # Pymunk's has a long text
-
-    def _make_heading(self, pane: int) -> Words:
-        return Words("", do=partial(self._fold, pane), does="show or hide its settings")
-
-    def _make_choice(self, spec: str) -> TextButton:
-        return TextButton(spec, partial(self._add, spec), f"run {spec}")
 
     def _unfolded(self, name: str) -> Sequence[Sequence[Widget]]:
         if not has_settings(name):
             return [[self._remove_button]]
-        scene = self._line_up.scene
-        if self._values_of != (name, scene):
-            own, self._values = in_force(TUNED, scene), in_force(name, scene)
-            self._values_of = name, scene
-            for key, slider in self._sliders.items():
-                slider.values = scale_of(key, own[key], self._values[key])
+        self._values = in_force(name, self.scene)
         return [[self._remove_button], *rows_of(list(self._sliders.values()))]
-
-    # What its widgets do
 
     def _fold(self, pane: int) -> None:
         self._open = NONE if self._open == pane else pane
-
-    def _add(self, spec: str) -> None:
-        """Add a pane, and unfold it."""
-        panes = len(self._line_up.names)
-        self._line_up.add(spec)
-        if len(self._line_up.names) > panes:
-            self._open = panes
-
-    def _remove(self) -> None:
-        panes = len(self._line_up.names)
-        self._line_up.remove(self._open)
-        if len(self._line_up.names) < panes:
-            self._open = NONE

@@ -1,13 +1,17 @@
-"""The instruments: what the chart can show of a run, one entry each."""
+"""The instruments: what the chart can show of a run, one entry each; its linear axis, and its histogram of speeds."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from functools import lru_cache
+from typing import Final, NamedTuple
 
 import numpy as np
 
+from sandbox.analysis.gas import expected_counts, speed_law, why_lawless
+from sandbox.quantity import length
 from sandbox.report.scales import BothSigns, Scale, Span, gap_scale, round_up
 from sandbox.scene.units import Dimension, Units
+from sandbox.session.history import Moment
 from sandbox.session.samples import Quantity, Samples
 from sandbox.state import Floats
 
@@ -15,40 +19,44 @@ LAW: Final = "theory"  # name of a law's line
 ROUNDING: Final = 1e-9  # of any unit; less is an engine's rounding error
 TICKS: Final = 6  # of a linear axis, about
 SLACK: Final = 0.05  # of the distance of two ticks, by which a line may leave the axis before that grows
+MIN_BALLS: Final = 50  # fewer make no histogram
+MIN_BINS: Final = 8
+MAX_BINS: Final = 24
+REACH: Final = 3.0  # length of the axis in units of the root mean square speed; faster balls are in the last bin
+MAX_PEAK: Final = 1.8  # of the axis of counts, in units of the law's peak
+CURVE_POINTS: Final = 120
 
 
 @dataclass(frozen=True)
 class Instrument:
     """What the chart can show over time or, without values, of the step shown.
 
-    values: of each engine in the samples from one on, before they are scaled to the unit. digits: how a value is
-    written. logarithmic: its other scale, if it has one. is_relative: whether values are against the reference, which
-    then has no line.
+    values: of each engine in the samples, before they are scaled to the unit. digits: how a value is written.
+    logarithmic: its other scale, if it has one. is_relative: whether values are against the reference, which then has
+    no line.
     """
 
     name: str
     meaning: str
-    unit: Dimension | str = ""
-    values: Callable[[Samples, int], Floats] | None = None
+    unit: Dimension | str
+    values: Callable[[Samples], Floats] | None = None
     digits: str = "{:,.6g}"
     logarithmic: Callable[[Units], Scale] | None = None
     is_relative: bool = False
-    of_ball: bool = False
 
     def unit_in(self, units: Units) -> str:
         """Return what its numbers are."""
         return units.name(self.unit) if isinstance(self.unit, Dimension) else self.unit
 
-    def scaled(self, samples: Samples, units: Units, since: int) -> Floats:
-        """Return the values in the unit."""
+    def scaled(self, samples: Samples, units: Units) -> Floats:
+        """Return the values in the unit: (samples, engines)."""
         factor = units.factor(self.unit) if isinstance(self.unit, Dimension) else 1.0
-        return factor * self.values(samples, since) if self.values else np.empty((0, 0))
+        return factor * self.values(samples) if self.values else np.empty((0, 0))
 
     def heading(self, samples: Samples, units: Units) -> str:
         """Return what is written over the chart."""
         against = "the start" if samples.is_alone else samples.reference
-        more = f" against {against}" * self.is_relative + f", ball {samples.ball}" * self.of_ball
-        return f"{self.name}, {self.unit_in(units)}{more}"
+        return f"{self.name}, {self.unit_in(units)}{f' against {against}' * self.is_relative}"
 
     def columns(self, samples: Samples) -> dict[str, int]:
         """Return the column of each line by the name at its end."""
@@ -62,13 +70,8 @@ class Instrument:
         return f"{self.digits.format(0.0 if abs(value) < ROUNDING else value)} {self.unit_in(units)}"
 
 
-def _of(quantity: Quantity) -> Callable[[Samples, int], Floats]:
-    return lambda samples, since: samples.of(quantity, since)
-
-
-def _ball(name: str, quantity: Quantity, dimension: Dimension) -> Instrument:
-    meaning = "of the selected ball, from the upper left"
-    return Instrument(f"ball {name}", meaning, dimension, _of(quantity), "{:.4f}", of_ball=True)
+def _of(quantity: Quantity) -> Callable[[Samples], Floats]:
+    return lambda samples: samples.of(quantity)
 
 
 ENERGY: Final = Instrument(
@@ -76,7 +79,9 @@ ENERGY: Final = Instrument(
     _of(Quantity.ENERGY),
 )  # fmt: skip
 ERROR: Final = Instrument(
-    "error", "of the energy, in % of the largest kinetic energy that the reference has had by then", "%",
+    "error",
+    "of the energy, in % of the largest kinetic energy that the reference has had by then;\n"
+    "more than 100 % can be missing where balls fall, as height is lost too", "%",
     Samples.errors, "{:+.4g}", lambda units: BothSigns(), is_relative=True,
 )  # fmt: skip
 GAP: Final = Instrument(
@@ -86,18 +91,48 @@ GAP: Final = Instrument(
 MOMENTUM: Final = Instrument(
     "momentum", "of all balls together; walls and gravity change it", Dimension.MOMENTUM, _of(Quantity.MOMENTUM)
 )
-SPEEDS: Final = Instrument("speeds", "how many balls have each speed, beside the law")
-TABS: Final = (ENERGY, ERROR, GAP, MOMENTUM, SPEEDS)
-OTHERS: Final = (  # in a menu
-    Instrument("kinetic energy", "of flight and spin", Dimension.ENERGY, _of(Quantity.KINETIC)),
-    Instrument("contacts", "counted from the start", "", _of(Quantity.CONTACTS), "{:,.0f}"),
-    _ball("x", Quantity.X, Dimension.LENGTH),
-    _ball("y", Quantity.Y, Dimension.LENGTH),
-    _ball("vx", Quantity.VX, Dimension.VELOCITY),
-    _ball("vy", Quantity.VY, Dimension.VELOCITY),
-    Instrument("step time", "how long each engine's steps take here", "ms", _of(Quantity.COST), "{:.3g}"),
-)  # fmt: skip
-INSTRUMENTS: Final = (*TABS, *OTHERS)
+SPEEDS: Final = Instrument("speeds", "how many balls have each speed, beside the law", Dimension.VELOCITY)
+INSTRUMENTS: Final = (
+    ENERGY,
+    Instrument("kinetic", "energy of flight and spin", Dimension.ENERGY, _of(Quantity.KINETIC)),
+    *(ERROR, GAP, MOMENTUM, SPEEDS),
+)
+
+
+class Histogram(NamedTuple):
+    """How many balls have each speed.
+
+    end, top: of the axes, px/s and balls; lines: the points of each engine, and of the law if it applies, px/s and
+    balls; refusal: why there are none, or no law.
+    """
+
+    end: float
+    top: float
+    lines: dict[str, tuple[Floats, Floats]]
+    refusal: str
+
+
+@lru_cache(maxsize=1)
+def histogram_of(moment: Moment, reference: str) -> Histogram:
+    """Count the speeds of a moment's engines. The law's energy is the reference's, or the last engine's without it."""
+    n, speeds = len(moment.scene.bodies), {name: length(state.velocity) for name, state in moment.states.items()}
+    whole = float(np.sqrt(np.sum(speeds.get(reference, next(reversed(speeds.values()))) ** 2)))  # of a single ball
+    if n < MIN_BALLS:
+        balls = "one ball is" if n == 1 else f"{n} balls are"
+        return Histogram(1.0, 1.0, {}, f"{balls} too few: {MIN_BALLS} make a histogram")
+    if not 0 < whole < np.inf:
+        return Histogram(1.0, 1.0, {}, "nothing moves")
+    edges = np.linspace(0.0, REACH * whole / np.sqrt(n), min(max(round(np.sqrt(n)), MIN_BINS), MAX_BINS) + 1)
+    counts = {name: np.histogram(np.minimum(each, edges[-1]), edges)[0].astype(float) for name, each in speeds.items()}
+    highest, lines, lawless = max(float(count.max()) for count in counts.values()), {}, why_lawless(moment.scene)
+    if not lawless:  # in the middle of a bin, what the law expects there
+        half, highest = edges[1] / 2, min(highest, MAX_PEAK * float(expected_counts(edges, whole, n).max()))
+        speed = np.linspace(half, edges[-1] - half, CURVE_POINTS)
+        lines[LAW] = speed, n * (speed_law(speed + half, whole, n) - speed_law(speed - half, whole, n))
+    top = round_up(max(1.0, highest))  # an engine that leaves the law behind is cut off there
+    outline = np.repeat(edges, 2)[1:-1]
+    lines |= {name: (outline, np.minimum(np.repeat(count, 2), top)) for name, count in counts.items()}
+    return Histogram(float(edges[-1]), top, lines, f"no law: {lawless}" if lawless else "")
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Final
 
 from pygame import Rect
@@ -56,223 +56,110 @@ def _inside(centre: Vector, zoom: float) -> Vector:
     return x, y
 
 
-@dataclass(frozen=True)
 class Layout:
-    """A window with one pane per engine, each a title over an arena.
+    """Where everything is in a window with one pane per engine, each a title over an arena.
 
     window: width and height, px of the screen. arena: width and height, px of the scene. text: height of the text, px;
     0 lets the size of the window decide. lens: what the panes show of the arena. has_chart: whether there is a chart,
     if there is room for one. has_controls: whether there are header, palette and timeline, and the column if
-    has_column; else a line of text is below. palette_width, before_track, after_track: of the widgets there, px.
+    has_column; else a line of text is below. palette_widths, before_track, after_track: of the widgets there, px.
     timeline_share: of the window's height that the timeline has at least; it also has what the panes leave.
+
+    line_height: of a line of text with room round it; side: height of a button; top: the upper edge of the panes;
+    pane_room: their right edge; scale: px of the screen for one px of the scene; origin: where the scene's is in a
+    pane; all in px. What is not shown has no height.
     """
 
-    window: tuple[int, int]
-    arena: Vector
-    panes: int
-    text: int = 0
-    lens: Lens = Lens()
-    has_chart: bool = False
-    has_controls: bool = False
-    has_column: bool = False
-    palette_widths: tuple[int, ...] = ()
-    before_track: int = 0
-    after_track: int = 0
-    timeline_share: float = TIMELINE_SHARE
+    def __init__(
+        self,
+        window: tuple[int, int],
+        arena: Vector,
+        panes: int,
+        text: int = 0,
+        lens: Lens = Lens(),
+        has_chart: bool = False,
+        has_controls: bool = False,
+        has_column: bool = False,
+        palette_widths: tuple[int, ...] = (),
+        before_track: int = 0,
+        after_track: int = 0,
+        timeline_share: float = TIMELINE_SHARE,
+    ) -> None:
+        width, height = self.window = window
+        self.arena = arena
+        letter = self.text_height = text or max(13, min(round(height / 40), round(width / 64), 48))
+        self.line_height, side = round(LINE * letter), round(SIDE * letter)
+        self.side, self._side = side, side if has_controls else 0  # of a button, and of one that is shown
+        self.header = Rect(GAP, GAP, width - 2 * GAP, self._side)
+        self.top = self.header.bottom + GAP // 2 if has_controls else 0
+        column = round(min(COLUMN_LETTERS * letter, COLUMN_SHARE * width)) if has_column else 0
+        self.pane_room = width - GAP - (column + GAP if has_column else 0)
+        is_whole = self.pane_room - before_track - after_track >= MIN_TRACK * letter  # the column, beside the timeline
 
-    @cached_property
-    def text_height(self) -> int:
-        """Size of the text, px."""
-        return self.text or max(13, min(round(self.window[1] / 40), round(self.window[0] / 64), 48))
+        self._tall_buttons = 2 * side + GAP + GAP // 2 * 2 if has_controls else 0  # with the room round them
+        chart = round(timeline_share * height) - self._tall_buttons
+        chart = chart if has_chart and chart >= MIN_CHART * letter else 0
+        tall = self._tall_buttons + chart if chart else side + GAP if has_controls else 0
+        wide = (self.pane_room if is_whole else width - GAP) - GAP
+        bottom = height - (GAP if has_controls else self.line_height)
+        timeline = Rect(GAP, bottom - tall, wide if has_controls else width - 2 * GAP, tall)
+        self._place_panes(panes, lens, timeline.y, palette_widths if has_controls else ())
+        if has_controls and chart and (is_whole or not has_column):  # the chart has what the panes leave
+            timeline.y = min(timeline.y, self.palette.bottom + side + GAP)
+            timeline.height = bottom - timeline.y
+        self._place_timeline(timeline, before_track, after_track, bool(chart))
+        text_place = Rect(GAP, timeline.y - GAP - side, max(1, self.pane_room - GAP), side)
+        below = Rect(GAP, bottom, max(1, width - 2 * GAP), self.line_height)
+        self.status = text_place if has_controls else below  # the place of messages
+        top, end = self.top + GAP // 2, (height if is_whole else timeline.y) - GAP
+        self.panel = Rect(width - GAP * has_column - column, top, column, end - top)  # the column
 
-    @cached_property
-    def line_height(self) -> int:
-        """Height of a line of text with room round it, px."""
-        return round(LINE * self.text_height)
+    def _place_panes(self, panes: int, lens: Lens, bottom: int, palette_widths: Sequence[int]) -> None:
+        """Place panes and palette above a bottom, px: side by side in as many columns as make the panes largest."""
+        rows = max((row + 1 for row, _ in in_rows(palette_widths, self.pane_room - GAP)), default=0)
+        below, (width, height) = rows * (self.side + BETWEEN) + self._side + GAP, self.arena
 
-    @cached_property
-    def side(self) -> int:
-        """Height of a button, px."""
-        return round(SIDE * self.text_height)
+        def scale(columns: int) -> float:
+            across = self.pane_room / columns - GAP - 2 * EDGE
+            down = (bottom - below - self.top) / math.ceil(panes / columns) - GAP // 2 - 2 * EDGE - self.line_height
+            return min(max(across, 1.0) / width, max(down, 1.0) / height)
 
-    @cached_property
-    def header(self) -> Rect:
-        """The place of the header; its height is 0 if there are no controls."""
-        return Rect(GAP, GAP, self.window[0] - 2 * GAP, self.side if self.has_controls else 0)
+        columns = max(range(1, panes + 1), key=scale)
+        whole = scale(columns)  # px of the screen for one px of the scene, if a pane shows all of the arena
+        self.scale = whole * lens.zoom
+        self.origin = (
+            width * whole * (0.5 - lens.centre[0] * lens.zoom),
+            height * whole * (0.5 - lens.centre[1] * lens.zoom),
+        )
+        size = max(1, round(width * whole)), max(1, round(height * whole))
+        across, down = size[0] + GAP + 2 * EDGE, size[1] + GAP // 2 + 2 * EDGE + self.line_height
+        left, top = GAP + EDGE + max(0, (self.pane_room - columns * across) // 2), self.top + EDGE + self.line_height
+        self.arenas = [Rect(left + k % columns * across, top + k // columns * down, *size) for k in range(panes)]
+        end = max(arena.bottom for arena in self.arenas) + EDGE + GAP // 2
+        self.palette = Rect(GAP, end, self.pane_room - GAP, rows * (self.side + BETWEEN))
 
-    @cached_property
-    def top(self) -> int:
-        """The upper edge of panes and column, px."""
-        return self.header.bottom + GAP // 2 if self.has_controls else 0
+    def _place_timeline(self, place: Rect, before_track: int, after_track: int, has_chart: bool) -> None:
+        """Place what is in the timeline; a picture, without controls, has only the chart there.
 
-    # The timeline
-
-    @cached_property
-    def timeline(self) -> Rect:
-        """The place of the timeline, of which a picture has only the chart.
-
-        The chart has what the panes leave, unless a column above it needs that.
+        splitter: by which the timeline's height can be dragged; transport: the buttons of time; bar: the track between
+        them; tabs: of the chart; strip: the chart.
         """
-        place, is_free = self._least_timeline, self._column_is_whole or not self.has_column
-        if self.has_controls and is_free and place.height > 2 * self.side:
-            top = min(place.y, self.palette.bottom + self.side + GAP)
-            return Rect(place.x, top, place.width, place.bottom - top)
-        return place
-
-    @cached_property
-    def _least_timeline(self) -> Rect:
-        """The place of the timeline if the panes need all that it can leave."""
-        if not self.has_controls:
-            height = self._chart_height(0)
-            return Rect(GAP, self.status.y - height, self.window[0] - 2 * GAP, height)
-        rows = self.side + GAP
-        chart = self._chart_height(self._tall_buttons)
-        height = rows + (self._tall_buttons - rows + chart if chart else 0)
-        width = (self.pane_room if self._column_is_whole else self.window[0] - GAP) - GAP
-        return Rect(GAP, self.window[1] - GAP - height, width, height)
-
-    @property
-    def _tall_buttons(self) -> int:
-        """Height of the rows of buttons in a timeline with a chart, and of the room round them, px."""
-        return 2 * self.side + GAP + GAP // 2 * 2
-
-    @property
-    def _column_is_whole(self) -> bool:
-        """Whether the column is beside the timeline too, and not only beside the panes."""
-        return self.pane_room - self.before_track - self.after_track >= MIN_TRACK * self.text_height
-
-    def _chart_height(self, others: int) -> int:
-        """Return the height of the chart, px; 0 if no chart is shown. others: height of what is beside it."""
-        height = round(self.timeline_share * self.window[1]) - others
-        return height if self.has_chart and height >= MIN_CHART * self.text_height else 0
-
-    @cached_property
-    def splitter(self) -> Rect:
-        """The place above a timeline with a chart, by which its height can be dragged; else its height is 0."""
-        return Rect(self.timeline.x, self.timeline.y - GAP, self.timeline.width, GAP if self.tabs.height else 0)
+        self.timeline, self.strip = place, place
+        self.splitter = Rect(place.x, place.y - GAP, place.width, GAP if has_chart and self._side else 0)
+        row = self.transport = Rect(place.x + GAP, place.y + GAP // 2, place.width - 2 * GAP, self._side)
+        left = row.x + before_track + TIME_LETTERS * self.text_height + GAP
+        right = row.right - after_track - TIME_LETTERS * self.text_height
+        self.bar = Rect(left, row.y, max(1, right - left), row.height)
+        self.tabs = Rect(row.x, row.bottom + GAP // 2, row.width, self._side if has_chart else 0)
+        if self._side:
+            tall = place.bottom - self.tabs.bottom - GAP // 2 if has_chart else 0
+            self.strip = Rect(row.x, self.tabs.bottom, row.width, tall)
 
     def timeline_share_at(self, y: int) -> float:
         """Return the share of the window's height that the timeline has if its upper edge is dragged to y, px."""
-        least = (MIN_CHART * self.text_height + self._tall_buttons + 1) / self.window[1]
-        return min(max((self.window[1] - y - GAP - GAP // 2) / self.window[1], least), MAX_TIMELINE_SHARE)
-
-    @cached_property
-    def transport(self) -> Rect:
-        """The place of the buttons of time, and of the track between them."""
-        place = self.timeline
-        return Rect(place.x + GAP, place.y + GAP // 2, place.width - 2 * GAP, self.side if self.has_controls else 0)
-
-    @cached_property
-    def bar(self) -> Rect:
-        """The place of the track, on which a time can be chosen."""
-        row, time = self.transport, TIME_LETTERS * self.text_height
-        left, right = row.x + self.before_track + time + GAP, row.right - self.after_track - time
-        return Rect(left, row.y, max(1, right - left), row.height)
-
-    @cached_property
-    def tabs(self) -> Rect:
-        """The place of the chart's tabs; its height is 0 if no chart is shown."""
-        row = self.transport
-        height = self.side if self.has_controls and self.timeline.height > 2 * self.side else 0
-        return Rect(row.x, row.bottom + GAP // 2, row.width, height)
-
-    @cached_property
-    def strip(self) -> Rect:
-        """The place of the chart; its height is 0 if no chart is shown."""
-        place = self.timeline
-        if not self.has_controls:
-            return place
-        if not self.tabs.height:
-            return Rect(place.x, place.bottom, place.width, 0)
-        return Rect(place.x + GAP, self.tabs.bottom, place.width - 2 * GAP, place.bottom - self.tabs.bottom - GAP // 2)
-
-    @cached_property
-    def status(self) -> Rect:
-        """The place of messages, between palette and timeline; without controls, below everything."""
-        if not self.has_controls:
-            return Rect(GAP, self.window[1] - self.line_height, max(1, self.window[0] - 2 * GAP), self.line_height)
-        return Rect(GAP, self.timeline.y - GAP - self.side, max(1, self.pane_room - GAP), self.side)
-
-    # The column, and the panes with their palette
-
-    @cached_property
-    def panel(self) -> Rect:
-        """The place of the column, beside the panes; its width is 0 if it is closed."""
-        width, right, top = self._column_width, self.window[0] - GAP * self.has_column, self.top + GAP // 2
-        bottom = self.window[1] if self._column_is_whole else self.timeline.y
-        return Rect(right - width, top, width, bottom - GAP - top)
-
-    @property
-    def _column_width(self) -> int:
-        return round(min(COLUMN_LETTERS * self.text_height, COLUMN_SHARE * self.window[0])) if self.has_column else 0
-
-    @property
-    def pane_room(self) -> int:
-        """The right edge of the panes, px."""
-        return self.window[0] - GAP - (self._column_width + GAP if self.has_column else 0)
-
-    @cached_property
-    def palette_rows(self) -> int:
-        """How many rows the palette has."""
-        if not self.has_controls:
-            return 0
-        return max((row for row, _ in in_rows(self.palette_widths, self.pane_room - GAP)), default=0) + 1
-
-    @cached_property
-    def palette(self) -> Rect:
-        """The place of the palette, below the panes."""
-        height = self.palette_rows * (self.side + BETWEEN)
-        bottom = max(arena.bottom for arena in self.arenas) + EDGE
-        return Rect(GAP, bottom + GAP // 2, self.pane_room - GAP, height)
-
-    @cached_property
-    def columns(self) -> int:
-        """How many panes stand side by side: the number that makes them largest."""
-        return max(range(1, self.panes + 1), key=self._scale)
-
-    @cached_property
-    def _whole(self) -> float:
-        """Px of the screen for one px of the scene, if a pane shows all of the arena."""
-        return self._scale(self.columns)
-
-    @cached_property
-    def scale(self) -> float:
-        """Px of the screen for one px of the scene."""
-        return self._whole * self.lens.zoom
-
-    @cached_property
-    def origin(self) -> Vector:
-        """Where the scene's origin is in a pane, px from its upper left."""
-        x, y = (
-            side * self._whole * (0.5 - c * self.lens.zoom)
-            for side, c in zip(self.arena, self.lens.centre, strict=True)
-        )
-        return x, y
-
-    def _room(self, columns: int) -> Vector:
-        """Return the width and height available to a pane's arena, px."""
-        rows = math.ceil(self.panes / columns)
-        width = self.pane_room / columns - GAP - 2 * EDGE
-        below = self.palette_rows * (self.side + BETWEEN) + (self.side if self.has_controls else 0)
-        bottom = self._least_timeline.y - GAP - below
-        height = (bottom - self.top) / rows - GAP // 2 - 2 * EDGE - self.line_height
-        return max(width, 1.0), max(height, 1.0)
-
-    def _scale(self, columns: int) -> float:
-        return min(room / size for room, size in zip(self._room(columns), self.arena, strict=True))
-
-    @cached_property
-    def arenas(self) -> list[Rect]:
-        """Each pane's arena on the screen. They are at the top of their room, and together in its middle."""
-        size = [max(1, round(side * self._whole)) for side in self.arena]
-        across = size[0] + GAP + 2 * EDGE
-        left = GAP + EDGE + max(0, (self.pane_room - self.columns * across) // 2)
-        rects = []
-        for pane in range(self.panes):
-            row, column = divmod(pane, self.columns)
-            down = size[1] + GAP // 2 + 2 * EDGE + self.line_height
-            rects.append(Rect(left + column * across, self.top + EDGE + self.line_height + row * down, *size))
-        return rects
+        height = self.window[1]
+        least = (MIN_CHART * self.text_height + self._tall_buttons + 1) / height
+        return min(max((height - y - GAP - GAP // 2) / height, least), MAX_TIMELINE_SHARE)
 
     def title(self, pane: int) -> Rect:
         """Return the place of a pane's title, right above its arena."""

@@ -201,11 +201,9 @@ class MouseTool:
         return self.tool.press(self._bench, spot)
 
     def _zoom(self, point: ScreenPoint, factor: float) -> None:
-        """Enlarge the chart's time about a point, or what the panes show, whichever it is over."""
-        layout, charts, position = self._layout(), self._playback.view.charts, self.position
-        if charts.is_over_time(layout.strip, point):
-            charts.axis.zoom(charts.time_at(layout.strip, layout.text_height, point[0]), 1 / factor)
-        elif position:
+        """Enlarge what the panes show about a point."""
+        layout, position = self._layout(), self.position
+        if position:
             width, height = layout.arena
             self.lens = self.lens.zoomed(factor, (position[0] / width, position[1] / height))
 

@@ -1,12 +1,12 @@
-"""A message to the user, shown over the panes for some seconds; and a guard, which shows one if a part fails."""
+"""A message to the user, shown over the panes for some seconds: what was done, and what failed."""
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import Enum, auto
 from pathlib import Path
 from time import monotonic
-from typing import Final, TypeVar
+from typing import ClassVar, Final
 
 import pygame
 from pygame import Color, Rect, Surface
@@ -19,6 +19,7 @@ from sandbox.view.theme import GREEN, VERMILLION, readable, theme
 SECONDS_SHOWN: Final = 6.0
 MAX_LINES: Final = 4
 SIGN_INK: Final = Color("white")
+LOG: Final = logging.getLogger("sandbox.view")
 
 
 class NoticeKind(Enum):
@@ -30,7 +31,12 @@ class NoticeKind(Enum):
 
 
 class Notice:
-    """The latest message to the user: what was saved, what went wrong, or what to do."""
+    """The latest message to the user: what was saved, what went wrong, or what to do.
+
+    strict: whether bugs are raised, as tests want it.
+    """
+
+    strict: ClassVar[bool] = False
 
     def __init__(self) -> None:
         self.clear()
@@ -66,6 +72,19 @@ class Notice:
         except SandboxError as error:
             self.show(str(error), NoticeKind.ERROR)
 
+    @contextmanager
+    def surviving(self) -> Iterator[None]:
+        """Report a bug in a block, with its traceback in the log unless it is shown already, and end the block."""
+        try:
+            yield
+        except Exception as error:
+            if self.strict or isinstance(error, Stopped):
+                raise
+            text = f"That failed, and the run goes on: {error}"
+            if text != self.text:
+                LOG.exception("a bug")
+            self.show(text, NoticeKind.ERROR)
+
 
 SIGNS: Final = {NoticeKind.HINT: "", NoticeKind.DONE: "OK", NoticeKind.ERROR: "!"}  # not all see the colours
 COLOURS: Final = {NoticeKind.DONE: GREEN, NoticeKind.ERROR: VERMILLION}
@@ -89,48 +108,3 @@ def draw_notice(surface: Surface, place: Rect, height: int, message: str, kind: 
     for number, text in enumerate(lines):
         row = Rect(left, card.y + height // 2 + number * line, card.right - left - height // 2, line)
         write(surface, text, row, theme.ink, height)
-
-
-LOG: Final = logging.getLogger("sandbox.view")
-Result = TypeVar("Result")
-
-
-class Guard:
-    """Runs parts of the drawing; one that raises an exception is left out from then on, until `try_again`.
-
-    strict: whether exceptions are raised, as tests want it. failed: the parts that are left out.
-    """
-
-    strict = False
-
-    def __init__(self, notice: Notice) -> None:
-        self._notice = notice
-        self.failed: tuple[str, ...] = ()
-
-    def run(self, name: str, draw: Callable[..., Result], *given: object) -> Result | None:
-        """Call what draws a part, or says where it is; nothing of it if that failed before."""
-        if name not in self.failed:
-            with self.reporting(name):
-                return draw(*given)
-        return None
-
-    @contextmanager
-    def reporting(self, part: str = "") -> Iterator[None]:
-        """Report an exception, and end the block. part: what is switched off if it fails, or nothing."""
-        try:
-            yield
-        except (Stopped, SystemExit, KeyboardInterrupt):
-            raise
-        except Exception as error:
-            if self.strict:
-                raise
-            LOG.exception("%s failed", part or "an event")
-            text = f"That failed, and the run goes on: {error}"
-            if part:
-                self.failed += (part,)
-                text = f"{part} failed and is switched off, the run goes on; restart (R) shows it again: {error}"
-            self._notice.show(f"{text[0].upper()}{text[1:]}", NoticeKind.ERROR)
-
-    def try_again(self) -> None:
-        """Show the parts again that failed."""
-        self.failed = ()

@@ -91,7 +91,7 @@ def _preview(file: Path, size: tuple[int, int], text_height: int) -> Preview:
     inside = surface.subsurface(arena.clip(surface.get_rect()))
     inside.fill(palette(scene.arena.background).ground)
     draw_walls(inside, scene, scale)
-    Discs(scene.bodies.radius, scene.colors).draw(inside, state.position, scale, state.angle)
+    Discs(scene.bodies.radius, scene.colors).draw(inside, scale * state.position, scale, state.angle)
     pygame.draw.rect(surface, theme.wall, arena, 1)
     return Preview(surface, scene.title, scene.about)
 

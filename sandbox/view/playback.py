@@ -18,44 +18,11 @@ from sandbox.view.session_view import NOTED_LAG, SessionView
 PATIENCE: Final = 0.004  # s that a frame waits for a reference computed beside it, which mostly is there by then
 FRAME_BUDGET: Final = 0.025  # s of a frame that physics may take; if that is too short, time slows down
 SPEEDS: Final = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, math.inf)
-MEASURED_SECONDS: Final = 1.0  # so long is measured before the number changes
-KEPT_UP: Final = 0.95  # share of the speed asked for, below which the machine does not keep up
-
-
-class Pace:
-    """Measures how many seconds of a scene pass in a second on the screen, while nothing interrupts them.
-
-    measured: over the last second or so; None until a second has passed since `restart`. clock: returns s.
-    """
-
-    def __init__(self, clock: Callable[[], float] = perf_counter) -> None:
-        self._clock = clock
-        self.restart()
-
-    def restart(self) -> None:
-        """Measure afresh from the next frame on: time stood still, jumped, or was asked to pass at another speed."""
-        self.measured: float | None = None
-        self._begun: tuple[float, float] | None = None  # s on the screen, s of the scene
-
-    def observe(self, time: float) -> None:
-        """Note the time of the scene (s) in a frame."""
-        now = self._clock()
-        if self._begun is None:
-            self._begun = now, time
-        elif now - self._begun[0] >= MEASURED_SECONDS:
-            self.measured = (time - self._begun[1]) / (now - self._begun[0])
-            self._begun = now, time
-
-    def text(self, speed: float) -> str:
-        """Return the speed asked for, and in brackets the measured one if the machine does not keep up."""
-        if self.measured is None or self.measured >= KEPT_UP * speed:
-            return speed_text(speed)
-        return f"{speed_text(speed)} ({speed_text(float(f'{self.measured:.2g}'))})"
 
 
 def speed_text(speed: float) -> str:
     """Return a speed as the window shows it."""
-    return "fastest" if speed == math.inf else f"{speed:g}\N{MULTIPLICATION SIGN}"
+    return "max" if speed == math.inf else f"{speed:g}\N{MULTIPLICATION SIGN}"
 
 
 class Playback:
@@ -70,7 +37,6 @@ class Playback:
         self._show_progress = show_progress
         self.paused = False
         self.speed = 1.0
-        self.pace = Pace()
         self.view = view
         self.play(view)
 
@@ -83,7 +49,6 @@ class Playback:
         view.charts.show_as(self.view.charts)
         view.plain = self.view.plain
         self.view = view
-        self.pace.restart()
         gc.unfreeze()
         gc.collect()
         gc.freeze()
@@ -100,7 +65,6 @@ class Playback:
         try:
             view = SessionView(before.session.start, names, before.session.inputs, beside=before.session.beside)
             view.session.go_on_from(before.session)
-            view.charts.axis.show_as(before.charts.axis)
             self.play(view)
             self._run_to_here()
         except SandboxError as error:
@@ -139,7 +103,6 @@ class Playback:
     def advance(self, seconds: float) -> None:
         """Do the steps that are due after some seconds; if the machine is slow, fewer steps, never larger ones."""
         if self.catch_up():
-            self.pace.restart()
             return
         if seconds:  # infinite speed times 0 s would be nan
             self._due += seconds * self.speed * self.scene.rate
@@ -155,7 +118,6 @@ class Playback:
         if self.session.dropped != dropped:
             self._notice.show(f"{self.session.dropped}; the others run on without it")
         self.view.update()
-        self.pace.observe(self.view.moment.time + self._due / self.scene.rate)
 
     def _must_wait(self) -> bool:
         """Return whether time must stand still in this frame, until the reference is nearer."""
@@ -224,7 +186,6 @@ class Playback:
     def seek(self, step: int) -> None:
         """Go to a step between the start and the latest step reached."""
         self._release()
-        self.pace.restart()
         self.session.seek(step)
         self._due = 0.0
         self.view.update()
@@ -247,32 +208,16 @@ class Playback:
             self._await_reference()
         self._due = 1.0
         self.advance(0.0)
-        self.pace.restart()
 
     # Speed
-
-    @property
-    def speed_text(self) -> str:
-        """The speed asked for, and the measured one if the machine does not keep up."""
-        return speed_text(self.speed) if self.paused else self.pace.text(self.speed)
 
     def pause(self) -> None:
         """Pause or resume."""
         self.paused = not self.paused
-        self.pace.restart()
 
-    def faster(self) -> None:
-        """Go to the next higher speed."""
-        self.set_speed(next((speed for speed in SPEEDS if speed > self.speed), SPEEDS[-1]))
-
-    def slower(self) -> None:
-        """Go to the next lower speed."""
-        self.set_speed(next((speed for speed in reversed(SPEEDS) if speed < self.speed), SPEEDS[0]))
-
-    def set_speed(self, speed: float) -> None:
-        """Set how many seconds of the scene pass in a second on the screen."""
-        self.speed = speed
-        self.pace.restart()
+    def change_speed(self, by: int) -> None:
+        """Let time pass at a speed so many places further on in the list of speeds."""
+        self.speed = SPEEDS[min(max(SPEEDS.index(self.speed) + by, 0), len(SPEEDS) - 1)]
 
     # Undoing
 
@@ -292,21 +237,13 @@ class Playback:
             self._notice.show("there is nothing to undo here")
 
     def redo(self) -> None:
-        """Redo what was undone last; if an engine refuses it, one that runs only since then, show a notice."""
-        inputs, step = [*self.session.inputs], self.session.step
-        try:
-            if self.session.redo():
-                self._run_to_here()
-                self._show_change()
-            else:
-                self._notice.show("there is nothing to redo")
-        except SandboxError as error:
-            self.session.return_to(step, inputs)
-            self.settle()
-            self._notice.show(str(error), NoticeKind.ERROR)
+        """Redo what was undone last; what an engine that runs only since then refuses is dropped, with a notice."""
+        if self.session.redo():
+            self._show_change()
+        else:
+            self._notice.show("there is nothing to redo")
 
     def _show_change(self) -> None:
-        self.pace.restart()
         self._due = 0.0
         self.settle()
         self.view.update()

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from importlib.resources import files
 from itertools import accumulate
@@ -21,20 +21,13 @@ from sandbox.text import printable
 from sandbox.view.theme import Palette, palette, theme
 
 FACES: Final = files("font_source_sans_pro") / "files"
-FALLBACKS: Final = (  # the systems' own fonts for what the usual one lacks
-    *("notosanscjksc", "notosanscjkjp", "notosanscjkkr", "sourcehansans", "wenquanyimicrohei", "wenquanyizenhei"),
-    *("droidsansfallback", "microsoftyahei", "yugothic", "malgungothic", "simsun", "msgothic"),
-    *("pingfangsc", "hiraginosans", "hiraginosansgb", "applesdgothicneo", "arialunicodems", "unifont", "dejavusans"),
-)
 MAX_PYGAME_LINE: Final = 10_000  # px, how far from the surface a line drawn by pygame ends at most
-RING_SCALE: Final = 4  # rings are drawn larger and scaled down
-MIN_DASHED: Final = 8  # px, radius of a ring; dashes of smaller ones would not be seen
-DASH: Final = 9  # px, of a ring, with the gap after it
+DASH: Final = 9  # px, of a circle, with the gap before it, which is
+DASH_GAP: Final = 0.4  # of that
 EDGE: Final = 0.5  # px; a segment of which less is visible, as of the arena's walls after rounding, is not drawn
 MAX_LETTERS: Final = 1000  # of a line that are drawn; no screen has room for more
 SMALLEST_TEXT: Final = 9  # px, of what is made smaller to fit
 TEXT_SCALE: Final = 3  # text is drawn larger and scaled down: at its own size, letters are spaced unevenly
-LARGE: Final = 200  # px, of letters whose sizes are compared; small ones of one size may be different letters
 _PIECE: Final = re.compile(r"\d|\D+")  # of a text, which is drawn at once
 _BEFORE_UNIT: Final = re.compile(r"(?<=\d) (?=(?:ms|s|px|mm|cm|m|kg|J|rad|%)(?:\W|$))")
 Point = Sequence[float]
@@ -49,32 +42,10 @@ RADIUS_INK: Final = (44, 62, 80)  # of the line from the centre to the rim, as i
 
 
 @lru_cache(maxsize=256)
-def font(height: int, *, bold: bool = False, fallback: str = "") -> pygame.font.Font:
-    """Return a font, the same on every machine; fallback: the name of one of the system's instead. height: px."""
+def font(height: int, *, bold: bool = False) -> pygame.font.Font:
+    """Return a font, the same on every machine. height: px."""
     pygame.font.init()
-    if fallback:
-        return pygame.font.Font(pygame.font.match_font(fallback, bold), round(0.95 * height))
     return pygame.font.Font(str(FACES / f"SourceSansPro-{'Semibold' if bold else 'Regular'}.ttf"), round(1.15 * height))
-
-
-@lru_cache(maxsize=1024)
-def _has(text: str, fallback: str) -> bool:
-    """Return whether a font has all characters of a text: it draws none as it draws one that does not exist."""
-    face = font(LARGE, fallback=fallback)
-    return {None, *face.metrics("\uffff")}.isdisjoint(face.metrics(text))
-
-
-@lru_cache(maxsize=1)
-def _installed() -> tuple[str, ...]:
-    """Return those fallbacks that the system has."""
-    return tuple(name for name in FALLBACKS if pygame.font.match_font(name))
-
-
-def _face(text: str, height: int, *, bold: bool) -> pygame.font.Font:
-    """Return the font that a text is written in: the usual one, or if that lacks characters, the first that has all."""
-    usual = text.isascii() or _has(text, "")
-    fallback = "" if usual else next((name for name in _installed() if _has(text, name)), "")
-    return font(height, bold=bold, fallback=fallback)
 
 
 @lru_cache(maxsize=2048)
@@ -82,13 +53,13 @@ def _text(text: str, colour: tuple[int, int, int, int], height: int, *, bold: bo
     width = _width(text, height, bold=bold)
     if not width:
         return Surface((0, height))
-    large = _face(drawable(text), TEXT_SCALE * height, bold=bold).render(drawable(text), True, colour)
+    large = font(TEXT_SCALE * height, bold=bold).render(drawable(text), True, colour)
     return pygame.transform.smoothscale(large, (width, round(large.get_height() / TEXT_SCALE)))
 
 
 @lru_cache(maxsize=2048)
 def _width(text: str, height: int, *, bold: bool = False) -> int:
-    return round(_face(drawable(text), TEXT_SCALE * height, bold=bold).size(drawable(text))[0] / TEXT_SCALE)
+    return round(font(TEXT_SCALE * height, bold=bold).size(drawable(text))[0] / TEXT_SCALE)
 
 
 @lru_cache(maxsize=2048)
@@ -217,37 +188,25 @@ def draw_walls(surface: Surface, scene: Scene, scale: float, origin: Vector = (0
         draw_wall(surface, ink, (wall.start, wall.to), wall.thickness, scale, origin)
 
 
-@lru_cache(maxsize=256)
-def ring(radius: int, colour: tuple[int, int, int], width: int) -> Surface:
-    """Return a smooth ring on a clear surface, dashed unless it is small. radius, width: px."""
-    size = RING_SCALE * (2 * radius + 4)
-    large = Surface((size, size), pygame.SRCALPHA)
-    large.fill((*colour, 0))
-    pygame.draw.circle(large, colour, (size / 2, size / 2), RING_SCALE * radius, RING_SCALE * width)
-    if radius >= MIN_DASHED:
-        dashes = max(8, round(math.tau * radius / DASH))
-        for k in range(dashes):
-            corners = [(math.cos(a), math.sin(a)) for a in ((k + part) / dashes * math.tau for part in (0, 0.4))]
-            wedge = [(size / 2 * (1 + 2 * x), size / 2 * (1 + 2 * y)) for x, y in corners]
-            pygame.draw.polygon(large, (*colour, 0), [(size / 2, size / 2), *wedge])
-    return pygame.transform.smoothscale(large, (2 * radius + 4, 2 * radius + 4))
-
-
-def circle(surface: Surface, colour: Ink, centre: Point, radius: float, width: float) -> None:
+def circle(surface: Surface, colour: Ink, centre: Point, radius: float, width: float, *, dashed: bool = False) -> None:
     """Draw a smooth circle, also between two pixels. radius: of its outer edge; all in px."""
     if radius > MAX_SPRITE:
         pygame.draw.circle(surface, colour, centre, radius, round(width))
     else:
-        left, top = math.floor(centre[0] - radius) - 1, math.floor(centre[1] - radius) - 1
-        phase = round((centre[0] - left) * PHASES) / PHASES, round((centre[1] - top) * PHASES) / PHASES
-        surface.blit(_circle_picture(phase, round(radius, 2), width, tuple(colour)[:3]), (left, top))
+        key = tuple(colour)[:3], width, dashed
+        surface.blit(*_sprite(_circle_picture, centre[0], centre[1], round(radius, 2), PHASES, *key))
 
 
-@lru_cache(maxsize=256)
-def _circle_picture(centre: Vector, radius: float, width: float, colour: tuple[int, ...]) -> Surface:
-    at = np.arange(2 * math.ceil(radius) + 4) + 0.5
-    inner = radius - width / 2 - np.hypot(at[:, None] - centre[0], at - centre[1])
-    return _painted(width / 2 + 0.5 - np.abs(inner), colour)
+@lru_cache(maxsize=1024)
+def _circle_picture(
+    right: float, low: float, radius: float, colour: tuple[int, ...], width: float, dashed: bool
+) -> Surface:
+    x, y = _offsets(radius, right, low)
+    share = np.clip(width / 2 + 0.5 - np.abs(radius - width / 2 - np.hypot(x, y)), 0, 1)
+    if dashed:
+        dashes = max(8, round(math.tau * radius / DASH))
+        share *= np.arctan2(y, x) / math.tau * dashes % 1 > DASH_GAP
+    return _painted(share, colour)
 
 
 def dot(surface: Surface, colour: Ink, rim: Ink, centre: Point, radius: float) -> None:
@@ -322,55 +281,43 @@ def panel(surface: Surface, place: Rect) -> None:
     pygame.draw.rect(surface, theme.dim, place, 1, border_radius=6)
 
 
-def draw_marker(surface: Surface, colour: Color, at: tuple[int, int], size: int, shape: int) -> None:
-    """Draw a marker: a disc, a diamond, a square or a triangle, which is distinguishable without its colour.
+def _sprite(
+    picture: Callable[..., Surface], x: float, y: float, reach: float, phases: int, *key: object
+) -> tuple[Surface, tuple[int, int]]:
+    """Return the picture of something that reaches so far round a place, and its left and top, px.
 
-    size: half its width, px; shape: the number of the engine.
+    picture: returns it for a place that is off the middle of the middle pixel by so much to the right and down, px, and
+    for the reach and a key.
     """
-    x, y = at
-    corners = (
-        (),
-        ((0, -1.2), (1.2, 0), (0, 1.2), (-1.2, 0)),
-        ((-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)),
-        ((0, -1.2), (1.1, 0.8), (-1.1, 0.8)),
-    )[shape % 4]
-    if corners:
-        pygame.draw.polygon(surface, colour, [(x + size * across, y + size * down) for across, down in corners])
-    else:
-        pygame.draw.circle(surface, colour, at, size)
+    across, down, middle = round((x - 0.5) * phases), round((y - 0.5) * phases), math.ceil(reach) + 1
+    surface = picture(across % phases / phases, down % phases / phases, reach, *key)
+    return surface, (across // phases - middle, down // phases - middle)
+
+
+def _offsets(reach: float, right: float, low: float, fine: int = 1) -> tuple[Floats, Floats]:
+    """Return how far parts of pixels are from a place across, as a column, and down. fine: parts of a pixel a side."""
+    middle = math.ceil(reach) + 1
+    at = (np.arange(fine * (2 * middle + 1)) + 0.5) / fine - 0.5 - middle
+    return at[:, None] - right, at - low
 
 
 def _disc(x: float, y: float, radius: float, colour: tuple[int, ...]) -> tuple[Surface, tuple[int, int]]:
     """Return a picture of a smooth disc at a place, and its left and top, px."""
-    phases, middle = PHASES if radius < MANY_PHASES else 2, math.ceil(radius) + 1
-    across, down = round((x - 0.5) * phases), round((y - 0.5) * phases)
-    picture = _disc_picture(radius, across % phases / phases, down % phases / phases, colour)
-    return picture, (across // phases - middle, down // phases - middle)
+    return _sprite(_disc_picture, x, y, radius, PHASES if radius < MANY_PHASES else 2, colour)
 
 
 @lru_cache(maxsize=4096)
-def _disc_picture(radius: float, right: float, low: float, colour: tuple[int, ...]) -> Surface:
-    """Return a smooth disc, whose centre is off the middle of the middle pixel by so much to the right and down, px."""
-    fine, middle = (8 if radius < 4 else 2), math.ceil(radius) + 1  # parts of a pixel along x and y
-    across = (np.arange(fine * (2 * middle + 1)) + 0.5) / fine - 0.5 - middle
-    distance = np.hypot(across[:, None] - right, across - low)
-    share = np.clip(fine * (radius - distance) + 0.5, 0, 1).reshape(2 * middle + 1, fine, 2 * middle + 1, fine)
-    return _painted(share.mean(axis=(1, 3)), colour)
-
-
-def _line(x: float, y: float, length: float, angle: float) -> tuple[Surface, tuple[int, int]]:
-    """Return a picture of the line from a disc's centre to its rim, and its left and top, px."""
-    across, down, middle = round((x - 0.5) * PHASES), round((y - 0.5) * PHASES), math.ceil(length) + 2
-    turn, phase = round(angle / math.tau * TURNS) % TURNS, (across % PHASES / PHASES, down % PHASES / PHASES)
-    return _line_picture(length, turn, phase, RADIUS_INK), (across // PHASES - middle, down // PHASES - middle)
+def _disc_picture(right: float, low: float, radius: float, colour: tuple[int, ...]) -> Surface:
+    fine, side = 8 if radius < 4 else 2, 2 * math.ceil(radius) + 3
+    share = np.clip(fine * (radius - np.hypot(*_offsets(radius, right, low, fine))) + 0.5, 0, 1)
+    return _painted(share.reshape(side, fine, side, fine).mean(axis=(1, 3)), colour)
 
 
 @lru_cache(maxsize=4096)
-def _line_picture(length: float, turn: int, phase: tuple[float, float], ink: tuple[int, ...]) -> Surface:
-    """Return a smooth line, 1 px wide, and 2 px from a length of 20 px on, as Pymunk draws it."""
+def _line_picture(right: float, low: float, length: float, turn: int, ink: tuple[int, ...]) -> Surface:
+    """Return a line from a disc's centre to its rim, 1 px wide, and 2 px from a length of 20 px on, as Pymunk's."""
     x, y = math.cos(turn / TURNS * math.tau), math.sin(turn / TURNS * math.tau)
-    at = np.arange(2 * math.ceil(length) + 5.0) - math.ceil(length) - 2
-    off_x, off_y = at[:, None] - phase[0], at - phase[1]
+    off_x, off_y = _offsets(length, right, low)
     along, across = off_x * x + off_y * y, np.abs(off_x * y - off_y * x)
     beside = np.clip((1.5 if length > 20 else 1.0) - across, 0, 1)
     return _painted(beside * np.clip(np.minimum(along, length - along) + 0.5, 0, 1), ink)
@@ -387,17 +334,7 @@ class Discs:
     def __len__(self) -> int:
         return len(self._radius)
 
-    def draw(
-        self, surface: Surface, position: Floats, scale: float, angle: Floats, origin: Vector = (0.0, 0.0)
-    ) -> None:
-        """Draw the discs.
-
-        position: (n, 2) px of the scene; scale: px of the surface for one of these; angle: (n,); origin: where the
-        scene's is, px of the surface.
-        """
-        self.draw_at(surface, scale * position + origin, scale, angle)
-
-    def draw_at(self, surface: Surface, centre: Floats, scale: float, angle: Floats) -> None:
+    def draw(self, surface: Surface, centre: Floats, scale: float, angle: Floats) -> None:
         """Draw the discs with their centres at some places of the surface, (n, 2) px, and lines to their rims."""
         radius, middle = np.maximum(scale * self._radius, MIN_RADIUS), np.divide(surface.get_size(), 2)
         seen = np.flatnonzero((np.abs(centre - middle) < middle + radius[:, None]).all(axis=1))
@@ -409,5 +346,6 @@ class Discs:
                 continue
             pictures.append(_disc(x, y, r, self._inks[k]))
             if r - 1 > MIN_TURNED:
-                pictures.append(_line(x, y, r - 1, turned))
+                turn = round(turned / math.tau * TURNS) % TURNS
+                pictures.append(_sprite(_line_picture, x, y, r - 1, PHASES, turn, RADIUS_INK))
         surface.blits(pictures, doreturn=False)

@@ -5,6 +5,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import Final
 
+import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
@@ -14,12 +15,12 @@ from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
 from sandbox.session.session import Session
-from sandbox.state import State
+from sandbox.state import Floats, State
 from sandbox.view import Layer
 from sandbox.view.charts import Charts
 from sandbox.view.debug_draw import DebugDraw
 from sandbox.view.layout import EDGE, Layout, ScreenPoint
-from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Canvas, Overlay, RecentContacts, Trail
+from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, NO_TRAIL, Overlay
 from sandbox.view.primitives import Discs, card, draw_walls, fill, first_lines, shortened, text_width, write
 from sandbox.view.run_so_far import Marks
 from sandbox.view.theme import chart_palette, palette, theme
@@ -31,7 +32,9 @@ PLAIN: Final = "plain debug-draw"
 MAX_REASON_LINES: Final = 8  # why an engine stands still
 FADED: Final = 150  # of 255, how much of what is drawn of an engine that cannot run is hidden
 MIN_ERROR: Final = 5e-3  # % of the energy; less counts as none
-MAX_TRACED_STEPS: Final = 120  # how far trails and contacts go back after a jump in time
+MAX_POSITIONS: Final = 90  # in the trail of a ball
+MAX_POSITIONS_OF_ALL: Final = 20_000  # in the trails of all balls together
+TRAIL_RATE: Final = 60  # positions a second in a trail
 NOTED_LAG: Final = 0.1  # s by which the reference may be behind before that is noted, and outlines would mislead
 MAX_BALLS_BESIDE: Final = 5_000  # of a scene in which the reference runs along, hidden: it takes a third of a frame
 RESUMES: Final = "It goes on from the present state of the others as soon as the scene allows it."
@@ -47,37 +50,25 @@ class Pane:
     moment: Moment
     state: State
     _drawn: PymunkEngine | None = None
+    _discs_of: Scene | None = None
     debug_draw: DebugDraw | None = None
     error: float | None = None
     beside = IT_SHOULD_HAVE  # what its energy is compared with
     is_reference = False
     plain = False  # whether Pymunk draws with ragged edges, as it does by itself
 
-    def __init__(self, moments: Sequence[Moment], name: str, engine: RunningEngine | None) -> None:
+    def __init__(self, moment: Moment, name: str, engine: RunningEngine | None) -> None:
         self.name = name
-        self.show(moments, engine, live=True, afresh=True)
+        self.show(moment, engine, live=True)
 
-    def show(self, moments: Sequence[Moment], engine: RunningEngine | None, *, live: bool, afresh: bool) -> None:
-        """Show the last of some moments, with trails and contacts of those before it.
-
-        live: the engine is at the last moment. afresh: the moments do not continue what was shown.
-        """
-        moment = moments[-1]
-        self.is_suspended = self.name not in moment.engines
-        if afresh or self.is_suspended or moment.balls != self.moment.balls:
-            moments = [each for each in moments if each.balls == moment.balls]
-            self.trail, self.recent_contacts = Trail(len(moment.balls)), RecentContacts()
-        running = [each.engines[self.name] for each in moments if self.name in each.engines]
-        for reading in running:
-            self.recent_contacts.add(reading.contacts, reading.state, moment.scene.bodies.radius)
-        for reading in running if afresh else running[-1:]:
-            self.trail.add(reading.state)
-        self._live = live
+    def show(self, moment: Moment, engine: RunningEngine | None, *, live: bool) -> None:
+        """Show a moment. live: the engine is there, too."""
+        self.is_suspended, self._live = self.name not in moment.engines, live
         if isinstance(engine, PymunkEngine) and engine is not self._drawn:
             ink = palette(moment.scene.arena.background).wall
             self._drawn, self.debug_draw = engine, DebugDraw(engine.space, moment.scene.colors, ink)
-        if afresh or moment.scene is not self.moment.scene:
-            self._discs = Discs(moment.scene.bodies.radius, moment.scene.colors)
+        if moment.scene is not self._discs_of:
+            self._discs_of, self._discs = moment.scene, Discs(moment.scene.bodies.radius, moment.scene.colors)
         self.moment, self.step, self.scene = moment, moment.step, moment.scene
         if self.is_suspended:
             self.state = next(reversed(moment.states.values()))
@@ -109,18 +100,18 @@ class Pane:
         index: int,
         showing: Collection[Layer],
         colour: Color,
+        trail: Floats,
         ghosts: State | None,
-        outlined: str = "",
+        outlined: str,
     ) -> None:
         """Draw the pane at its place in a layout.
 
-        colour: of the engine in the title. ghosts: the balls whose outlines are drawn; outlined: in which
-        engine they are.
+        colour: of the engine in the title. trail: see `Overlay`. ghosts: the balls whose outlines are drawn; outlined:
+        in which engine they are.
         """
         place, height = layout.arenas[index], layout.text_height
         inside, scale, origin = surface.subsurface(place), layout.scale, layout.origin
-        canvas = Canvas(inside, self.scene, self.state, scale, height, origin)
-        overlay = Overlay(canvas, self.trail, self.recent_contacts, ghosts)
+        overlay = Overlay(inside, self.scene, self.state, scale, height, origin, trail, ghosts)
         fill(inside, overlay.palette.ground)
         edge = EDGE if self.scene.arena.walls else 1
         pygame.draw.rect(surface, theme.wall, place.inflate(2 * edge, 2 * edge), edge, border_radius=edge)
@@ -132,7 +123,7 @@ class Pane:
             self.debug_draw.draw(inside, scale, origin)
         else:
             draw_walls(inside, self.scene, scale, origin)
-            self._discs.draw(inside, self.state.position, scale, self.state.angle, origin)
+            self._discs.draw(inside, overlay.at(self.state.position), scale, self.state.angle)
         for layer, draw in ABOVE_BALLS.items():
             if layer in showing:
                 draw(overlay)
@@ -150,33 +141,26 @@ class Pane:
 
     def _draw_title(self, surface: Surface, layout: Layout, index: int, colour: Color, outlined: str) -> None:
         """Draw the engine after its colour, and its energy; what has no room is left out."""
-        place, height = layout.title(index), layout.text_height
+        place, height, text = layout.title(index), layout.text_height, self.energy_text
         swatch = Rect(place.x, 0, round(0.85 * height), round(0.85 * height))
         swatch.centery = place.centery
         pygame.draw.rect(surface, colour, swatch, border_radius=3)
-        left = swatch.right + height // 2
-        is_off = self.energy_text not in ("", AS_IT_SHOULD_BE) and not self.is_reference
-        energy = "the reference" if self.is_reference else self.energy_text
-        beside = place.right - left - text_width(self.name, height, bold=True) - height
-        if is_off:
-            briefly = f"{'-' if (self.error or 0.0) < 0 else '+'}{amount_text(self.error or 0.0)}"
-            sizes = (energy, energy.partition(" than")[0], briefly)
-            energy = next((text for text in sizes if text_width(text, height, bold=True) <= beside), sizes[-1])
-        room = place.right - left - (text_width(energy, height, bold=is_off) + height if is_off else 0)
+        line = Rect(swatch.right + height // 2, place.y, place.right - swatch.right - height // 2, place.height)
+        is_off = text not in ("", AS_IT_SHOULD_BE) and not self.is_reference
+        briefly = f"{'-' if (self.error or 0.0) < 0 else '+'}{amount_text(self.error or 0.0)}" if is_off else ""
+        sizes = ("the reference" if self.is_reference else text, text.partition(" than")[0] if is_off else "", briefly)
+        room = line.width - height - text_width(self.name, height, bold=True)
+        energy = next((size for size in sizes if text_width(size, height, bold=is_off) <= room), briefly)
+        room = line.width - (text_width(energy, height, bold=is_off) + height if energy else 0)
         name, ink = shortened(self.name, max(room, 3 * height), height), theme.dim if self.is_suspended else theme.ink
-        left = write(surface, name, Rect(left, place.y, place.right - left, place.height), ink, height, bold=True)
-        left += round(0.8 * height)
-        line = Rect(left, place.y, place.right - left, place.height)
-        if text_width(energy, height, bold=is_off) <= line.width:
-            left = write(surface, energy, line, colour if is_off else theme.dim, height, bold=is_off)
+        for words, hue, bold in ((name, ink, True), (energy, colour if is_off else theme.dim, is_off)):
+            line.left, line.width = write(surface, words, line, hue, height, bold=bold) + height, line.width
         is_batch = self.debug_draw is not None and self._live and self.debug_draw.is_batch
-        remarks = [f"outlines: {outlined}"] * bool(outlined) + [BATCH] * is_batch + [PLAIN] * self.plain
-        for remark in remarks:
+        for remark in [f"outlines: {outlined}"] * bool(outlined) + [BATCH] * is_batch + [PLAIN] * self.plain:
             width = text_width(remark, height)
-            if left + height + width <= place.right:
-                place.width -= width
-                write(surface, remark, Rect(place.right, place.y, width + 1, place.height), theme.dim, height)
-                place.width -= height
+            if line.left + width <= place.right:
+                write(surface, remark, Rect(place.right - width, place.y, width + 1, place.height), theme.dim, height)
+                place.width -= width + height
 
 
 def energy_in_words(error: float, beside: str) -> str:
@@ -192,24 +176,6 @@ def amount_text(error: float) -> str:
     if error <= -100:
         return f"{size / 100:.2g} times the kinetic energy"
     return f"{size:,.0f} %" if size >= 9.95 else f"{size:.2g} %"
-
-
-def draw_panes(
-    surface: Surface,
-    layout: Layout,
-    panes: Sequence[Pane],
-    showing: Collection[Layer],
-    reference: str,
-    outlined: State | None,
-) -> None:
-    """Draw every pane. outlined: the balls of the reference, if they are known."""
-    colours = chart_palette().engines([*(pane.name for pane in panes), reference])
-    for index, pane in enumerate(panes):
-        pane.is_reference = pane.name == reference and len(panes) > 1
-        layers, colour = ((), theme.dim) if pane.is_suspended else (showing, colours[pane.name])
-        ghosts = outlined if pane.name != reference else None
-        named = reference if ghosts is not None and Layer.GHOSTS in layers else ""
-        pane.draw(surface, layout, index, layers, colour, ghosts, named)
 
 
 class SessionView:
@@ -228,7 +194,7 @@ class SessionView:
         self.session = Session(scene, names, inputs, reference, beside=beside)
         self.moment = self.session.shown
         runners = self.session.runners
-        self.panes = [Pane([self.moment], name, runners[name].engine) for name in self.session.names]
+        self.panes = [Pane(self.moment, name, runners[name].engine) for name in self.session.names]
         self.charts = Charts(self.session.samples, scene.seconds, scene.units)
         self.charts.moment = self.moment
         self._live = True
@@ -246,19 +212,13 @@ class SessionView:
             is_there = pane.name in moment.engines or (pane.name in moment.suspended and moment.engines)
             shown, runner = moment if is_there else completed, runners.get(pane.name)
             if live != self._live or not pane.shows(shown):
-                self._show(pane, shown, runner.engine if runner else None, live=live)
+                pane.show(shown, runner.engine if runner else None, live=live)
         self.moment, self._live = moment, live
         self.charts.moment = completed
 
     def _completed(self, moment: Moment) -> Moment:
         """Return a moment, or the one that was completed last in place of one without the reference."""
         return moment if moment.is_complete else self.session.latest
-
-    def _show(self, pane: Pane, moment: Moment, engine: RunningEngine | None, *, live: bool) -> None:
-        """Show a moment in a pane, with trails and contacts of those since the one that it shows, or before."""
-        afresh = not 0 < moment.step - pane.step <= MAX_TRACED_STEPS or live != self._live
-        first = max(0, moment.step - MAX_TRACED_STEPS) if afresh else pane.step + 1
-        pane.show([*self.session.moments(first, moment.step - 1), moment], engine, live=live, afresh=afresh)
 
     def mark(self, marks: Marks) -> bool:
         """Show what stands out in the run, and where its reference stops. Return whether that is news."""
@@ -282,10 +242,24 @@ class SessionView:
 
     def draw_panes(self, surface: Surface, layout: Layout, showing: Collection[Layer]) -> None:
         """Draw the panes."""
-        errors = self.energy_errors
-        for pane in self.panes:
+        errors, reference, outlined = self.energy_errors, self.session.reference, self._outlined
+        colours = chart_palette().engines([*(pane.name for pane in self.panes), reference])
+        for index, pane in enumerate(self.panes):
             pane.plain, pane.error, pane.beside = self.plain, errors.get(pane.name), self.beside
-        draw_panes(surface, layout, self.panes, showing, self.session.reference, self._outlined)
+            pane.is_reference = pane.name == reference and len(self.panes) > 1
+            layers, colour = ((), theme.dim) if pane.is_suspended else (showing, colours[pane.name])
+            ghosts = outlined if pane.name != reference else None
+            named = reference if ghosts is not None and Layer.GHOSTS in layers else ""
+            trail = self.trail(pane) if Layer.TRAILS in layers else NO_TRAIL
+            pane.draw(surface, layout, index, layers, colour, trail, ghosts, named)
+
+    def trail(self, pane: Pane) -> Floats:
+        """Return where a pane's balls were, the oldest first, as far as the history goes: (positions, n, 2) px."""
+        moment, kept = pane.moment, max(2, min(MAX_POSITIONS, MAX_POSITIONS_OF_ALL // len(pane.moment.balls)))
+        stride = max(1, round(moment.scene.rate / TRAIL_RATE))
+        moments = [*self.session.moments(max(0, moment.step - kept * stride), moment.step - 1), moment][::-stride]
+        readings = [each.engines.get(pane.name) for each in moments[:kept] if each.balls == moment.balls]
+        return np.array([reading.state.position for reading in reversed(readings) if reading])
 
     @property
     def _outlined(self) -> State | None:
@@ -315,6 +289,5 @@ class SessionView:
 
     def recolour(self) -> None:
         """Draw in the colours of the theme."""
-        self.charts.recolour()
         for pane in self.panes:
             pane.recolour()

@@ -8,7 +8,7 @@ import pygame
 from pygame import Rect, Surface
 
 from sandbox.scene.units import PER_METRE, Dimension
-from sandbox.view.controls import PAGES, Action, Panel, tip_of
+from sandbox.view.controls import Action, Panel, tip_of
 from sandbox.view.editor import Editor
 from sandbox.view.playback import Playback
 from sandbox.view.theme import theme
@@ -24,9 +24,10 @@ GRAVITIES: Final = tuple(range(-10, 21))  # m/s², downwards
 PIXELS_PER_METRE: Final = 100.0  # of scenes that do not say it
 RATES: Final = (15, 30, 60, 120, 240, 480, 960, 1920, 3840)
 LAYERS: Final = (
-    *(Action.VELOCITY, Action.TRAILS, Action.CONTACTS, Action.CENTRE),
+    *(Action.VELOCITY, Action.TRAILS, Action.CENTRE),
     *(Action.NUMBERS, Action.GHOSTS, Action.GRID, Action.CHARTS),
 )
+SAVES: Final = (Action.SAVE_SCENE, Action.SAVE_PICTURE, Action.SAVE_INPUTS, Action.COPY_CODE)
 LOOKS: Final = (Action.PLAIN, Action.THEME, Action.SMALLER_TEXT, Action.LARGER_TEXT, Action.FULL_SCREEN)
 
 
@@ -47,12 +48,11 @@ class SidePanel:
         self._pages = pages
         self._group = group
         self._tabs = [
-            TextButton(
-                panel.value, partial(self.show, panel), tip_of(PAGES[panel]), partial(self._is_open, panel), flat=True
-            )
-            for panel in pages
+            TextButton(page.value, partial(self.show, page), tip_of(Action[page.name]), partial(self._is_open, page))
+            for page in pages
         ]
         self._scrolled = 0.0  # heights of the text
+        self._height = 0  # of the page, px
         self.open: Panel | None = None
         self._latest = next(iter(pages))
         self._was_wide = False
@@ -96,10 +96,10 @@ class SidePanel:
         if self.open is None:
             return []
         body = _body(place, text_height)
-        rows, height = stacked(self._pages[self.open].rows(), body.width, text_height)
+        rows, self._height = stacked(self._pages[self.open].rows(), body.width, text_height)
         for widget, _ in rows:
             widget.seen_in = body
-        lines = max(0, height - body.height) / text_height
+        lines = max(0, self._height - body.height) / text_height
         self._scrolled = min(max(self._scrolled, 0), lines)
         y = body.y - round(self._scrolled * text_height)
         head, _ = stacked([self._tabs], body.width, text_height)
@@ -109,17 +109,15 @@ class SidePanel:
             *((widget, where.move(body.x, y)) for widget, where in rows),
         ]
 
-    def draw(self, surface: Surface, place: Rect, text_height: int, placed: Sequence[Placed]) -> None:
-        """Draw the page, and at its right which part of it is seen. placed: its widgets."""
-        if not placed:
+    def draw(self, surface: Surface, place: Rect, text_height: int) -> None:
+        """Draw the ground of the page, and at its right which part of it is seen."""
+        if self.open is None:
             return
         pygame.draw.rect(surface, theme.raised, place, border_radius=8)
         pygame.draw.rect(surface, theme.line, place, 1, border_radius=8)
-        self._group.draw(surface, placed, text_height)
         body = _body(place, text_height)
         surface.fill(theme.line, (body.x, body.y - text_height // 3, body.width, 1))
-        bottom = placed[-1][1].bottom + round(self._scrolled * text_height)
-        draw_scroll_bar(surface, body, bottom - body.y, self._scrolled * text_height, text_height)
+        draw_scroll_bar(surface, body, self._height, self._scrolled * text_height, text_height)
 
 
 def _body(place: Rect, text_height: int) -> Rect:
@@ -147,9 +145,11 @@ class ScenePage:
             "elasticity", ELASTICITIES, editor.elasticity, editor.set_elasticity, "of any two that meet"
         )
         self._steps = Slider("steps", RATES, editor.rate, editor.set_rate, unit=" per second")
-        self._buttons = [
-            action_button(action, do) for action in (Action.RESTART, Action.DISCARD_EDITS, Action.NEXT_SEED)
-        ]
+        runs, saves = (
+            [action_button(action, do) for action in actions]
+            for actions in ((Action.RESTART, Action.DISCARD_EDITS, Action.NEXT_SEED), SAVES)
+        )
+        self._buttons: list[Sequence[Widget]] = [runs, [Words("Save", bold=True)], *rows_of(saves)]
 
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets."""
@@ -162,7 +162,7 @@ class ScenePage:
         self._elasticity.unit = "" if self._editor.has_one_elasticity else " between balls"
         texts = [self._title, *([self._about] if scene.about else []), self._facts]
         column = [*texts, self._gravity, self._elasticity, self._steps]
-        return [*rows_of(column, 1), self._buttons]
+        return [*rows_of(column, 1), *self._buttons]
 
 
 class ShowPage:

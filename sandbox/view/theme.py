@@ -104,8 +104,12 @@ class Palette:
 
     def engines(self, names: Iterable[str]) -> dict[str, Color]:
         """Return the colour of each engine in a run: that of its line and of its name, which can be read."""
-        colours = colours_of(names, dark=self.is_dark)
-        return {name: readable(Color(colour), self.ground) for name, colour in colours.items()}
+        return dict(_engines(tuple(names), (self.ground.r, self.ground.g, self.ground.b), dark=self.is_dark))
+
+
+@lru_cache(maxsize=64)
+def _engines(names: tuple[str, ...], ground: tuple[int, int, int], *, dark: bool) -> dict[str, Color]:
+    return {name: readable(Color(colour), Color(*ground)) for name, colour in colours_of(names, dark=dark).items()}
 
 
 def palette(background: str) -> Palette:

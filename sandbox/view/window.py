@@ -2,15 +2,15 @@
 
 import os
 import signal
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from types import FrameType
 from typing import Final
 
 import pygame
-from pygame import Rect, Surface
+from pygame import Surface
 from pygame.event import Event
 
 from sandbox.run.inputs import Input
@@ -21,12 +21,12 @@ from sandbox.view.balls_page import BallsPage
 from sandbox.view.cards import Cards, MassSlider, Messages
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Action, Panel, Topic, action_of
-from sandbox.view.display import PendingEvents, Stopped, caption, open_window, set_mode
+from sandbox.view.display import PendingEvents, Stopped, caption, open_window
 from sandbox.view.editor import Editor
-from sandbox.view.engines_page import EnginesPage, LineUp
+from sandbox.view.engines_page import EnginesPage
 from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, layout_of
 from sandbox.view.mouse_tool import MouseTool
-from sandbox.view.notice import Guard, Notice
+from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import fill
 from sandbox.view.saver import Saver
@@ -34,17 +34,16 @@ from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import SessionView
 from sandbox.view.side_panel import Page, ScenePage, ShowPage, SidePanel
 from sandbox.view.theme import THEME, theme
-from sandbox.view.toolbars import Header, Timeline, tool_palette
+from sandbox.view.toolbars import Toolbars
 from sandbox.view.video import Recorder
 from sandbox.view.why_page import WhyPage
 from sandbox.view.widgets import ARROWS, ENTER
-from sandbox.view.widgets.group import Placed, WidgetGroup, items_of
+from sandbox.view.widgets.group import Placed, WidgetGroup
 
 FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
 QUIT_HINT: Final = "Esc again quits"
 UNSAVED_HINT: Final = "the edits of this run are not saved; Esc again quits"
-WHY_PAGE: Final = "the page Why"
 STOPPED: Final = "stopped running again"
 ANYWHERE: Final = (Action.FULL_SCREEN, Action.THEME, Action.SAVE_PICTURE, Action.RECORD)  # whatever is open
 RELEASES: Final = (pygame.MOUSEBUTTONUP, pygame.WINDOWFOCUSLOST)  # handled even while the picker is open
@@ -61,8 +60,8 @@ class Window:
     running = True
     _cursor = pygame.SYSTEM_CURSOR_ARROW
     _window_size: tuple[int, int] | None = None  # before full screen, px
-    _outdated = True  # something other than step and status has changed since the window was drawn
-    _drawn: tuple[Moment | None, Moment | None, str] = (None, None, "")  # in the panes and charts; and status
+    _outdated = True  # something other than step and messages has changed since the window was drawn
+    _drawn: tuple[Moment | None, Moment | None, str] = (None, None, "")  # in the panes and charts; and message
     _drawn_places: list[Placed] | None = None  # of the widgets as they were drawn, until an event
     _frames = 0  # that have passed
 
@@ -75,34 +74,32 @@ class Window:
         beside: bool = False,
     ) -> None:
         theme.use(dark=os.environ.get(THEME) == "dark")
-        self.notice = Notice()
-        self.guard = Guard(self.notice)
-        self.playback = Playback(SessionView(scene, engines, inputs, beside=beside), self.notice, self.show_progress)
-        self.editor = Editor(self.playback, self.notice)
-        self.mouse = MouseTool(self.playback, self.editor, lambda: self.layout)
-        self.scenes = SceneLoader(scene, engines, self.begin, self.notice)
-        self.line_up = LineUp(self.playback, self.notice, self.use_engines)
-        self.saver = Saver(self.playback, self.notice)
-        self.recorder = Recorder(self.notice)
+        self.notice = notice = Notice()
+        view = SessionView(scene, engines, inputs, beside=beside)
+        self.playback = playback = Playback(view, notice, self.show_progress)
+        self.editor = editor = Editor(playback, notice)
+        self.mouse = MouseTool(playback, editor, lambda: self.layout)
+        self.scenes = SceneLoader(scene, engines, self.begin, notice)
+        self.line_up = EnginesPage(playback, notice, self.use_engines)
+        self.saver = Saver(playback, notice)
+        self.recorder = Recorder(notice)
         self.showing = opens_with(len(scene.bodies))
-        self.messages = Messages(self.playback, self.notice)
+        self.messages = Messages(playback, notice)
         self._keys_down = set[int]()
-        self.why = WhyPage(self.playback, CaseSoFar(), self.do)
+        self.why = WhyPage(playback, CaseSoFar(), self.do)
         self.widgets = WidgetGroup()
-        self.cards = Cards(self.playback, self.mouse, self.scenes, self.widgets, self.messages)
-        self.header = Header(lambda: self.scene, self.do, self.is_on, lambda: self.recorder.seconds)
-        self.palette = tool_palette(self.mouse, self.playback, self.do)
-        self.timeline = Timeline(self.playback, self.do)
-        self._mass = MassSlider(self.playback, self.editor, self.notice)
+        self.cards = Cards(playback, self.mouse, self.scenes, self.widgets, self.messages)
+        self.toolbars = Toolbars(playback, self.mouse, self.recorder, self.do, self.is_on)
+        self._mass = MassSlider(playback, editor, notice)
         pages: dict[Panel, Page] = {
-            Panel.SCENE: ScenePage(self.playback, self.editor, self.do),
-            Panel.BALLS: BallsPage(self.playback, self.editor, self.notice),
-            Panel.ENGINES: EnginesPage(self.line_up),
+            Panel.SCENE: ScenePage(playback, editor, self.do),
+            Panel.BALLS: BallsPage(playback, editor, notice),
+            Panel.ENGINES: self.line_up,
             Panel.WHY: self.why,
             Panel.SHOW: ShowPage(self.do, self.is_on),
         }
         self.panel = SidePanel(pages, self.widgets)
-        self._widths = cache(lambda height: (self.palette.widths(height), *self.timeline.widths(height)))
+        self._widths = cache(self.toolbars.widths)
         self.screen = open_window(caption(scene))
         self._fit_column()
         self._pending = PendingEvents()
@@ -133,12 +130,10 @@ class Window:
         self.editor.select()
         self.mouse.drag = None
         self.notice.clear()
-        self.guard.try_again()
 
     def restart(self, *, keep: bool) -> None:
         """Run the scene again from its start. keep: whether the edits stay."""
         self.mouse.drag = None
-        self.guard.try_again()
         self.playback.restart(keep=keep)
 
     def use_engines(self, names: Sequence[str]) -> None:
@@ -170,7 +165,7 @@ class Window:
                 idle = self.playback.paused and self.playback.shows_current_step and not events
                 self.frame(min(clock.tick(IDLE_RATE if idle else FRAME_RATE) / 1000, 4 / FRAME_RATE))
                 if self._frames % FRAME_RATE == 0:
-                    self.messages.measure(clock.get_fps())
+                    self.messages.measure(clock.get_fps(), FRAME_RATE)
         finally:  # the window can also be closed while a kernel is waited for
             self.recorder.stop()
             self.view.session.stop()
@@ -185,38 +180,32 @@ class Window:
             playback.wait()
         else:
             playback.advance(seconds)
-        self._outdated = self.guard.run(WHY_PAGE, self.why.update) or self._outdated
-        self._outdated = self.view.mark(self.why.marks) or self._outdated
-        self._outdated = self.widgets.wait(seconds) or self._outdated
-        if self._outdated or not self._is_drawn:
-            self.draw()
-            pygame.display.flip()
+        with self.notice.surviving():
+            is_news = self.why.update(), self.view.mark(self.why.marks), self.widgets.wait(seconds)
+            if any(is_news) or self._outdated or not self._is_drawn:
+                self.draw()
+                pygame.display.flip()
         if not playback.paused:
             self.recorder.add_frame(self.screen, seconds)
 
     @property
     def _is_drawn(self) -> bool:
-        moment, charted, status = self._drawn
+        moment, charted, text = self._drawn
         view = self.view
-        return moment is view.moment and charted is view.charts.moment and status == self.status
+        return moment is view.moment and charted is view.charts.moment and text == self.messages.text
 
     # Events
 
     def on_event(self, event: Event) -> None:
         """Handle an event. If engines must run again for what it asks for, Esc or closing the window stops that."""
         self._outdated = True
-        with self._stoppable():
-            self._handle(event)
-        self._drawn_places = None
-
-    @contextmanager
-    def _stoppable(self) -> Iterator[None]:
         try:
-            with self.guard.reporting():
-                yield
+            with self.notice.surviving():
+                self._handle(event)
         except Stopped:
             self.mouse.drag = None
             self.notice.show(STOPPED)
+        self._drawn_places = None
 
     def _handle(self, event: Event) -> None:
         self.mouse.track(event)
@@ -226,7 +215,7 @@ class Window:
             self.running = False
         elif event.type == pygame.WINDOWSIZECHANGED:
             if self._is_too_small and not self.is_full_screen:
-                self.screen = set_mode(self.layout.window)
+                self.screen = pygame.display.set_mode(self.layout.window, pygame.RESIZABLE)
             self._fit_column()
         elif event.type == pygame.DROPFILE:
             self.scenes.open_file(Path(event.file))
@@ -281,15 +270,6 @@ class Window:
 
     # What actions do that are about the window
 
-    def toggle_layer(self, layer: Layer) -> None:
-        """Show a layer, or hide it."""
-        self.showing ^= {layer}
-
-    def change_chart(self, change: Callable[[], None]) -> None:
-        """Change what the chart shows, and show it."""
-        self.showing |= {Layer.CHARTS}
-        change()
-
     def show_contact(self, by: int) -> None:
         """Show the next contact that differs, or the previous one; first of all, open the page that finds them."""
         self.panel.show(Panel.WHY)
@@ -301,10 +281,6 @@ class Window:
         self.draw()  # a window that has just got another size is black
         self.saver.save_picture(self.screen)
 
-    def toggle_recording(self) -> None:
-        """Start recording, or stop."""
-        self.recorder.toggle(self.saver.free_name(".gif"), self.screen.get_size())
-
     @property
     def is_full_screen(self) -> bool:
         """Whether the window fills the screen."""
@@ -315,16 +291,11 @@ class Window:
         desktop = pygame.display.get_desktop_sizes()[0]
         size, flags = (self._window_size, pygame.RESIZABLE) if self._window_size else (desktop, pygame.FULLSCREEN)
         self._window_size = None if self._window_size else self.screen.get_size()
-        self.screen = set_mode(size, flags)
+        self.screen = pygame.display.set_mode(size, flags)
 
     def toggle_plain(self) -> None:
         """Let Pymunk draw as it does by itself, or with smooth edges."""
         self.view.plain = not self.view.plain
-
-    @property
-    def is_dark(self) -> bool:
-        """Whether the dark theme is used."""
-        return theme.is_dark
 
     def toggle_theme(self) -> None:
         """Use the other theme."""
@@ -379,73 +350,41 @@ class Window:
 
     @property
     def _placed(self) -> list[Placed]:
-        """All widgets with their places."""
-        rows = self._in_rows
-        return [*self._items(rows), *self._at_ball(self.layout), *rows, *self._in_column]
-
-    def _at_ball(self, layout: Layout) -> list[Placed]:
-        """Return the slider at the selected ball with its place, unless the mouse drags something."""
-        return [] if self.mouse.holds else self._mass.placed(layout)
-
-    def _items(self, rows: Sequence[Placed]) -> list[Placed]:
-        return items_of(rows, self.layout.text_height, Rect((0, 0), self.layout.window))
-
-    @property
-    def _in_rows(self) -> list[Placed]:
-        """The widgets round the panes, without the column's."""
+        """All widgets with their places: the slider at the selected ball, rows, column."""
         layout = self.layout
-        tools = self.palette.placed(layout.palette, layout.text_height, layout.side)
-        return [*self.header.placed(layout), *tools, *self.timeline.placed(layout)]
-
-    @property
-    def _in_column(self) -> list[Placed]:
-        place, text_height = self.layout.panel, self.layout.text_height
-        return self.guard.run(self._page_name, self.panel.placed, place, text_height) or []
-
-    @property
-    def _page_name(self) -> str:
-        return f"the page {self.panel.open.value}" if self.panel.open else "the column"
+        at_ball = [] if self.mouse.holds else self._mass.placed(layout)
+        return [*at_ball, *self.toolbars.placed(layout), *self.panel.placed(layout.panel, layout.text_height)]
 
     def draw(self) -> None:
         """Draw everything."""
+        self._drawn = self.view.moment, self.view.charts.moment, self.messages.text
+        self._outdated = self.scenes.picker is not None and not self.scenes.picker.is_complete
         over_panes = not self.scenes.picker and self.widgets.over is None
         cursor = self.mouse.cursor if over_panes else pygame.SYSTEM_CURSOR_ARROW
         if cursor != self._cursor:
             self._cursor = cursor
             with suppress(pygame.error):  # a screen in memory has no pointers
                 pygame.mouse.set_cursor(cursor)
-        if (ball := self.editor.selected) is not None:
-            self.view.charts.follow(self.view.moment.balls[ball])
         layout = self.layout
         whole = Surface(layout.window) if self._is_too_small else self.screen
         self._draw_on(whole, layout)
         if whole is not self.screen:
             self.screen.blit(whole, (0, 0))
         pygame.display.set_caption(caption(self.scene))
-        self._drawn = self.view.moment, self.view.charts.moment, self.status
-        self._outdated = self.scenes.picker is not None and not self.scenes.picker.is_complete
 
     def _draw_on(self, surface: Surface, layout: Layout) -> None:
         """Draw everything on a surface of the layout's size."""
-        guard, column, height = self.guard, self._in_column, layout.text_height
-        rows = [*self._at_ball(layout), *self._in_rows]
-        self._drawn_places = placed = [*(items := self._items(rows)), *rows, *column]
-        free_point = None if items else self.mouse.point  # unless a list is open there
+        self._drawn_places = placed = self._placed
         fill(surface, theme.ground)
-        guard.run("the panes", self.view.draw_panes, surface, layout, self.showing)
+        self.view.draw_panes(surface, layout, self.showing)
         if self.panel.open is Panel.WHY:
-            guard.run(WHY_PAGE, self.why.draw_contact, surface, layout)
-        guard.run("the mark of the mouse", self.mouse.draw, surface)
-        guard.run("the timeline", self.timeline.draw, surface, layout)
-        guard.run(self._page_name, self.panel.draw, surface, layout.panel, height, column)
-        guard.run("the chart", self.view.draw_chart, surface, layout, free_point)
-        guard.run("the buttons", self.widgets.draw, surface, rows, height)
-        guard.run("what lies over the panes", self.cards.draw, surface, layout, placed, free_point)
-
-    @property
-    def status(self) -> str:
-        """What the window says of time and of what was done last."""
-        return self.messages.status(self.recorder.seconds)
+            self.why.draw_contact(surface, layout)
+        self.mouse.draw(surface)
+        self.toolbars.draw_timeline(surface, layout)
+        self.panel.draw(surface, layout.panel, layout.text_height)
+        self.view.draw_chart(surface, layout, self.mouse.point)
+        self.widgets.draw(surface, placed, layout.text_height)
+        self.cards.draw(surface, layout, placed)
 
 
 def _close(number: int, _frame: FrameType | None) -> None:

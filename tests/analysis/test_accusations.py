@@ -4,7 +4,8 @@ import math
 
 import pytest
 from conftest import scene_of
-from faults import EventDriven, IgnoresPair, PutsApart, SemiImplicitGravity, SteppedWallsTooSoft
+from event_driven import EventDriven
+from faults import IgnoresPair, PutsApart, SemiImplicitGravity, SteppedWallsTooSoft
 from first_difference import first_difference
 
 from sandbox.analysis.comparison import compare

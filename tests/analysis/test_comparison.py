@@ -49,7 +49,7 @@ def test_the_gap_is_the_distance_between_the_copies_of_a_ball() -> None:
 
 def everything(comparison: Comparison) -> list[bytes | str]:
     """Return all that a comparison holds, to the bit."""
-    parts: list[bytes | str] = [repr(comparison.as_json()), repr(comparison.horizon), comparison.time.tobytes()]
+    parts: list[bytes | str] = [repr(comparison.as_json()), repr(comparison.trust.horizon), comparison.time.tobytes()]
     for run in comparison.runs.values():
         arrays = (run.energy, run.momentum, run.gap_rms, run.gap_max, run.contacts, run.path)
         parts += [array.tobytes() for array in (*arrays, run.final.position, run.final.velocity)]
@@ -213,15 +213,15 @@ def test_the_energy_error_ends_where_the_reference_means_nothing() -> None:
         "radius = 20\nelasticity = 0.99\ncount = 30\ninside = [[0, 0], [300, 300]]\nspeed = 400", size="[300, 300]"
     )
     comparison = compare(lossy.changed(seconds=4.0), ["pymunk", "exact"])
-    assert comparison.horizon is not None
+    assert comparison.trust.horizon is not None
     run, right = comparison.runs["pymunk"], comparison.runs["exact"].energy
-    within = comparison.time < comparison.horizon
+    within = comparison.time < comparison.trust.horizon
     assert np.isnan(run.energy_gap[~within]).all()
     around = np.stack([np.roll(right, shift) for shift in (-1, 0, 1)])[:, within][:, 1:]
     outside = np.maximum(run.energy[within][1:] - around.max(axis=0), around.min(axis=0) - run.energy[within][1:])
     assert run.figures.energy_error == pytest.approx(max(outside.max(), 0) / right[0])
     kept = compare(load("gas-100").changed(seconds=4.0), ["article", "exact"])
-    assert kept.horizon is not None
+    assert kept.trust.horizon is not None
     assert not np.isnan(kept.runs["article"].energy_gap).any()
     assert kept.runs["exact"].figures.energy_error == 0
     at_rest = compare(scene_of("radius = 20\nposition = [400, 300]", more="seconds = 0.1"), ["pymunk", "exact"])

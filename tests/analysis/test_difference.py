@@ -4,7 +4,7 @@ import math
 
 import pytest
 from conftest import numbers_in, scene_of
-from faults import Stepped
+from event_driven import Stepped
 from first_difference import first_difference
 
 from sandbox.analysis.comparison import compare

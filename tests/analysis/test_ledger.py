@@ -175,9 +175,9 @@ def test_a_ball_that_slides_and_then_rolls_is_braked_by_rightful_friction_alone(
     _, ledger = ledger_of(scene, engine)
     is_known = engine != "pymunk"  # in its second step it falls on the floor and slides, before it shows how it flies
     assert ("unknown" in ledger) != is_known
+    assert is_known or ledger["unknown"].contacts == 1
     braked = sum(ledger[key].energy for key in ("friction", "unknown") if key in ledger)
     assert braked == pytest.approx(-(90**2) / 6, rel=0.01)
-    assert ledger["friction"].energy == pytest.approx(-(90**2) / 6, rel=0.01 if is_known else 0.2)
     assert ledger["spin"].energy == pytest.approx(60**2 / 4, rel=0.01)
     assert not {"friction_small", "friction_large", "velocity", "untold"} & set(ledger)
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 from conftest import scene_of
-from faults import EventDriven
+from event_driven import EventDriven
 
 import sandbox
 from sandbox.analysis.verdict import verdict

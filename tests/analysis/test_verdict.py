@@ -64,7 +64,7 @@ def test_paths_that_agree_to_the_end_are_reported() -> None:
 
 def test_what_comes_after_the_horizon_is_said_once() -> None:
     comparison = compare(load("gas-100").changed(seconds=5.0), ["pymunk", "impulse", "exact"])
-    assert f"From {comparison.horizon:.2f} s on, compare statistics only: " in lines(comparison, "exact")[0]
+    assert f"From {comparison.trust.horizon:.2f} s on, compare statistics only: " in lines(comparison, "exact")[0]
     assert verdict(comparison).count("statistics only") == 1
     assert "Its statistics agree with theory, as far as the sample shows." in lines(comparison, "pymunk")
 

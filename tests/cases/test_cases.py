@@ -40,7 +40,7 @@ TABLE: dict[str, Case] = {
     "shelf": Case("hangs", "sleeps, and touches nothing"),
     "tiles": Case("seams", "is caught where two polygons meet"),
     "topdown": Case("friction-untouched", "still goes at 250 px/s"),
-    "turned_wall": Case("static-moved", "turned by 0.4 rad after it was added"),
+    "turned_wall": Case("static-moved", "px off where it was added"),
     "twice": Case("placed-twice", "so they are about (500, 700)", LATE),
     "wrecker": Case("joint-stretched", "their masses differ 500 times", frozenset({"joint-stretched"})),
 }

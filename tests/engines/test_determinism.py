@@ -125,7 +125,7 @@ def test_a_window_shows_the_same_bytes_as_a_run_without_one(name: str, monkeypat
     scene = load(name)
     engines = [engine for engine in registry() if can_run(engine, scene)]
     window = Window(scene, engines)
-    window.showing |= {Layer.GHOSTS, Layer.TRAILS, Layer.CONTACTS}
+    window.showing |= {Layer.GHOSTS, Layer.TRAILS}
     for _ in range(10):
         window.playback.step()
         window.draw()

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from event_driven import EventDriven
 from exact_scenes import EXACT, after, ball, box_of, contacts_of, engine_of, play, wall
-from faults import EventDriven
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 

@@ -1,15 +1,13 @@
 """Unending sequences of impacts in `exact`, beside sequences that are continued impact by impact in 60 digits."""
 
 import math
-from dataclasses import replace
-from decimal import Decimal
 
 import numpy as np
 import pytest
 from conftest import sample
-from impacts_in_decimal import Ending, Outcome, Touch, continued, speeds
+from exact_scenes import ball, box_of, engine_of, play, wall
+from impacts_in_decimal import Ending, Touching, continued
 from recorded import recorded
-from scene_in_decimal import Disc, Numbers
 
 from sandbox.engines.exact import ExactEngine
 from sandbox.engines.exact.engine import CODE
@@ -22,72 +20,74 @@ from sandbox.state import Contacts, State
 CLOSE = 1e-9  # of the first approach: how exact a limit is
 
 
-def numbers_of(factors: tuple[float, float], gravity: tuple[float, float], balls: str, walls: str) -> Numbers:
-    """Return a scene. factors: elasticity, friction of the arena; balls, walls: rows of `Numbers` in one text."""
-    rows = [np.array(text.split(), float).reshape(-1, columns).tolist() for text, columns in ((balls, 9), (walls, 7))]
-    return Numbers((800.0, 600.0), *factors, gravity, 60, *(tuple(map(tuple, each)) for each in rows))
-
-
-INTO_AN_EDGE = numbers_of(  # a heavy disc drives a light one between two walls
-    (1.0, 0.0),
-    (0.0, 0.0),
-    """
-    400.6334911614038 274.58513881521594 1.700979851030615 167.08843077996687 9.238553584535552 0.08893584341771264
-    0.9187186714076987 0.0 0.0 408.55582327511337 250.63909916641137 -160.57780703155237 321.6096613412195
-    8.05125157126015 88855.69596830348 1.0 0.0 0.0
-    """,
-    """
-    400.0 300.0 229.99766702931933 116.69913588712734 6.0 0.4475937226804527 0.0 400.0 300.0 621.7755734561568
-    184.6067808829618 6.0 0.6301416053908512 0.0
-    """,
+INTO_AN_EDGE = box_of(  # a heavy disc drives a light one between two walls
+    ball(
+        (400.6334911614038, 274.58513881521594),
+        (1.700979851030615, 167.08843077996687),
+        radius=9.238553584535552,
+        mass=0.08893584341771264,
+        elasticity=0.9187186714076987,
+    ),
+    ball(
+        (408.55582327511337, 250.63909916641137),
+        (-160.57780703155237, 321.6096613412195),
+        radius=8.05125157126015,
+        mass=88855.69596830348,
+    ),
+    wall((400, 300), (229.99766702931933, 116.69913588712734), 6, elasticity=0.4475937226804527),
+    wall((400, 300), (621.7755734561568, 184.6067808829618), 6, elasticity=0.6301416053908512),
 )
-BETWEEN_TWO_WALLS = numbers_of(  # a disc a hundred thousandth of the other
-    (0.9507718831955101, 1.0),
-    (-86.29568993011407, 852.1326622751883),
-    """
-    382.1628249591288 325.7177793654876 113.51745392914499 -281.2156917763774 9.61840422768127 0.003147156772101831
-    1.0 0.0 -18.488614127777442 367.60160282240196 346.64112852391895 61.730889541602274 -181.9034183473347
-    10.145556572911573 830.2901044480155 0.2410515398802102 1.0 1.3285147406914675
-    """,
-    """
-    400.0 300.0 421.6776896810591 549.0583822522175 6.0 0.4177942047261937 1.0 400.0 300.0 159.13590185287993
-    366.9663066308313 0.0 0.6257253316320613 0.0
-    """,
+BETWEEN_TWO_WALLS = box_of(  # a disc a hundred thousandth of the other
+    ball(
+        (382.1628249591288, 325.7177793654876),
+        (113.51745392914499, -281.2156917763774),
+        radius=9.61840422768127,
+        mass=0.003147156772101831,
+        spin=-18.488614127777442,
+    ),
+    ball(
+        (367.60160282240196, 346.64112852391895),
+        (61.730889541602274, -181.9034183473347),
+        radius=10.145556572911573,
+        mass=830.2901044480155,
+        elasticity=0.2410515398802102,
+        friction=1,
+        spin=1.3285147406914675,
+    ),
+    wall((400, 300), (421.6776896810591, 549.0583822522175), 6, elasticity=0.4177942047261937, friction=1),
+    wall((400, 300), (159.13590185287993, 366.9663066308313), 0, elasticity=0.6257253316320613),
+    head="gravity = [-86.29568993011407, 852.1326622751883]\nrate = 25_000",
+    elasticity=0.9507718831955101,
+    friction=1,
 )
-SQUEEZED_OUT = numbers_of(  # a light disc leaves an edge along a face
-    (0.7407649063973388, 0.0),
-    (0.0, 0.0),
-    """
-    396.0131190275047 279.0087722016777 140.0118368519391 310.6326835008253 8.224015568245033 0.16202779085870775
-    0.4583241076536169 0.0 0.0 400.5326981386905 254.54785240875728 5.140114294665236 314.75790493053086
-    11.61847344505281 256.7912169038791 1.0 0.0 0.0
-    """,
-    """
-    400.0 300.0 162.14313682747405 223.03174263551062 0.0 0.4570626372618981 0.0 400.0 300.0 639.5954138061459
-    228.6274724907285 6.0 0.2877322797373405 0.0
-    """,
+SQUEEZED_OUT = box_of(  # a light disc leaves an edge along a face
+    ball(
+        (396.0131190275047, 279.0087722016777),
+        (140.0118368519391, 310.6326835008253),
+        radius=8.224015568245033,
+        mass=0.16202779085870775,
+        elasticity=0.4583241076536169,
+    ),
+    ball(
+        (400.5326981386905, 254.54785240875728),
+        (5.140114294665236, 314.75790493053086),
+        radius=11.61847344505281,
+        mass=256.7912169038791,
+    ),
+    wall((400, 300), (162.14313682747405, 223.03174263551062), 0, elasticity=0.4570626372618981),
+    wall((400, 300), (639.5954138061459, 228.6274724907285), 6, elasticity=0.2877322797373405),
+    head="rate = 500",
+    elasticity=0.7407649063973388,
 )
-
-
-def column_in_decimal(masses: list[float], e: float, friction: float = 0, vx: float = 0) -> Outcome:
-    """Return what impacts leave of `column_of`; the last contact is that with the floor."""
-    nothing, down = Decimal(0), Decimal(1)
-    discs = [Disc(nothing, nothing, nothing, nothing, Decimal(10), Decimal(mass), Decimal(e)) for mass in masses]
-    discs[0].vx, discs[0].vy = Decimal(vx), Decimal(100)
-    law = Decimal(e) ** 2, Decimal(friction) ** 2
-    below = [*range(1, len(discs)), ~3]
-    return continued(discs, [Touch(k, second, nothing, down, *law) for k, second in enumerate(below)])
 
 
 def column_of(masses: list[float], e: float, friction: float = 0, velocity: tuple[float, float] = (0, 100)) -> Scene:
     """Return a column of discs that touch each other and the floor; the highest one has a velocity."""
-    kind = f"radius = 10\nelasticity = {e}\nfriction = {friction}\n"
-    balls = "".join(
-        f"[[balls]]\n{kind}mass = {mass}\nposition = [400, {590 - 20 * (len(masses) - 1 - k)}]\n"
-        + (f"velocity = {[*velocity]}\n" if k == 0 else "")
-        for k, mass in enumerate(masses)
+    balls = (
+        ball((400, 590 - 20 * below), (0, 0) if k else velocity, mass=mass, elasticity=e, friction=friction)
+        for k, (mass, below) in enumerate(zip(masses, range(len(masses))[::-1], strict=True))
     )
-    return parse(f"[arena]\nsize = [800, 600]\nelasticity = {e}\nfriction = {friction}\n{balls}", "test")
+    return box_of(*balls, elasticity=e, friction=friction)
 
 
 def after_a_step(scene: Scene) -> tuple[State, Contacts]:
@@ -98,12 +98,12 @@ def after_a_step(scene: Scene) -> tuple[State, Contacts]:
 @pytest.mark.parametrize("e", [0.5, 0.7, 0.9])
 @pytest.mark.parametrize("ratio", [10, 30, 100, 300])
 def test_heavy_on_light_ends_as_its_impacts_do_one_by_one(e: float, ratio: float) -> None:
-    outcome = column_in_decimal([ratio, 1], e)
-    state, contacts = after_a_step(column_of([ratio, 1], e))
-    assert state.velocity[:, 1] == pytest.approx([float(disc.vy) for disc in outcome.discs], abs=100 * CLOSE)
+    scene = column_of([ratio, 1], e)
+    outcome, (state, contacts) = continued(Touching(scene, CLOSE)), after_a_step(scene)
+    assert state.velocity == pytest.approx(outcome.speeds[:, :2], abs=100 * CLOSE)
     assert (outcome.ending == Ending.PARTED) == (state.velocity[0, 1] < -1)
     to_floor = contacts["impulse"][contacts["second"] < 0].sum()
-    assert to_floor == pytest.approx(float(outcome.impulses[-1][0]), rel=CLOSE)
+    assert to_floor == pytest.approx(float(outcome.impulses[0, 0]), rel=CLOSE)
 
 
 @pytest.mark.parametrize("e", [0.0, 0.05, 0.5, 0.7, 0.9])
@@ -124,17 +124,16 @@ def test_a_much_heavier_disc_comes_to_rest_on_a_light_one(e: float, ratio: float
 
 @pytest.mark.parametrize("masses", [(1000.0, 1.0, 1000.0), (1e6, 1.0, 2e6), (500.0, 1.0, 30.0)])
 @pytest.mark.parametrize("e", [0.25, 0.5])
-@pytest.mark.parametrize("walls", ["true", "false"])
+@pytest.mark.parametrize("walls", [True, False])
 def test_a_light_disc_between_heavy_ones_leaves_them_their_momentum_alone(
-    masses: tuple[float, float, float], e: float, walls: str
+    masses: tuple[float, float, float], e: float, walls: bool
 ) -> None:
-    kind = f"radius = 10\nelasticity = {e}\n"
     velocities = (130.0, 0.0, -70.0)
-    balls = "".join(
-        f"[[balls]]\n{kind}mass = {mass}\nposition = [{380 + 20 * k}, 300]\nvelocity = [{v}, 0]\n"
+    balls = (
+        ball((380 + 20 * k, 300), (v, 0), mass=mass, elasticity=e)
         for k, (mass, v) in enumerate(zip(masses, velocities, strict=True))
     )
-    state, _ = after_a_step(parse(f"[arena]\nsize = [800, 600]\nwalls = {walls}\n{balls}", "test"))
+    state, _ = after_a_step(box_of(*balls, walls=walls))
     common = np.dot(masses, velocities) / sum(masses)
     assert state.velocity[:, 0] == pytest.approx([common] * 3, abs=200 * CLOSE)
 
@@ -145,13 +144,10 @@ def test_a_light_disc_between_heavy_ones_leaves_them_their_momentum_alone(
 def test_friction_takes_in_a_collapse_what_it_takes_impact_by_impact(
     ratio: float, sideways: float, friction: float
 ) -> None:
-    e = 0.5
-    heavy, light = column_in_decimal([ratio, 1], e, friction, sideways).discs
-    engine = ExactEngine(scene := column_of([ratio, 1], e, friction, (sideways, 100)), spawn(scene))
-    engine.step()
-    state = engine.state()
-    assert state.velocity[0] == pytest.approx([float(heavy.vx), float(heavy.vy)], abs=1e-6)
-    assert state.spin * 10 == pytest.approx([float(speeds(disc)[2]) for disc in (heavy, light)], abs=1e-6)
+    scene = column_of([ratio, 1], 0.5, friction, (sideways, 100))
+    speeds, (state, _) = continued(Touching(scene, CLOSE)).speeds, after_a_step(scene)
+    assert state.velocity[0] == pytest.approx(speeds[0, :2], abs=1e-6)
+    assert state.spin * 10 == pytest.approx(speeds[:, 2], abs=1e-6)
 
 
 @pytest.mark.parametrize("masses", [[3000, 2, 1], [800, 1, 50, 1], [1e5, 3, 1, 2]])
@@ -181,11 +177,6 @@ def test_impacts_at_one_time_are_single_impacts_in_some_order(masses: tuple[floa
     assert (np.diff([*speed, 0]) > -CLOSE).all()
 
 
-def after_steps(numbers: Numbers, steps: int) -> tuple[State, Contacts]:
-    engine, contacts = recorded("exact", parse(numbers.toml(), "rattling"), steps)
-    return engine.state(), contacts
-
-
 @pytest.mark.parametrize("scale", [1e-3, 1e-6])
 @pytest.mark.parametrize(
     ("gaps", "speeds_after"),
@@ -202,48 +193,42 @@ def test_the_smallest_gaps_decide_how_a_column_ends(
     gaps: below each disc, of which the highest moves down.
     """
     heights = [590 - 20 * (2 - k) - scale * sum(gaps[k:]) for k in range(3)]
-    balls = tuple(
-        (400.0, y, 0.0, vy, 10.0, mass, 0.875, 0.0, 0.0)
-        for y, vy, mass in zip(heights, (100.0, 0.0, 0.0), (26.3, 2.75, 3.96), strict=True)
+    balls = (
+        ball((400, y), (0, vy), mass=mass, elasticity=0.875)
+        for y, vy, mass in zip(heights, (100, 0, 0), (26.3, 2.75, 3.96), strict=True)
     )
-    state, _ = after_steps(Numbers((800.0, 600.0), 0.875, 0.0, (0.0, 0.0), 60, balls, ()), 1)
+    state, _ = after_a_step(box_of(*balls, elasticity=0.875))
     assert state.velocity[:, 1] == pytest.approx(speeds_after, abs=100 * CLOSE)
 
 
 def test_a_light_disc_that_is_driven_into_an_edge_stops_the_heavy_one_there() -> None:
     """The discs collapse as they meet both walls, and not before. The velocity is that of 60 decimal digits."""
-    state, contacts = after_steps(INTO_AN_EDGE, 4)
+    engine = engine_of(INTO_AN_EDGE)
+    state, contacts = play(engine, 4), engine.contacts()
     assert state.velocity == pytest.approx(np.array([(0, 0), (-204.964111416, 31.342205345)]), abs=1e-8)
     assert len(contacts) < 300
 
 
 def test_a_disc_a_hundred_thousandth_of_the_other_stops_between_it_and_two_walls() -> None:
     """From the end of the sequence on it falls. Solved with springs, it would move by their rounding."""
-    numbers = replace(BETWEEN_TWO_WALLS, rate=25_000)
-    state, _ = after_steps(numbers, 3894)  # to 155.76 ms; the sequence ends after 155.740559051 ms
-    assert state.velocity[0] == pytest.approx(np.array(numbers.gravity) * (0.15576 - 0.155740559051), abs=1e-7)
+    state = play(engine_of(BETWEEN_TWO_WALLS), 3894)  # to 155.76 ms; the sequence ends after 155.740559051 ms
+    assert state.velocity[0] == pytest.approx(
+        np.array(BETWEEN_TWO_WALLS.gravity) * (0.15576 - 0.155740559051), abs=1e-7
+    )
 
 
 def test_a_disc_that_is_squeezed_out_along_a_face_passes_its_end_freely() -> None:
     """What rounding leaves of its approach to the face would be 1e-12 px of overlap at the end, and 5e-4 px/s there."""
-    numbers = SQUEEZED_OUT
-    x0, y0, x1, y1, *_ = numbers.walls[1]
-    state, _ = after_steps(replace(numbers, rate=500), 24)  # to 48 ms; it passes the end after 47.4 ms
+    (x0, y0), (x1, y1) = SQUEEZED_OUT.walls[1].start, SQUEEZED_OUT.walls[1].to
+    state = play(engine_of(SQUEEZED_OUT), 24)  # to 48 ms; it passes the end after 47.4 ms
     vx, vy = state.velocity[0]
     assert (vx * (y1 - y0) - vy * (x1 - x0)) / math.dist((x0, y0), (x1, y1)) == pytest.approx(0, abs=1e-7)
     assert math.hypot(vx, vy) > 1000
 
 
 def test_a_ball_in_a_slot_of_its_width_keeps_its_motion_along_it() -> None:
-    scene = parse(
-        "gravity = [0, 100]\n[arena]\nsize = [20, 4000]\n"
-        "[[balls]]\nradius = 10\nposition = [10, 50]\nvelocity = [300, 40]\n",
-        "test",
-    )
-    engine = ExactEngine(scene, spawn(scene))
-    for _ in range(120):
-        engine.step()
-    state = engine.state()
+    scene = box_of(ball((10, 50), (300, 40)), head="gravity = [0, 100]", size=(20, 4000))
+    state = play(engine_of(scene), 120)
     assert state.position[0] == pytest.approx([10, 50 + 40 * 2 + 100 * 2**2 / 2], abs=1e-9)
     assert state.velocity[0] == pytest.approx([0, 240], abs=1e-9)
 

@@ -37,7 +37,9 @@ def test_what_is_near_is_what_brute_force_finds(seed: int, balls: int, steps: in
     states.velocity[:] = 0
     run = run_of(scene, states)
     way = random.uniform(0, 20, (steps, balls))
-    found = {tuple(row) for row in zip(*(part.tolist() for part in near_pairs(run, way)), strict=True)}
+    found = {
+        tuple(row) for row in zip(*(part.tolist() for part in near_pairs(run, *run.every, way.ravel())), strict=True)
+    }
     x, r = run.x[:-1], run.r
     gap = np.abs(x[:, :, None] - x[:, None]) - r[:, None] - r - way[:, :, None] - way[:, None]
     assert found == {(k, i, j) for k, i, j in np.argwhere(gap <= 0).tolist() if i < j}

@@ -1,14 +1,20 @@
-"""Engines with one known fault each, judged by their states alone: no cause is named that is not true."""
+"""Engines with one known fault each, and programs of tutorials, judged by their states: no false cause is named."""
 
 from collections import Counter, defaultdict
+from collections.abc import Iterator
 from functools import cache
 from typing import Final
 
+import numpy as np
 import pytest
-from conftest import sample, scene_of
-from faults import FAULTS, EventDriven, judged
+from conftest import numbers_in, sample, scene_of
+from event_driven import EventDriven
+from faults import FAULTS, Fault, judged
+from programs import PROGRAMS
+from verdicts import causes_of, states_of
 
 from sandbox.judge.causes import Cause
+from sandbox.judge.summary import Verdict
 from sandbox.scene.model import Scene
 
 EIGHT: Final = "count = 8\nradius = 20\nspeed = 200\ninside = [[20, 20], [380, 280]]"
@@ -46,22 +52,33 @@ def scenes(seed: int) -> dict[str, Scene]:
     }
 
 
+def scenes_for(fault: Fault, seeds: range, which: tuple[str, ...]) -> Iterator[Scene]:
+    if fault.scene:
+        yield fault.scene
+    else:
+        every = (scenes(seed)[key] for seed in seeds for key in which)
+        yield from (scene for scene in every if fault.fits(scene))
+
+
+def named(verdict: Verdict, *, at_least: float) -> set[Cause]:
+    """Return the causes that are said: the first, and those with some share of the error."""
+    first = {Cause(cause) for cause in verdict.errors["cause"][:1]}
+    return (causes_of(verdict, at_least=at_least) | first) - {Cause.UNKNOWN}
+
+
 def verdicts(name: str, seeds: range, which: tuple[str, ...], shares: dict[str, float]) -> Counter[str]:
     """Count what is said first of an engine with a fault: right, unknown, wrong, none. shares: of all causes, added."""
     fault, counted = FAULTS[name], Counter[str]()
-    for seed in seeds:
-        for key in which:
-            if not fault.fits(scenes(seed)[key]):
-                continue
-            verdict = judged(fault.engine, scenes(seed)[key])
-            first = Cause(verdict.errors["cause"][0]) if len(verdict.errors) else None
-            kind = {None: "none", Cause.UNKNOWN: "unknown"}.get(first, "right" if first in fault.true else "wrong")
-            counted[kind] += 1
-            if kind == "wrong":
-                print(f"{name}, {key}, seed {seed}: {first}; {verdict.causes[:2]}; {fault.engine.__doc__}")
-            for each in verdict.causes:
-                is_true = each.cause in fault.true
-                shares["unknown" if each.cause == Cause.UNKNOWN else "true" if is_true else "false"] += each.share
+    for scene in scenes_for(fault, seeds, which):
+        verdict = judged(fault.engine, scene)
+        first = Cause(verdict.errors["cause"][0]) if len(verdict.errors) else None
+        kind = {None: "none", Cause.UNKNOWN: "unknown"}.get(first, "right" if first in fault.true else "wrong")
+        counted[kind] += 1
+        if kind == "wrong":
+            print(f"{name}, {scene.seed}: {first}; {verdict.causes[:2]}; {fault.engine.__doc__}")
+        for each in verdict.causes:
+            is_true = each.cause in fault.true
+            shares["unknown" if each.cause == Cause.UNKNOWN else "true" if is_true else "false"] += each.share
     return counted
 
 
@@ -70,7 +87,7 @@ def test_an_engine_without_a_fault_has_no_error(name: str) -> None:
     assert len(judged(EventDriven, scenes(1)[name]).errors) == 0
 
 
-@pytest.mark.parametrize("name", sample(FAULTS, 5))
+@pytest.mark.parametrize("name", sample([name for name in FAULTS if name not in PROGRAMS], 5))
 def test_no_false_cause_is_named(name: str) -> None:
     assert verdicts(name, range(1, 2), ("gas", "rough and falling"), defaultdict(float))["wrong"] == 0
 
@@ -87,3 +104,55 @@ def test_most_faults_are_named_and_none_falsely() -> None:
     assert total["wrong"] == 0
     assert total["right"] >= 0.95 * (total["right"] + total["unknown"])
     assert shares["false"] < 0.001 * sum(shares.values())
+
+
+# Programs of tutorials
+
+UNSAID: Final = ("only_one_changed", "one_radius", "walls_at_centres")  # said in words, or contact by contact
+SHOWN: Final = 0.02  # of a program's error; less is not said
+FIGURES_WITHIN: Final = 0.005  # of a figure, or of 0.1
+
+
+def own(name: str) -> tuple[Fault, Scene]:
+    """Return a program and its scene."""
+    fault = PROGRAMS[name]
+    assert fault.scene
+    return fault, fault.scene
+
+
+@pytest.mark.parametrize("name", sample(PROGRAMS, 3))
+def test_the_mistake_shows_in_the_program_s_scene(name: str) -> None:
+    """A ball is more than 2 px from where it should be at some time, or never by more than rounding."""
+    fault, scene = own(name)
+    off = np.abs(states_of(scene, fault.engine).position - states_of(scene, "exact").position).max()
+    assert off > 2 if fault.says else off < 1e-3, f"off by {off:.3g} px"
+
+
+@pytest.mark.parametrize("name", sample(PROGRAMS, 3))
+def test_the_verdict_on_a_program(name: str) -> None:
+    """All causes of some share are true, one is that of the mistake, and its parameter is said."""
+    fault, scene = own(name)
+    verdict = judged(fault.engine, scene)
+    causes = named(verdict, at_least=SHOWN)
+    assert causes <= fault.true, fault.engine.__doc__
+    assert causes & fault.says or not fault.says
+    numbers = [number for each in verdict.causes for number in numbers_in(each.sentence)]
+    is_said = (abs(n - figure) <= FIGURES_WITHIN * max(abs(figure), 0.1) for n in numbers for figure in fault.figures)
+    assert not fault.figures or name in UNSAID or any(is_said), numbers
+
+
+@pytest.mark.parametrize("name", ["springs", "springs_damped"])
+def test_all_that_a_spring_does_is_soft(name: str) -> None:
+    """But for a step or two in which a touch ends that fit nothing."""
+    fault, scene = own(name)
+    verdict = judged(fault.engine, scene)
+    assert causes_of(verdict) <= {Cause.SOFT, Cause.UNKNOWN}
+    assert causes_of(verdict, at_least=0.01) == {Cause.SOFT}
+
+
+@pytest.mark.parametrize("name", ["move_undone", "move_undone_on_an_axis"])
+def test_a_move_that_is_undone_is_told_from_a_place_on_the_wall(name: str) -> None:
+    fault, scene = own(name)
+    places = set(judged(fault.engine, scene).errors["place"].tolist())
+    assert places & {"begin", "begin across"}
+    assert "on" not in places

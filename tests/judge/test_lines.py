@@ -5,7 +5,8 @@ from typing import Final
 import numpy as np
 import pytest
 from conftest import scene_of
-from faults import EventDriven, ImpulseTooSmall, judged
+from event_driven import EventDriven
+from faults import ImpulseTooSmall, judged
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from verdicts import NO_PUSHES, causes_of, on_states, states_of

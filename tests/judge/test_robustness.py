@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from conftest import scene_of
-from faults import FAULTS, EventDriven
+from event_driven import EventDriven
+from faults import FAULTS
 from verdicts import causes_of, on_states, states_of
 
 from sandbox.judge.causes import Cause

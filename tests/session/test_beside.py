@@ -38,11 +38,10 @@ def scene() -> Scene:
 
 
 def everything(session: Session) -> tuple[list[list[object]], bytes, list[int]]:
-    """Return all moments and samples of a session, but for what steps cost, which comes last in a sample."""
+    """Return all moments and samples of a session."""
     session.collect(None)
     series = session.samples.series
-    rows = series.rows[:, : -len(session.samples.engines)]
-    return [flat(moment) for moment in session.moments(0, session.end)], rows.tobytes(), series.steps.tolist()
+    return [flat(moment) for moment in session.moments(0, session.end)], series.rows.tobytes(), series.steps.tolist()
 
 
 def throw(session: Session) -> None:

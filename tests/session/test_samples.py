@@ -10,7 +10,6 @@ from moments import run, sample
 from sandbox.errors import SandboxError
 from sandbox.run.edits import AddBall, SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
-from sandbox.run.lockstep import AVERAGED_STEPS
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.session.samples import CAPACITY, Quantity, Samples, Series
@@ -39,9 +38,9 @@ def test_a_series_keeps_an_hour_of_steps_evenly_in_bounded_memory() -> None:
             series.add(step, (step, -step))
     assert CAPACITY / 2 <= len(series) <= CAPACITY
     gaps = np.diff(series.steps)
-    assert set(gaps.tolist()) == {64}  # the least power of two by which an hour fits
+    assert set(gaps.tolist()) == {128}  # the least power of two by which an hour fits
     assert series.steps[0] == 0
-    assert series.steps[-1] >= hour - 64
+    assert series.steps[-1] >= hour - 128
     assert np.array_equal(series.rows, np.column_stack([series.steps, -series.steps]))
 
 
@@ -113,19 +112,6 @@ def test_engines_that_keep_energy_keep_it_whatever_a_hand_does(scene: Scene, inp
     assert abs(session.shown.engines["impulse"].work) > 1 or isinstance(inputs[0], AddBall)
 
 
-def test_the_time_that_steps_took_is_sampled_in_ms(monkeypatch: pytest.MonkeyPatch) -> None:
-    session = Session(load("article"), ["article"], reference="exact")
-    for runner in session.lockstep.engines.values():
-        runner.step_seconds = 0.004
-    before = session.samples.of(Quantity.COST)
-    session.lockstep.step()
-    session._arrive()
-    after = session.samples.of(Quantity.COST)
-    assert np.isnan(before).all()  # no step is done
-    share = 1 - 1 / AVERAGED_STEPS
-    assert ((after[1] >= 4 * share) & (after[1] < 40)).all()
-
-
 # The hidden reference
 
 
@@ -155,22 +141,3 @@ def test_without_a_reference_that_stops_the_run_goes_on_to_the_same_bits() -> No
     assert session.stopped == (0.5, "exact: contacts without end")
     with pytest.raises(SandboxError, match="contacts without end"):
         run(Session(load("article"), ["pymunk", "exact"]), 60)
-
-
-def test_an_engine_that_reports_no_contacts_is_not_said_to_have_none(scene: Scene) -> None:
-    samples = Samples(["mine", "exact"], "exact", silent=["mine"])
-    for step in range(90):
-        sample(samples, scene, step, mine=60.0, exact=60.0)
-    assert np.isnan(samples.of(Quantity.CONTACTS)[-1]).tolist() == [True, False]
-
-
-def test_another_ball_is_sampled_as_far_back_as_the_history_goes() -> None:
-    asked_late, asked_early = (Session(load("bouncing"), ["impulse", "exact"]) for _ in range(2))
-    asked_early.samples.follow(1)
-    for session in (asked_late, asked_early):
-        run(session, 50)
-    assert asked_late.samples.follow(1)
-    assert not asked_late.samples.follow(1)
-    y = asked_late.samples.of(Quantity.Y)
-    assert np.array_equal(y, asked_early.samples.of(Quantity.Y))
-    assert y[-1, 1] == asked_late.shown.states["exact"].position[1, 1]

@@ -96,26 +96,11 @@ def test_engines_that_run_again_repeat_the_same_moments(session: Session) -> Non
     for step in range(61):
         session.seek(step)
         passed.append(flat(session.shown))
-    assert all(reading.contact_count for reading in session.shown.engines.values())
     session.seek(0)
     session.catch_up()
     for step in range(61):
         assert flat(session.shown) == passed[step]
         session.advance()
-
-
-def test_contacts_of_a_step_that_deletes_balls_are_not_shown_with_new_numbers(session: Session) -> None:
-    while not len(session.shown.engines["impulse"].contacts):
-        session.advance()
-    counts = [reading.contact_count for reading in session.shown.engines.values()]
-    session.give(DeleteBall(step=session.step, ball=0))
-    shown = flat(session.shown)
-    assert not len(session.shown.engines["impulse"].contacts)
-    assert [reading.contact_count for reading in session.shown.engines.values()] == counts
-    step = session.step
-    session.seek(0)
-    run(session, step)
-    assert flat(session.shown) == shown
 
 
 def test_a_run_continued_from_the_past_repeats_its_inputs_until_a_new_one(session: Session) -> None:

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule, run_state_machine_as_test
 from pygame._sdl2.video import Window as SystemWindow
 from pygame.event import Event
+from window_driver import key_event
 
 from sandbox.run.inputs import End, Start, load_inputs, write_inputs
 from sandbox.run.trajectory import simulate
@@ -81,7 +82,7 @@ class Monkey(RuleBasedStateMachine):
         self.folder = TemporaryDirectory()
         self.patch.chdir(self.folder.name)
         self.patch.setenv("SDL_VIDEODRIVER", "dummy")
-        self.patch.setattr("sandbox.view.notice.Guard.strict", True)  # what fails in the drawing fails the test
+        self.patch.setattr("sandbox.view.notice.Notice.strict", True)  # what fails in the drawing fails the test
         self.patch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # one step per frame, on any machine
         for name, text in FILES.items():
             Path(name).write_bytes(text)
@@ -118,8 +119,8 @@ class Monkey(RuleBasedStateMachine):
     @rule(action=st.sampled_from(Action), times=st.integers(1, 3))
     def use(self, action: Action, times: int) -> None:
         for _ in range(times):
-            control = action.value
-            self.key(*(control.keys or (0,))[:1], control.typed[-1:], pygame.KMOD_LSHIFT if control.shift else 0)
+            event = key_event(action.value.keys[0])
+            self.key(event.key, event.unicode, event.mod)
 
     @rule(key=st.sampled_from(CODES), typed=texts, mod=st.sampled_from([0, pygame.KMOD_LSHIFT, pygame.KMOD_LCTRL]))
     def key(self, key: int, typed: str, mod: int) -> None:
@@ -128,11 +129,10 @@ class Monkey(RuleBasedStateMachine):
 
     @rule(action=st.sampled_from(Action), frames=st.integers(1, 40))
     def hold(self, action: Action, frames: int) -> None:
-        control = action.value
-        mod = (pygame.KMOD_LSHIFT if control.shift else 0) | (pygame.KMOD_LCTRL if control.ctrl else 0)
-        self.send(pygame.KEYDOWN, key=(*control.keys, 0)[0], unicode=control.typed[-1:], mod=mod)
+        event = key_event(action.value.keys[0])
+        self.send(pygame.KEYDOWN, **event.dict)
         self.wait(1 / 30, frames)
-        self.send(pygame.KEYUP, key=(*control.keys, 0)[0], unicode="", mod=0)
+        self.send(pygame.KEYUP, **event.dict)
 
     @rule(what=places, which=numbers, x=fractions, y=fractions)
     def move(self, what: str, which: int, x: float, y: float) -> None:

@@ -30,7 +30,7 @@ from sandbox.run.edits import AddWall, ChangeBall, ChangeWall, DeleteWall
 from sandbox.run.inputs import Grab
 from sandbox.scene.units import PIXELS, Dimension
 from sandbox.view.balls_page import NUMBER, PER_LINE, BallTable, _cell_text
-from sandbox.view.controls import PAGES, Panel
+from sandbox.view.controls import Action, Panel
 from sandbox.view.theme import theme
 from sandbox.view.widgets import Widget, Words
 from sandbox.view.widgets.buttons import TextButton
@@ -93,7 +93,7 @@ def test_a_key_opens_a_page_and_closes_it_and_the_tabs_change_it(window: Window,
     press(window, key)
     assert window.panel.open is None
     window.panel.show(Panel.SCENE)
-    click(window, button(window, PAGES[panel]))
+    click(window, button(window, Action[panel.name]))
     assert window.panel.open is panel
 
 

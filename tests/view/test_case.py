@@ -89,9 +89,9 @@ def test_contacts_are_at_the_steps_that_contain_them() -> None:
     contacts = [one for one in found.engines["pymunk"].contacts if one.difference.cause == Cause.LATE]
     assert contacts
     for one in contacts:
-        [moment] = session.moments(one.step, one.step)
-        of_step = moment.engines["pymunk"].contacts
-        assert (of_step["first"] == one.difference.first).any()
+        before, moment = session.moments(one.step - 1, one.step)
+        turned = before.states["pymunk"].velocity != moment.states["pymunk"].velocity
+        assert turned[one.difference.first].any()
         assert moment.time - 1 / 60 < one.time <= moment.time + 1e-9
 
 

@@ -1,4 +1,4 @@
-"""Charts draw lines, names, marks and the cursor where the numbers say, and zoom in time."""
+"""Charts draw lines, names, marks and the cursor where the numbers say."""
 
 import math
 from collections.abc import Callable
@@ -12,12 +12,25 @@ from pygame import Color, Rect, Surface
 from window_driver import click, hover, press, run, step
 
 from sandbox.analysis.reference import Trust
+from sandbox.quantity import length
 from sandbox.report.scales import BothSigns, Logarithmic, Scale, Span
+from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.session.samples import Samples
-from sandbox.view.chart_marks import spread
-from sandbox.view.charts import Charts
-from sandbox.view.instruments import ENERGY, ERROR, GAP, INSTRUMENTS, MOMENTUM, SPEEDS, Even, Instrument
+from sandbox.session.session import Session
+from sandbox.view.charts import Charts, spread
+from sandbox.view.instruments import (
+    ENERGY,
+    ERROR,
+    GAP,
+    INSTRUMENTS,
+    LAW,
+    MOMENTUM,
+    SPEEDS,
+    Even,
+    Instrument,
+    histogram_of,
+)
 from sandbox.view.run_so_far import Marks
 from sandbox.view.theme import LIGHT, chart_palette
 from sandbox.view.window import Window
@@ -142,10 +155,10 @@ def test_lines_are_drawn_at_the_height_of_their_values(scene: Scene) -> None:
 
 def test_the_last_step_is_in_the_line_and_in_the_values(scene: Scene) -> None:
     charts = charts_of(scene, 5 / 60, steady)
-    charts.axis.zoom(0.0, 0.02)
+    charts._seconds = 0.2
     surface, plot = draw(charts, time=0.19), charts.plot(PLACE, TEXT)
     assert max(columns_of(surface, plot, ARTICLE)) >= column(charts, 5 / 60, seconds=0.2)
-    assert charts._values_at(plot, plot.right)[0][0] == "0.083 s"
+    assert charts.values_at(0.2)[0][0] == "0.083 s"
 
 
 def test_a_line_has_a_gap_where_the_engine_does_not_run_and_does_not_wait_for_the_reference(scene: Scene) -> None:
@@ -158,7 +171,7 @@ def test_a_line_has_a_gap_where_the_engine_does_not_run_and_does_not_wait_for_th
     surface, plot = draw(charts), charts.plot(PLACE, TEXT)
     seen = {time: bool(rows_of(surface, plot, column(charts, time), ARTICLE)) for time in (1.0, 3.0, 4.5, 7.0, 8.8)}
     assert seen == {1.0: True, 3.0: False, 4.5: False, 7.0: True, 8.8: True}
-    values = dict(charts._values_at(plot, column(charts, 8.8))[1:])
+    values = dict(charts.values_at(8.8)[1:])
     assert values == {"pymunk": "50 kg px/s", "article": "40 kg px/s", "exact": "not known"}
 
 
@@ -185,7 +198,7 @@ def test_a_linear_axis_has_ticks_at_round_numbers(low: float, high: float, span:
 
 def test_rounding_is_written_as_0(scene: Scene) -> None:
     charts = charts_of(scene, 1, lambda time: steady(time) | {"article": 60.0 + 3e-14}, GAP)
-    values = dict(charts._values_at(charts.plot(PLACE, TEXT), 300)[1:])
+    values = dict(charts.values_at(5.0)[1:])
     assert values == {"pymunk": "0 px", "article": "0 px"}
 
 
@@ -201,56 +214,17 @@ def test_the_scale_of_one_chart_does_not_change_another_and_some_have_only_one(s
     assert not charts.is_logarithmic
 
 
-def test_each_line_ends_in_its_engine_s_name_after_a_marker_of_its_shape(
-    scene: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_each_line_ends_in_its_engine_s_name(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     written: list[tuple[str, Color]] = []
-    shapes: list[int] = []
 
     def note(text: str, colour: Color, height: int) -> Surface:
         written.append((text, colour))
         return Surface((9, 9))
 
     monkeypatch.setattr("sandbox.view.charts.lettering", note)
-    monkeypatch.setattr("sandbox.view.charts.draw_marker", lambda *given: shapes.append(given[-1]))
     draw(charts_of(scene, 2, steady))
     names = [(text, tuple(colour)) for text, colour in written if text in NAMES]
     assert names == [(name, tuple(colour)) for name, colour in zip(NAMES, (PYMUNK, ARTICLE, EXACT), strict=True)]
-    assert shapes == [0, 1, 2]
-
-
-@pytest.mark.wide
-def test_a_chart_drawn_sample_by_sample_equals_the_chart_drawn_at_once(scene: Scene) -> None:
-    def course(time: float) -> dict[str, float]:
-        return steady(time) | {"pymunk": 60.0 + 10 * math.sin(7 * time), "article": 60 * math.exp(-time / 3)}
-
-    charts = charts_of(scene, 0, course)
-    charts.samples.cut(0)
-    for number in range(1, 901):  # past the end of the first axis
-        sample(charts.samples, scene, number, **course(number / 60))
-        step_by_step = draw(charts)
-    at_once = draw(charts_of(scene, 15, course))
-    different = (pygame.surfarray.array3d(step_by_step) != pygame.surfarray.array3d(at_once)).any(axis=2)
-    assert different.mean() < 2e-3  # where ends of lines meet other lines
-
-
-def test_only_new_samples_are_drawn(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    points: list[int] = []
-    draw_lines = pygame.draw.lines
-
-    def counting(surface: Surface, colour: Color, closed: bool, line: list[list[float]], width: int) -> Rect:
-        points.append(len(line))
-        return draw_lines(surface, colour, closed, line, width)
-
-    monkeypatch.setattr(pygame.draw, "lines", counting)
-    charts = charts_of(scene, 5, steady)
-    for expected in ({300, 2}, {2}):  # the last sample can still change
-        draw(charts)
-        assert set(points) == expected
-        points.clear()
-    sample(charts.samples, scene, 301, **steady(5))
-    draw(charts)
-    assert set(points) == {2}
 
 
 def test_the_axis_of_time_doubles_when_it_is_full(scene: Scene) -> None:
@@ -274,28 +248,6 @@ def test_after_a_cut_the_chart_shows_what_is_left(scene: Scene) -> None:
 # Time
 
 
-def test_zooming_keeps_the_time_under_the_mouse_and_ends_where_all_is_shown(scene: Scene) -> None:
-    charts = charts_of(scene, 8, steady)
-    draw(charts)
-    x = column(charts, 4)
-    for factor in (0.5, 0.5, 0.3):
-        charts.axis.zoom(charts.time_at(PLACE, TEXT, x), factor)
-        assert charts.time_at(PLACE, TEXT, x) == pytest.approx(4, abs=0.02)
-    left = charts.plot(PLACE, TEXT).x
-    assert charts.time_at(PLACE, TEXT, left) > 3
-    charts.axis.zoom(4, 100)
-    assert charts.time_at(PLACE, TEXT, left) == 0
-
-
-def test_a_part_that_is_shown_follows_the_cursor_out_of_it(scene: Scene) -> None:
-    charts = charts_of(scene, 8, steady)
-    charts.axis.zoom(10 / 9, 0.1)
-    plot = charts.plot(PLACE, TEXT)
-    for time, first in ((1.5, 1.0), (1.99, 1.0), (2.1, 2.0)):
-        draw(charts, time)
-        assert charts.time_at(PLACE, TEXT, plot.x) == pytest.approx(first, abs=0.01)
-
-
 def test_the_cursor_is_drawn_at_the_time(scene: Scene) -> None:
     charts = charts_of(scene, 2, steady)
     surface = draw(charts, time=4)
@@ -316,7 +268,7 @@ def test_marks_are_labelled_above_the_charts_and_never_over_a_line(scene: Scene)
     changed = (after != before).any(axis=2)[plot.x : plot.right, plot.y + 6 : plot.bottom]
     wide = {column(charts, time) - plot.x for time in (6, 7, 7.01, 8)}
     assert set(np.flatnonzero(changed.any(axis=1)).tolist()) == wide
-    labels = [label for _, label in charts._placed_marks(PLACE, TEXT)]
+    labels = [label for _, label in charts.placed_marks(PLACE, TEXT)]
     assert all(label.bottom <= plot.y and label.right <= PLACE.width for label in labels)
     assert all(label.collidelist(labels[k + 1 :]) < 0 for k, label in enumerate(labels))
 
@@ -325,7 +277,7 @@ def test_the_earliest_end_of_the_reference_is_marked_and_explained(scene: Scene)
     charts = charts_of(scene, 2, steady)
     charts.marks = Marks(Trust(horizon=8.0, undecided=5.0, unresolved=6.0))
     draw(charts)
-    [(mark, label)] = charts._placed_marks(PLACE, TEXT)
+    [(mark, label)] = charts.placed_marks(PLACE, TEXT)
     assert (mark.text, mark.time) == ("no longer comparable", 5.0)
     assert "simultaneous" in mark.sentence
     assert charts.mark_at(PLACE, TEXT, label.center) == mark
@@ -341,7 +293,7 @@ def test_a_click_on_a_mark_goes_to_its_time_and_the_mouse_shows_values(monkeypat
     charts.marks = Marks(differences={"impulse": 1.0})
     window.draw()
     plot = charts.plot(layout.strip, layout.text_height)
-    [(_, label)] = charts._placed_marks(layout.strip, layout.text_height)
+    [(_, label)] = charts.placed_marks(layout.strip, layout.text_height)
     on_label = label.centerx + layout.strip.x, label.centery + layout.strip.y
     for what in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP):
         window.on_event(pygame.event.Event(what, pos=on_label, button=1))
@@ -359,26 +311,6 @@ def test_a_click_on_a_mark_goes_to_its_time_and_the_mouse_shows_values(monkeypat
 
 
 @pytest.mark.usefixtures("memory_screen")
-def test_the_wheel_zooms_in_time(window: Window) -> None:
-    run(window, 60)
-    window.draw()
-    charts, layout = window.view.charts, window.layout
-    plot = charts.plot(layout.strip, layout.text_height)
-
-    def at(share: float) -> tuple[int, int]:
-        return layout.strip.x + plot.x + round(share * plot.width), layout.strip.centery
-
-    def shown() -> tuple[float, float]:
-        first, last = (charts.time_at(layout.strip, layout.text_height, at(share)[0]) for share in (0, 1))
-        return first, last
-
-    before = shown()
-    hover(window, at(0.5))
-    window.on_event(pygame.event.Event(pygame.MOUSEWHEEL, x=0, y=2))
-    assert shown()[1] - shown()[0] == pytest.approx((before[1] - before[0]) / 1.25**2)
-
-
-@pytest.mark.usefixtures("memory_screen")
 def test_a_click_in_the_histogram_goes_to_no_time(window: Window) -> None:
     press(window, "p")
     run(window, 10)
@@ -389,21 +321,22 @@ def test_a_click_in_the_histogram_goes_to_no_time(window: Window) -> None:
         assert step(window) == reached
 
 
-@pytest.mark.usefixtures("memory_screen")
-def test_what_is_shown_of_the_selected_ball_is_kept_in_the_next_scene(window: Window) -> None:
-    """And sampled as far back as the history goes."""
-    press(window, "p")
-    run(window, 5)
-    for ball, name, start, speed in ((0, "x", 200, 240), (2, "x", 600, 60), (2, "y", 100, -30), (2, "vx", 60, 0)):
-        window.editor.select(ball)
-        {item.text: item for item in window.timeline._others()}[f"Ball {name}"].do()
-        window.draw()
-        charts = window.view.charts
-        assert charts._heading == f"ball {name}, {'px/s' if name == 'vx' else 'px'}, ball {ball}"
-        values = charts._values(0)[:, charts.samples.engines.index("exact")]
-        assert values == pytest.approx(start + speed * np.arange(6) / 60)
-    window.begin(window.scene, None)
-    assert window.view.charts.instrument.name == "ball vx"
+def test_the_histogram_has_every_ball_and_the_law_of_the_reference() -> None:
+    scene = load("gas-1000")
+    session = Session(scene, ["impulse", "exact"])
+    histogram = histogram_of(session.shown, "exact")
+    rms = np.sqrt(np.mean(length(session.shown.states["exact"].velocity) ** 2))
+    for name in ("impulse", "exact"):
+        speeds, counts = histogram.lines[name]
+        assert counts[::2].sum() == 1000
+        assert speeds[-1] == histogram.end == pytest.approx(3 * rms)
+    speeds, counts = histogram.lines[LAW]
+    assert counts.max() == pytest.approx(
+        1000 * 0.8578 * 3 / 24, rel=0.01
+    )  # √2 e^-½ a unit of speed, in bins of an eighth
+    assert speeds[counts.argmax()] == pytest.approx(rms / 2**0.5, abs=2)
+    assert not histogram.refusal
+    assert "too few" in histogram_of(Session(load("article"), ["exact"]).shown, "exact").refusal
 
 
 def test_one_tiny_gap_does_not_stretch_the_axis(scene: Scene) -> None:
@@ -423,7 +356,6 @@ def test_no_engine_s_name_hides_the_descenders_of_another(scene: Scene, monkeypa
         name.fill(colour if text in NAMES else (0, 0, 0, 0), (0, 21, 9, 1))
         return name
 
-    monkeypatch.setattr("sandbox.view.charts.draw_marker", lambda *given: None)
     monkeypatch.setattr("sandbox.view.charts.lettering", underline)
     charts = charts_of(scene, 2, steady)
     beside = pygame.surfarray.array3d(draw(charts))[column(charts, 2) + 2 :]

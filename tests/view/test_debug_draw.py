@@ -118,6 +118,8 @@ def test_a_signal_that_comes_while_pymunk_calls_for_a_shape_is_not_lost(monkeypa
         draws.append(given)
 
     monkeypatch.setattr(type(draw._smooth), "draw_circle", interrupted)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell ignores it in what runs in background
     with pytest.raises(KeyboardInterrupt):
         drawn(draw)
+    signal.signal(signal.SIGINT, before)
     assert draws

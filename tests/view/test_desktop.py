@@ -236,11 +236,11 @@ def test_fifteen_tasks_of_a_student_need_a_few_clicks_each(display: str, tmp_pat
         student.click("Why")
         assert student.place_of("Next \u203a")
         results["why"], student.clicks = student.clicks, 0
-        save = next(place for widget, place in window._placed if getattr(widget, "does", "").startswith("save or copy"))
-        desktop.xdo("mousemove", "--window", desktop.window, *save.center, "click", 1)
-        desktop.xdo("mousemove", "--window", desktop.window, save.x + 20, save.bottom + 15, "click", 1)
+        student.click("Scene")
+        save = student.place_of("Scene file").center
+        desktop.xdo("mousemove", "--window", desktop.window, *save, "click", 1)
         desktop.wait_for(lambda: list(tmp_path.glob("scene-0-*.toml")))
-        results["save"] = 2
+        results["save"], student.clicks = 2, 0
         record = next(place for widget, place in window._placed if getattr(widget, "label", "") == "Record").center
         play = next(place for widget, place in window._placed if getattr(widget, "label", "") == "Play").center
         for place in (record, play):

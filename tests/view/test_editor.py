@@ -39,7 +39,7 @@ def test_a_selected_ball_stays_selected_when_another_is_deleted(window: Window) 
     press(window, "Delete")
     assert window.editor.selected is None
     press(window, "Delete")
-    assert "no ball is selected" in window.status
+    assert "no ball is selected" in window.messages.text
     press(window, "undo")
     assert window.editor.selected == 1
     window.draw()
@@ -66,7 +66,7 @@ def test_a_ball_is_not_added_onto_another_or_onto_a_wall() -> None:
     for x, y in ((235, 300), (450, 320)):
         hover(window, point(window, x, y))
         press(window, "a")
-        assert "no room" in window.status
+        assert "no room" in window.messages.text
     assert given(window) == []
 
 
@@ -83,7 +83,7 @@ def test_the_ball_tool_adds_where_one_clicks_and_the_key_needs_a_place(window: W
     assert len(given(window)) == 2
     window.on_event(Event(pygame.WINDOWLEAVE))
     press(window, "a")
-    assert "move the mouse" in window.status
+    assert "move the mouse" in window.messages.text
     assert len(given(window)) == 2
 
 
@@ -180,12 +180,12 @@ def test_undo_and_redo_treat_a_throw_as_one_edit(window: Window) -> None:
     press(window, "undo")
     assert (step(window), given(window)) == (0, [])
     press(window, "u")
-    assert "nothing to undo" in window.status
+    assert "nothing to undo" in window.messages.text
     press(window, "redo")
     assert shown(window) == thrown
     assert [type(one) for one in given(window) if one.do != "move"] == [Grab, Release]
     press(window, "y")
-    assert "nothing to redo" in window.status
+    assert "nothing to redo" in window.messages.text
 
 
 def test_edits_at_a_step_not_in_the_history_apply_to_the_balls_of_that_step(

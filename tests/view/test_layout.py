@@ -62,7 +62,7 @@ def test_chart_panes_and_every_button_have_room(window: Window, size: tuple[int,
     shown = {getattr(widget, "label", "") for widget, _ in window._placed}
     assert {"Open\N{HORIZONTAL ELLIPSIS}", "Help", "Hand", "Wall", "Erase", "Undo", "Redo", "Fit", "Pause"} <= shown
     screen = window.screen.get_rect()
-    in_rows = [place for _, place in window._in_rows]
+    in_rows = [place for _, place in window.toolbars.placed(layout)]
     assert all(screen.contains(place) for place in in_rows)
     assert all(len(place.collidelistall(in_rows)) == 1 for place in in_rows)
     assert layout.status.collidelist(in_rows) == -1  # messages hide no button
@@ -73,11 +73,11 @@ def test_buttons_do_not_move_when_the_run_goes_on(window: Window, size: tuple[in
     window.screen = pygame.display.set_mode(size)
 
     def places() -> list[tuple[int, ...]]:
-        return [tuple(place) for _, place in window._in_rows]
+        return [tuple(place) for _, place in window.toolbars.placed(window.layout)]
 
     before = places()
     window.playback.pause()
-    window.playback.set_speed(0.5)
+    window.playback.speed = 0.5
     window.view.charts.toggle_scale()
     window.mouse.zoom_by(30)
     for _ in range(20):

@@ -341,19 +341,12 @@ def test_the_splitter_shares_the_height_between_panes_and_chart(window: Window) 
     assert 0 < window.layout.strip.height < chart  # a chart that is dragged away would not come back
 
 
-def test_the_wheel_zooms_the_charts_or_the_panes_whichever_it_is_over(window: Window) -> None:
-    strip, ends = window.layout.strip, (window.layout.strip.left, window.layout.strip.right)
-
-    def seconds() -> float:
-        first, last = (window.view.charts.time_at(strip, window.layout.text_height, x) for x in ends)
-        return last - first
-
-    whole = seconds()
+def test_the_wheel_zooms_the_panes_and_not_the_chart(window: Window) -> None:
     zoom(window, point(window, 400, 300), 2)
-    assert (window.mouse.lens.zoom > 1, seconds()) == (True, whole)
     lens = window.mouse.lens
-    zoom(window, strip.center, 2)
-    assert (window.mouse.lens, seconds() < whole) == (lens, True)
+    assert lens.zoom > 1
+    zoom(window, window.layout.strip.center, 2)
+    assert window.mouse.lens == lens
 
 
 def test_every_layer_follows_the_zoom(window: Window) -> None:
@@ -365,10 +358,10 @@ def test_every_layer_follows_the_zoom(window: Window) -> None:
     layout = window.layout
     pane, ghosts = window.view.panes[0], window.view.panes[1].state
     zoomed = Surface(layout.window)
-    pane.draw(zoomed, layout, 0, window.showing, Color("white"), ghosts)
+    pane.draw(zoomed, layout, 0, window.showing, Color("white"), window.view.trail(pane), ghosts, "")
     large = Layout((2 * layout.arenas[0].width + 2 * GAP, 9000), layout.arena, 1)
     whole = Surface(large.window)
-    pane.draw(whole, large, 0, window.showing, Color("white"), ghosts)
+    pane.draw(whole, large, 0, window.showing, Color("white"), window.view.trail(pane), ghosts, "")
     part = pygame.Rect(0, layout.arenas[0].height // 2, *layout.arenas[0].size).move(large.arenas[0].topleft)
     assert (pixels(zoomed.subsurface(layout.arenas[0])) != pixels(whole.subsurface(part))).any(axis=2).mean() < 0.02
 

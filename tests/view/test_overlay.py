@@ -8,12 +8,13 @@ from pygame import Color, Surface
 
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import CONTACT, State
-from sandbox.view.overlay import ARROW_SECONDS, Canvas, Overlay, RecentContacts, Trail
+from sandbox.state import Floats
+from sandbox.view.overlay import ARROW_SECONDS, Overlay
 from sandbox.view.theme import palette
 
 BLUE = "#0072b2"
 GREY = (128, 128, 128)
+NO_TRAIL = np.empty((0, 1, 2))
 
 
 @pytest.fixture
@@ -22,15 +23,11 @@ def scene() -> Scene:
     return scene_of(light, "radius = 20\nmass = 3\nposition = [600, 300]\nvelocity = [0, 100]")
 
 
-def overlay_of(scene: Scene, scale: float = 1.0, trail: Trail | None = None, impulse: float | None = None) -> Overlay:
-    """Make an overlay of a scene's start, on grey; if an impulse is given, its first ball just hit a floor."""
+def overlay_of(scene: Scene, scale: float = 1.0, trail: Floats = NO_TRAIL) -> Overlay:
+    """Make an overlay of a scene's start, on grey."""
     surface, start = Surface((round(800 * scale), round(600 * scale))), spawn(scene)
     surface.fill(GREY)
-    contacts = RecentContacts()
-    if impulse is not None:
-        contacts.add(np.array([(0.0, 0, -1, (0.0, 1.0), impulse, 0.0, 0.0, 0.0)], CONTACT), start, scene.bodies.radius)
-    trail = trail or Trail(len(scene.bodies))
-    return Overlay(Canvas(surface, scene, start, scale=scale, text_height=16), trail, contacts, None)
+    return Overlay(surface, scene, start, scale, 16, (0.0, 0.0), trail)
 
 
 def drawn(overlay: Overlay) -> pygame.Rect:
@@ -61,10 +58,8 @@ def test_a_ball_at_rest_has_no_arrow() -> None:
 
 def test_a_trail_runs_through_its_places_and_is_fainter_for_older_ones() -> None:
     scene = scene_of(f'radius = 5\nposition = [100, 100]\ncolors = ["{BLUE}"]')
-    trail = Trail(1)
-    for step, (x, y) in enumerate([*((x, 100) for x in range(100, 501, 100)), (500, 300)]):
-        trail.add(State(step / 60, np.array([[x, y]], float), np.zeros((1, 2))))
-    overlay = overlay_of(scene, trail=trail)
+    places = [*((x, 100) for x in range(100, 501, 100)), (500, 300)]
+    overlay = overlay_of(scene, trail=np.array(places, float)[:, None])
     overlay.trails()
     assert overlay.surface.get_at((500, 299)) == Color(BLUE)
     assert drawn(overlay).topleft == (100, 100)
@@ -72,12 +67,6 @@ def test_a_trail_runs_through_its_places_and_is_fainter_for_older_ones() -> None
     ground = Color("white")
     away = [abs(overlay.surface.get_at(at).r - ground.r) for at in ((110, 100), (310, 100), (500, 250))]
     assert 0 < away[0] < away[1] < away[2]
-
-
-def test_a_contact_without_an_impulse_is_a_dot() -> None:
-    overlay = overlay_of(scene_of("radius = 20\nposition = [200, 300]"), impulse=-0.0)
-    overlay.contacts()
-    assert overlay.surface.get_at((200, 320)) == overlay.palette.contact
 
 
 @pytest.fixture
@@ -93,15 +82,6 @@ def written(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, Color]]:
 
     monkeypatch.setattr("sandbox.view.overlay.lettering", note)
     return found
-
-
-def test_a_contact_is_drawn_along_its_normal_with_its_impulse(written: list[tuple[str, Color]]) -> None:
-    overlay = overlay_of(scene_of("radius = 20\nposition = [200, 300]"), impulse=250.0)
-    overlay.contacts()
-    colour = palette("white").contact
-    assert [overlay.surface.get_at((200, y)) == colour for y in (280, 300, 320, 340, 360)] == [0, 1, 1, 1, 0]
-    assert written == [("250", Color("black"))]
-    assert overlay.surface.get_at((200 + 3 * overlay.width + 7, 320)) == Color("black")  # right of the dot
 
 
 def test_the_centre_of_mass_is_nearer_to_the_heavier_ball(scene: Scene) -> None:

@@ -4,14 +4,13 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-import pygame
 import pytest
 from pygame import Color, Surface
 from window_driver import pixels
 
 from sandbox.report.scales import round_up
 from sandbox.state import Bools, Floats
-from sandbox.view.primitives import _face, capsule, first_lines, font, text_width, wrapped
+from sandbox.view.primitives import capsule, first_lines, text_width, wrapped
 
 
 @pytest.mark.parametrize(("size", "up"), [(1, 1), (1.1, 2), (3, 5), (7, 10), (0.03, 0.05), (400, 500), (2e-7, 2e-7)])
@@ -48,19 +47,6 @@ def test_a_number_keeps_its_unit_where_a_line_is_broken(unit: str) -> None:
     first_words = {line.split(" ")[0] for lines in broken for line in lines}
     assert "0.25" in first_words
     assert unit not in first_words
-
-
-def test_a_text_that_the_usual_font_lacks_is_written_in_a_font_of_the_system_that_has_it() -> None:
-    if not pygame.font.match_font("dejavusans"):
-        pytest.skip("needs the font DejaVu Sans")
-    for text in ("\u2200x", "\u2203\u2200"):
-        shown, tofu = (
-            pygame.surfarray.array_alpha(face.render(text, True, "black"))
-            for face in (_face(text, 20, bold=False), font(20, bold=False))
-        )
-        assert shown.shape != tofu.shape or (shown != tofu).any()
-    for text in ("\u00e9 \u2192 \u00bd", "\u041f\u043e\u0447\u0435\u043c\u0443"):
-        assert _face(text, 20, bold=False) is font(20, bold=False, fallback="")
 
 
 def test_a_wall_covers_the_area_of_its_rectangle_and_its_round_ends_with_smooth_edges() -> None:

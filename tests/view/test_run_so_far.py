@@ -47,7 +47,7 @@ def test_marks_are_those_of_the_comparison(name: str, engines: list[str]) -> Non
     comparison = compare(load(name).changed(seconds=5.0), engines)
     firsts = {name: run.figures.first_difference for name, run in comparison.runs.items()}
     assert marks.differences == {name: first.time for name, first in firsts.items() if first}
-    assert marks.trust.horizon == comparison.horizon
+    assert marks.trust.horizon == comparison.trust.horizon
 
 
 TIE: Final = scene_of(
@@ -65,9 +65,9 @@ def test_a_tie_is_marked_as_in_the_comparison(reference: str) -> None:
     for _ in range(120):
         marks = run(watched, 1).marks
     comparison = compare(TIE, ["pymunk", reference])
-    assert comparison.undecided is not None
-    assert marks.trust.undecided == comparison.undecided
-    assert marks.trust.horizon == comparison.horizon
+    assert comparison.trust.undecided is not None
+    assert marks.trust.undecided == comparison.trust.undecided
+    assert marks.trust.horizon == comparison.trust.horizon
     first = comparison.runs["pymunk"].figures.first_difference
     assert first is not None
     assert marks.differences == {"pymunk": first.time}
@@ -81,7 +81,7 @@ def test_after_an_edit_the_reference_is_judged_from_there() -> None:
     watched = run(Watched(scene, ["pymunk", "exact"]), 30)
     watched.session.give(SetVelocity(step=30, ball=0, velocity=(200, 0)))
     marks = run(watched, 90).marks
-    undecided = compare(scene, ["exact"], inputs=watched.session.given()).undecided
+    undecided = compare(scene, ["exact"], inputs=watched.session.given()).trust.undecided
     assert undecided is not None
     assert marks.trust.undecided == pytest.approx(0.5 + undecided)
 
@@ -124,8 +124,8 @@ EDITS: Final[Sequence[Input]] = [
 @pytest.mark.parametrize("inputs", THROWS.values(), ids=THROWS)
 def test_a_throw_moves_the_horizon_to_where_the_comparison_has_it(inputs: Sequence[Input]) -> None:
     marks = run(Watched(DENSE, ["impulse", "exact"], inputs), DENSE.steps).marks
-    horizon = compare(DENSE, ["exact"], inputs=inputs).horizon
-    assert None is not marks.trust.horizon == horizon != compare(DENSE, ["exact"]).horizon
+    horizon = compare(DENSE, ["exact"], inputs=inputs).trust.horizon
+    assert None is not marks.trust.horizon == horizon != compare(DENSE, ["exact"]).trust.horizon
 
 
 @pytest.mark.wide

@@ -28,7 +28,7 @@ def test_a_saved_scene_loads_to_the_balls_shown(window: Window, tmp_path: Path) 
     press(window, "s")
     files = sorted(tmp_path.glob("*.toml"), key=os.path.getmtime)
     assert {file.name for file in files} == {"test-0-000033.toml", "test-0-000033-2.toml", "test-0-000033-3.toml"}
-    assert f"saved test-0-000033-3.toml in {tmp_path}: the balls as in impulse" in window.status
+    assert f"saved test-0-000033-3.toml in {tmp_path}: the balls as in impulse" in window.messages.text
     for file, pane in (("test-0-000033.toml", 0), ("test-0-000033-3.toml", 1)):
         start = spawn(load(tmp_path / file))
         assert [start.position.tobytes(), start.velocity.tobytes()] == shown(window)[2 * pane : 2 * pane + 2]
@@ -41,7 +41,7 @@ def test_a_saved_picture_is_what_the_window_shows(window: Window, tmp_path: Path
     [file] = tmp_path.glob("*.png")
     assert file.name == "test-0-000001.png"
     assert np.array_equal(pixels(pygame.image.load(file)), pixels(window.screen))
-    assert window.status.endswith(f"saved {file.name} in {tmp_path}")
+    assert window.messages.text.endswith(f"saved {file.name} in {tmp_path}")
 
 
 def test_what_was_done_is_saved_at_any_time_and_its_command_shows_the_same(window: Window, tmp_path: Path) -> None:
@@ -51,7 +51,7 @@ def test_what_was_done_is_saved_at_any_time_and_its_command_shows_the_same(windo
     press(window, "j")
     file = tmp_path / "test-0-000015.jsonl"
     command = f"sandbox run test.toml --engines pymunk,impulse --inputs {file.name}"
-    assert window.status.endswith(f": {command}")
+    assert window.messages.text.endswith(f": {command}")
     inputs = load_inputs(file, window.scene)
     assert [one.do for one in inputs] == ["start", "velocity", "end"]
     for pane in window.view.panes:
@@ -61,7 +61,7 @@ def test_what_was_done_is_saved_at_any_time_and_its_command_shows_the_same(windo
     assert (tmp_path / "test-0-000015-2.jsonl").read_bytes() == file.read_bytes()
     window.scenes.try_to_run(load("truths/corner"))
     press(window, "j")
-    assert "sandbox run truths/corner --engines " in window.status
+    assert "sandbox run truths/corner --engines " in window.messages.text
 
 
 def test_the_command_of_a_file_whose_name_is_no_text_is_copied_as_the_bytes_of_the_name(
@@ -83,14 +83,14 @@ def test_a_file_name_that_is_too_long_is_reported(tmp_path: Path) -> None:
     window = Window(load(file), None)
     window.frame(1 / 60)
     press(window, "F12")
-    assert "cannot be written: File name too long" in window.status
+    assert "cannot be written: File name too long" in window.messages.text
     window.notice.clear()
     press(window, "s")
-    assert "cannot be written: File name too long" in window.status
+    assert "cannot be written: File name too long" in window.messages.text
     press(window, "F9")
     window.frame(1 / 20)
     press(window, "F9")
-    assert "cannot be written: File name too long" in window.status
+    assert "cannot be written: File name too long" in window.messages.text
     assert list(tmp_path.iterdir()) == [file]
 
 
@@ -116,14 +116,14 @@ def test_a_recording_is_what_the_window_shows_at_the_scene_s_pace(window: Window
     assert min(lasts) >= 40
     panes = slice(window.layout.top, window.layout.strip.y)
     assert (recorded[:, panes] != last[:, panes]).any(axis=2).mean() < 0.015
-    assert window.status.endswith(f"saved {file.name} in {tmp_path}")
+    assert window.messages.text.endswith(f"saved {file.name} in {tmp_path}")
 
 
 def test_a_recording_of_a_paused_window_leaves_no_file(window: Window, tmp_path: Path) -> None:
     press(window, "p", "F9")
     window.frame(1 / 60)
     press(window, "F9")
-    assert "nothing was recorded" in window.status
+    assert "nothing was recorded" in window.messages.text
     assert not list(tmp_path.iterdir())
 
 
@@ -191,7 +191,7 @@ def test_a_key_copies_it_from_the_step_shown(memory_screen: None, monkeypatch: p
     run(window, 30)
     press(window, "q")
     assert copied == [pymunk_code(window.view.moment.scene, window.view.panes[0].state)]
-    assert "copied: the balls" in window.status
+    assert "copied: the balls" in window.messages.text
 
 
 def test_without_a_clipboard_it_is_saved(

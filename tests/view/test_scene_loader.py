@@ -35,7 +35,7 @@ def test_restart_and_next_seed() -> None:
 def test_a_next_seed_beyond_the_largest_is_reported() -> None:
     window = Window(scene_of("radius = 20\nposition = [200, 300]", more="seed = 9223372036854775807"), None)
     press(window, "n")
-    assert "seed must be less than" in window.status
+    assert "seed must be less than" in window.messages.text
 
 
 @pytest.mark.wide
@@ -58,7 +58,7 @@ def test_default_engines_run_a_scene_that_the_named_engine_refuses() -> None:
     while window.scene.name != "bouncing":
         press(window, "]")
     assert window.view.session.names == ["pymunk", "impulse"]
-    assert "article: gravity and elasticity below 1" in window.status
+    assert "article: gravity and elasticity below 1" in window.messages.text
     press(window, "]")
     assert window.scene.name == names[names.index("bouncing") + 1]
     assert window.view.session.names == ["article"]
@@ -71,7 +71,7 @@ def test_a_scene_that_cannot_start_is_reported_and_the_current_one_keeps_running
     window.playback.step()
     window.scenes.try_to_run(scene_of(tight))
     assert window.view.session.lockstep.steps == 1
-    assert "there is no room for" in window.status
+    assert "there is no room for" in window.messages.text
 
 
 def test_a_dropped_file_is_opened_and_errors_of_a_broken_one_are_shown(

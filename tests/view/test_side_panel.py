@@ -72,7 +72,8 @@ class Desk:
 
     def drawn(self) -> Surface:
         surface = Surface((960, 400))
-        self.panel.draw(surface, PLACE, TEXT_HEIGHT, self.panel.placed(PLACE, TEXT_HEIGHT))
+        self.panel.draw(surface, PLACE, TEXT_HEIGHT)
+        self.group.draw(surface, self.panel.placed(PLACE, TEXT_HEIGHT), TEXT_HEIGHT)
         return surface
 
 

@@ -40,7 +40,7 @@ from sandbox.engines.exact.statics import columns_of, equilibrium
 from sandbox.engines.exact.support import report_support
 from sandbox.engines.exact.touching import Touching, find_touching, motions
 from sandbox.engines.exact.world import World, move_to_now, release
-from sandbox.engines.laws import coulomb
+from sandbox.engines.laws import friction_impulse
 from sandbox.state import CONTACT, Contacts, Floats, Integers
 
 GAP_ROUNDING: Final = 1e-14  # relative, of coordinates, 45 units in the last place: gaps within it are closed
@@ -138,7 +138,7 @@ class Group:
             if closing + hop <= max(self.still, MIN_APPROACH * speed):
                 continue
             impulse = (closing + max(e * closing, hop)) / per_mass
-            rub = coulomb(slip / (3 * per_mass), mu * impulse)
+            rub = friction_impulse(slip, mu * impulse, per_mass)
             if self.impulse[0, c] == 0:
                 self.slip[c] = slip
             self.impulse[:, c] += impulse, rub

@@ -6,7 +6,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from sandbox.compiled import column, kernel
-from sandbox.engines.exact.contact import is_jammed, is_slow
+from sandbox.engines.exact.contact import SLOW_HOPS, is_jammed, is_slow
 from sandbox.engines.exact.records import NONE, STATIC
 from sandbox.engines.exact.world import Motion, World
 from sandbox.quantity import passing
@@ -124,7 +124,9 @@ def find_restless(world: World, now: float, *, is_start: bool) -> tuple[Bools, T
     is_start: whether nothing has happened yet; then these are all that are at rest and touch something.
     """
     n, m = len(world.disc), motions(world, now)
-    restless = np.array([is_restless(world, i, now) for i in range(n)])
+    restless, fast = np.zeros(n, bool), np.hypot(m.vx, m.vy) > 3 * SLOW_HOPS * world.hop_speed  # none of these is slow
+    some = np.flatnonzero((column(world.event, "carrier") == STATIC) | ~fast)
+    restless[some] = [is_restless(world, i, now) for i in some.tolist()]
     if is_start:
         still = (m.vx == 0) & (m.vy == 0)
         restless |= still & (column(world.turn, "spin") == 0) if world.is_rough else still

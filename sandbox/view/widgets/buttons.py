@@ -1,6 +1,6 @@
-"""Buttons, and those that open a list to choose from."""
+"""Buttons."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import pygame
@@ -8,15 +8,14 @@ from pygame import Color, Rect, Surface
 
 from sandbox.view.primitives import fitting, text_width, write
 from sandbox.view.theme import readable, theme
-from sandbox.view.widgets import Pressable, Widget, draw_ground
+from sandbox.view.widgets import Pressable, draw_ground
 
 
 @dataclass(eq=False)
 class TextButton(Pressable):
     """Does something. is_on: whether what it turns on is on; refusal: why it cannot be pressed, or nothing.
 
-    colour: of a mark before the text, such as an engine's in the charts, or in place of one. flat: it has no ground,
-    and a line below it while it is on, as a page's name.
+    colour: of a mark before the text, such as an engine's in the charts, or in place of one.
     """
 
     text: str
@@ -28,7 +27,6 @@ class TextButton(Pressable):
     width: float = 5.0
     said: Callable[[], str] | None = None
     widest: str = ""
-    flat: bool = False
 
     def natural_width(self, text_height: int) -> int:
         """Return the width of its text with room round it, px."""
@@ -39,17 +37,11 @@ class TextButton(Pressable):
         """Draw the text in the middle, smaller if need be; on the accent while on, grey if it is refused."""
         on, text = self.is_on(), self.label
         ink = theme.on_accent if on else theme.ink
-        if self.flat:
-            ink = theme.ink if on or hot else theme.dim
-            if on or hot:
-                surface.fill(theme.accent if on else theme.line, (place.x + 3, place.bottom - 2, place.width - 6, 2))
-        else:
-            draw_ground(surface, place, theme.accent if on else theme.raised, text_height, hot=hot)
-        bold = self.flat and on
+        draw_ground(surface, place, theme.accent if on else theme.raised, text_height, hot=hot)
         mark = text_height if self.colour else 0
-        width, room = text_width(text, text_height, bold=bold), place.width - text_height // 2 - mark
+        width, room = text_width(text, text_height), place.width - text_height // 2 - mark
         height = fitting(width, room, text_height)
-        pad = max(text_height // 4, (place.width - text_width(text, height, bold=bold) - mark) // 2)
+        pad = max(text_height // 4, (place.width - text_width(text, height) - mark) // 2)
         line = Rect(place.x + pad, place.y, place.width - pad, place.height)
         if self.colour:
             swatch = Rect(0, 0, 2 * text_height // 3, 2 * text_height // 3)
@@ -59,51 +51,4 @@ class TextButton(Pressable):
             pygame.draw.rect(surface, self.colour, swatch, border_radius=2)
             line = Rect(line.x + mark, line.y, line.width - mark, line.height)
         refused = readable(theme.line, theme.raised)
-        write(surface, text, line, refused if self.refusal() else ink, height, bold=bold)
-
-
-@dataclass(eq=False)
-class Menu(Pressable):
-    """Shows what is chosen; a press opens the list of items, which are placed like other widgets, and closes it."""
-
-    said: Callable[[], str]
-    items: Callable[[], Sequence[TextButton]]
-    does: str = ""
-    is_on: Callable[[], bool] = bool
-    widest: str = ""
-    is_open: bool = False
-
-    text = ""
-
-    @property
-    def tip(self) -> str:
-        """What it is for; nothing while it is open."""
-        return "" if self.is_open else self.does
-
-    def natural_width(self, text_height: int) -> int:
-        """Return the width of its text with room round it, px."""
-        return text_width(self.widest or self.said(), text_height) + round(2.5 * text_height)
-
-    def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
-        """Draw the text, smaller if need be, and a triangle that points down."""
-        on = self.is_on()
-        draw_ground(surface, place, theme.accent if on else theme.raised, text_height, hot=hot or self.is_open)
-        ink = theme.on_accent if on else theme.ink
-        line = Rect(place.x + round(0.7 * text_height), place.y, place.width - round(2.1 * text_height), place.height)
-        height = fitting(text_width(self.said(), text_height), line.width, text_height)
-        write(surface, self.said(), line, ink, height)
-        x, y, wing = place.right - round(0.9 * text_height), place.centery, text_height / 4
-        pygame.draw.polygon(surface, ink, [(x - wing, y - wing / 2), (x + wing, y - wing / 2), (x, y + wing / 2)])
-
-    def act(self) -> None:
-        """Open the list, or close it."""
-        self.is_open = not self.is_open
-
-    def listed(self, place: Rect, text_height: int, within: Rect) -> list[tuple[Widget, Rect]]:
-        """Return the items with their places below the button, or above it, inside a place; nothing while closed."""
-        items = self.items() if self.is_open else ()
-        width, side = max((item.natural_width(text_height) for item in items), default=0), place.height
-        below = place.bottom + len(items) * side <= within.bottom
-        top = place.bottom if below else place.y - len(items) * side
-        whole = Rect(place.x, top, max(width, place.width), len(items) * side).clamp(within)
-        return [(item, Rect(whole.x, whole.y + k * side, whole.width, side)) for k, item in enumerate(items)]
+        write(surface, text, line, refused if self.refusal() else ink, height)

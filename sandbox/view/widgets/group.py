@@ -12,7 +12,6 @@ from sandbox.view.layout import BETWEEN, in_rows
 from sandbox.view.primitives import card
 from sandbox.view.theme import theme
 from sandbox.view.widgets import Widget
-from sandbox.view.widgets.buttons import Menu
 from sandbox.view.widgets.fields import Slider
 
 TIP_SECONDS: Final = 4.0  # that a tip is shown
@@ -44,10 +43,6 @@ class WidgetGroup:
             self._move_focus(None)
         self.over = self.over if self.over in places else None
         self.held = self.held if self.held in places else None
-        menu = next((widget for widget in places if isinstance(widget, Menu) and widget.is_open), None)
-        if menu and event.type == pygame.KEYDOWN and event.key == pygame.K_ESCAPE:
-            menu.is_open = False
-            return True
         if event.type == pygame.KEYDOWN:
             return self._on_key(event, placed)
         if event.type == pygame.MOUSEMOTION:
@@ -59,7 +54,7 @@ class WidgetGroup:
             return self.held is not None
         if event.type == pygame.MOUSEBUTTONDOWN:
             self._tip_seconds = 0.0
-            return event.button == 1 and self._on_press(event.pos, placed, menu)
+            return event.button == 1 and self._on_press(event.pos, placed)
         if event.type == pygame.WINDOWLEAVE:
             self.over = None
         if event.type == pygame.WINDOWFOCUSLOST or (event.type == pygame.MOUSEBUTTONUP and event.button == 1):
@@ -68,14 +63,12 @@ class WidgetGroup:
                 held.release()
         return False
 
-    def _on_press(self, point: tuple[int, int], placed: Sequence[Placed], menu: Menu | None) -> bool:
+    def _on_press(self, point: tuple[int, int], placed: Sequence[Placed]) -> bool:
         self.held = pressed = widget_at(point, placed)
         self._move_focus(pressed if pressed and pressed.takes_text else None)
         if pressed:
             pressed.press(dict(placed)[pressed], point)
-        if menu and pressed is not menu:
-            menu.is_open = False
-        return pressed is not None or menu is not None
+        return pressed is not None
 
     def _move_focus(self, widget: Widget | None) -> None:
         if self.focus is not None and self.focus is not widget:
@@ -128,21 +121,15 @@ def widget_at(point: tuple[int, int], placed: Sequence[Placed]) -> Widget | None
     return next((widget for widget in under if widget.seen_in is None or widget.seen_in.collidepoint(point)), None)
 
 
-def items_of(placed: Sequence[Placed], text_height: int, within: Rect) -> list[Placed]:
-    """Return the items of the menu that is open, with their places inside another."""
-    menus = ((widget, place) for widget, place in placed if isinstance(widget, Menu))
-    return [item for menu, place in menus for item in menu.listed(place, text_height, within)]
-
-
 class WidgetRow:
-    """Places widgets in a row: some at its left, and others at its right."""
+    """Places widgets in a row: some at its left, and others at its right. filler: a widget that has what they leave."""
 
-    def __init__(self, left: Sequence[Widget], right: Sequence[Widget] = ()) -> None:
-        self.left, self.right = list(left), list(right)
+    def __init__(self, left: Sequence[Widget], right: Sequence[Widget] = (), filler: Widget | None = None) -> None:
+        self._widgets, self._left, self._filler = [*left, *right], len(left), filler
 
     def widths(self, text_height: int) -> tuple[int, ...]:
         """Return the width of each widget, px."""
-        return tuple(widget.natural_width(text_height) for widget in (*self.left, *self.right))
+        return tuple(0 if each is self._filler else each.natural_width(text_height) for each in self._widgets)
 
     def width(self, text_height: int) -> int:
         """Return the width of all widgets side by side, px."""
@@ -150,14 +137,13 @@ class WidgetRow:
 
     def placed(self, place: Rect, text_height: int, side: int) -> list[Placed]:
         """Return the widgets with their places. Those that have no room are left out. side: height of a row, px."""
-        widths = self.widths(text_height)
-        rows, line = in_rows(widths, place.width), side + BETWEEN
-        spare = place.width - sum(widths) - BETWEEN * (len(widths) - 1)
-        placed = []
-        for k, (widget, width, (row, x)) in enumerate(zip((*self.left, *self.right), widths, rows, strict=True)):
-            shift = spare if k >= len(self.left) and spare > 0 else 0
+        widths, line = self.widths(text_height), side + BETWEEN
+        spare, placed = max(0, place.width - sum(widths) - BETWEEN * (len(widths) - 1)), list[Placed]()
+        for k, (row, x) in enumerate(in_rows(widths, place.width)):
+            widget, shift = self._widgets[k], spare if k >= self._left else 0
+            width = spare if widget is self._filler else widths[k]
             placed.append((widget, Rect(place.x + x + shift, place.y + row * line, width, side)))
-        return [(widget, where) for widget, where in placed if place.contains(where)]
+        return [(widget, where) for widget, where in placed if where.width > text_height and place.contains(where)]
 
 
 def rows_of(widgets: Sequence[Widget], per_row: int = 2) -> list[Sequence[Widget]]:

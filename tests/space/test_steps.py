@@ -1,31 +1,43 @@
-"""What recorded steps show: known faults put into Spaces are named, and Spaces without them have no finding."""
+"""What recorded steps show: known faults put into Spaces are named, and varied Spaces without them have no finding."""
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import pymunk
 import pytest
-from spaces import DT, ball, box, record, wall, world
+from spaces import DT, add, ball, body, box, boxed, ground, record, wall, world
 
-from sandbox.space.contents import Contents, StepLengths
+import sandbox
+from sandbox.space.contents import Contents
 from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.energy import Ledger
 from sandbox.space.findings import Finding, Kind
 from sandbox.space.origins import Origins
-from sandbox.space.steps import STEP_RULES, Evidence, _reversals
+from sandbox.space.recording import Run
+from sandbox.space.rules import END_RULES
+from sandbox.space.steps import STEP_RULES, Evidence, reversals
 from sandbox.space.watch import watch
 
 FLOOR = (-500, 200), (500, 200)
 
 
 def watched(
-    space: pymunk.Space, steps: int, before: Callable[[int], None] = lambda _: None, dt: float = DT
+    space: pymunk.Space,
+    steps: int = 30,
+    before: Callable[[int], None] = lambda _: None,
+    dt: Callable[[int], float] = lambda _: DT,
 ) -> Diagnosis:
+    """Return the diagnosis of steps; before each, call a function with its number."""
     with watch(space) as recorded:
         for number in range(steps):
             before(number)
-            space.step(dt)
+            space.step(dt(number))
     return recorded.diagnosis
+
+
+def findings_of(diagnosis: Diagnosis) -> dict[str, Finding]:
+    return {finding.rule: finding for finding in diagnosis.findings}
 
 
 def ledger_of(diagnosis: Diagnosis) -> Ledger:
@@ -46,7 +58,7 @@ def chain(mass: float, iterations: int, dt: float = DT, seconds: float = 2) -> D
         next(iter(link.shapes)).filter = pymunk.ShapeFilter(group=1)
         space.add(pymunk.PivotJoint(last or space.static_body, link, (30 * k, 0)))
         last = link
-    return watched(space, round(seconds / dt), dt=dt)
+    return watched(space, round(seconds / dt), dt=lambda _: dt)
 
 
 def heavy_chain() -> Diagnosis:
@@ -340,7 +352,232 @@ def pulled_together() -> Diagnosis:
     return off_its_law(5)
 
 
+def only(shapes_of: pymunk.Body) -> Any:
+    return next(iter(shapes_of.shapes))
+
+
+def ragdoll_in_itself() -> Diagnosis:
+    space = ground()
+    a, b = box(space, 0, 100), box(space, 15, 100)
+    space.add(pymunk.PivotJoint(a, b, (7.5, 100)))
+    return watched(space)
+
+
+def varying_steps() -> Diagnosis:
+    space = ground()
+    ball(space, 0, 100)
+    return watched(space, dt=lambda number: DT * (1 + 0.1 * (number % 3)))
+
+
+def shot_at_a_wall() -> pymunk.Space:
+    space = ground()
+    ball(space, 0, 120, velocity=(0, 3300))
+    return space
+
+
+def shot_through_a_wall() -> Diagnosis:
+    return watched(shot_at_a_wall(), 4)
+
+
+def box_through_a_box() -> Diagnosis:
+    space = world()
+    add(space, pymunk.Poly.create_box(space.static_body, (400, 16)))
+    box(space, 0, -35, (10, 10), velocity=(0, 4000))
+    return watched(space, 3)
+
+
+def pool_table() -> Diagnosis:
+    space = world(gravity=0)
+    space.damping = 0.7
+    boxed(space, 400, 200, elasticity=0.8, friction=0.5)
+    for row in range(4):
+        for k in range(row + 1):
+            ball(space, 280 + 18 * row, 100 + 20.5 * (k - row / 2), elasticity=0.95, friction=0.2)
+    ball(space, 100, 100, velocity=(350, 0), elasticity=0.95, friction=0.2)
+    return watched(space, 60)
+
+
+def well_solved_pyramid() -> Diagnosis:
+    space = ground(30)
+    for row in range(5):
+        for k in range(5 - row):
+            box(space, 21 * k + 10.5 * row, 184.99 - 20 * row)
+    return watched(space, 60)
+
+
+def ragdoll() -> Diagnosis:
+    """A torso that hangs on its head, with light limbs."""
+    space = world(60)
+    group = pymunk.ShapeFilter(group=1)
+    torso = box(space, 0, 100, (20, 40), mass=4, filter=group)
+    space.add(pymunk.PivotJoint(space.static_body, torso, (0, 80)))
+    for x in (-9, 9):
+        limb = box(space, x, 134, (8, 28), mass=0.5, filter=group)
+        space.add(pymunk.PivotJoint(torso, limb, (x, 120)), pymunk.RotaryLimitJoint(torso, limb, -1, 1))
+        limb.velocity = 20, 0
+    return watched(space, 60)
+
+
+def lift() -> Diagnosis:
+    """Its program sets its velocity, and its position too, so that rounding errors do not add up."""
+    space, lift = world(), body(0, 0, kind=pymunk.Body.KINEMATIC)
+    add(space, pymunk.Poly.create_box(lift, (100, 10)))
+    box(space, 0, -15)
+
+    def rise(number: int) -> None:
+        lift.position, lift.velocity = (0, -number / 3), (0, -1 / 3 / DT)
+
+    return watched(space, before=rise)
+
+
+def platformer() -> Diagnosis:
+    """A player who runs and jumps, by velocities, and a platform that carries."""
+    space = ground()
+    space.iterations = 20
+    carrier, hero = body(120, 120, (30, 0), pymunk.Body.KINEMATIC), pymunk.Body(1, math.inf)
+    platform = add(space, pymunk.Poly.create_box(carrier, (80, 10)))
+    player = add(space, pymunk.Poly.create_box(hero, (16, 30))).body
+    player.position = 120, 99.9
+
+    def play(number: int) -> None:
+        platform.body.velocity = (30 if number % 60 < 30 else -30), 0
+        if number == 60:
+            player.velocity = 80, -300
+
+    return watched(space, 60, play)
+
+
+def one_way_platform() -> Diagnosis:
+    """A player who jumps up through a platform, as a handler lets it."""
+    space = ground()
+    wall(space, (-50, 120), (50, 120), collision_type=2)
+    player = ball(space, 0, 184.9, collision_type=1)
+
+    def is_falling(arbiter: pymunk.Arbiter, _: pymunk.Space, __: object) -> None:
+        arbiter.process_collision = player.velocity.y > 0
+
+    space.on_collision(1, 2, begin=is_falling)
+
+    def jump(number: int) -> None:
+        if number == 5:
+            player.velocity = 0, -500
+
+    return watched(space, 60, jump)
+
+
+def car() -> Diagnosis:
+    space = ground(30)
+    group = pymunk.ShapeFilter(group=1)
+    chassis = box(space, 0, 165, (60, 16), mass=4, filter=group)
+    for x in (-20, 20):
+        wheel = ball(space, x, 182, 12, friction=1.2, filter=group)
+        space.add(pymunk.PivotJoint(chassis, wheel, (x, 182)))
+        motor = pymunk.SimpleMotor(chassis, wheel, 6)
+        motor.max_force = 300
+        space.add(motor)
+    return watched(space, 100, dt=lambda _: DT / 4)
+
+
+def sleeping_pile() -> Diagnosis:
+    space = world(20)
+    space.sleep_time_threshold = 0.3
+    boxed(space, 100, 120)
+    for k in range(9):
+        ball(space, 20 + 25 * (k % 3) + k // 3, 50 + 22 * (k // 3))
+    return watched(space, 150)
+
+
+def gas() -> Diagnosis:
+    space = world(gravity=0)
+    boxed(space, 200, 200, elasticity=1, friction=0.1)
+    for k in range(9):
+        ball(
+            space, 40 + 50 * (k % 3), 40 + 50 * (k // 3), velocity=(37 * (k % 4) - 60, 50 - 29 * (k % 5)), elasticity=1
+        )
+    return watched(space, 60)
+
+
+def spawned_and_removed() -> Diagnosis:
+    space = ground()
+
+    def spawn(number: int) -> None:
+        if number % 20 == 0:
+            ball(space, number - 60, 100)
+        for each in [each for each in space.bodies if each.position.y > 180 and number % 20 == 19]:
+            space.remove(each, *each.shapes)
+
+    return watched(space, 60, spawn)
+
+
+def wraps_round() -> Diagnosis:
+    """A ball whose position function puts it back to the left, across a wall."""
+    space = world(gravity=0)
+    wall(space, (100, -50), (100, 50))
+    made = ball(space, 120, 0, velocity=(120, 0))
+
+    def move(each: pymunk.Body, dt: float) -> None:
+        pymunk.Body.update_position(each, dt)
+        if each.position.x > 200:
+            each.position = 20, 0
+        elif each.position.x < 60 and each.velocity.x > 0:
+            each.velocity = -each.velocity
+
+    made.position_func = move
+    return watched(space, 60)
+
+
+def cradle() -> Diagnosis:
+    space = world(30)
+    for k in range(5):
+        at = (20.2 * k, 0)
+        bob = ball(space, 20.2 * k, 100, elasticity=1, friction=0)
+        space.add(pymunk.PinJoint(space.static_body, bob, at))
+        if not k:
+            bob.velocity = -200, 0
+    for shape in space.shapes:
+        shape.friction = 0.1
+    return watched(space, 60)
+
+
+def bricks() -> Diagnosis:
+    """A ball that removes the bricks that it hits, and flies where they were."""
+    space = world(gravity=0)
+    boxed(space, 200, 200, elasticity=1)
+    for k in range(4):
+        brick = body(40 + 40 * k, 60, kind=pymunk.Body.STATIC)
+        add(space, pymunk.Poly.create_box(brick, (36, 12)), elasticity=1, collision_type=2)
+    ball(space, 100, 150, 6, velocity=(90, -300), elasticity=1, collision_type=1)
+
+    def remove(arbiter: pymunk.Arbiter, space: pymunk.Space, _: object) -> None:
+        brick = next(shape for shape in arbiter.shapes if shape.collision_type == 2)
+        if brick.body:
+            space.remove(brick, brick.body)
+
+    space.on_collision(1, 2, separate=remove)
+    return watched(space, 60)
+
+
+def sensors() -> Diagnosis:
+    """A ball that flies fast through a sensor, a gate of its group, and a door that was opened."""
+    space = world(gravity=0)
+    wall(space, (100, -50), (100, 50)).sensor = True
+    group = pymunk.ShapeFilter(group=1)
+    wall(space, (200, -50), (200, 50), filter=group)
+    door = wall(space, (300, -50), (300, 50))
+    ball(space, 0, 0, velocity=(1900, 0), filter=group)
+
+    def open_door(number: int) -> None:
+        if not number:
+            space.remove(door)
+
+    return watched(space, 12, open_door)
+
+
 FAULTS: Sequence[tuple[Callable[[], Diagnosis], set[str]]] = (
+    (ragdoll_in_itself, {"overlap", "contacts-within", "joint-stretched"}),
+    (varying_steps, {"dt-varies"}),
+    (shot_through_a_wall, {"passed-through"}),
+    (box_through_a_box, {"passed-through"}),
     (heavy_chain, {"joint-stretched"}),
     (pendulum, set()),
     (crushed, {"sinks-in", "deep-at-once"}),
@@ -355,7 +592,7 @@ FAULTS: Sequence[tuple[Callable[[], Diagnosis], set[str]]] = (
     (deadened_by_handler, set()),
     (counted_by_handler, set()),
     (teleported, {"moved-by-hand"}),
-    (pushed, {"pushed-by-hand"}),
+    (pushed, {"deep-at-once"}),
     (thrust_at_a_point_of_the_space, {"wrong-point"}),
     (kicked_at_a_point_of_the_body, {"wrong-point"}),
     (thrust_at_its_tail, set()),
@@ -380,9 +617,20 @@ FAULTS: Sequence[tuple[Callable[[], Diagnosis], set[str]]] = (
 )
 
 
+HEALTHY = (
+    *(cradle, bricks, sensors, pool_table, well_solved_pyramid, ragdoll, platformer, one_way_platform, car),
+    *(sleeping_pile, gas, spawned_and_removed, wraps_round, lift),
+)
+
+
 @pytest.mark.parametrize(("make", "rules"), FAULTS, ids=lambda value: getattr(value, "__name__", None))
 def test_a_fault_of_the_steps_is_named_and_nothing_else(make: Callable[[], Diagnosis], rules: set[str]) -> None:
     assert {finding.rule for finding in said_of(make())} == rules
+
+
+@pytest.mark.parametrize("make", HEALTHY, ids=lambda make: make.__name__)
+def test_a_space_without_a_fault_has_no_finding(make: Callable[[], Diagnosis]) -> None:
+    assert make().findings == ()
 
 
 def test_a_finding_says_since_when_where_and_how_much() -> None:
@@ -402,7 +650,7 @@ def test_the_balance_of_a_box_that_slides_to_rest_is_all_friction() -> None:
     sliding.velocity = 100, 0
     lines = list(ledger_of(watched(space, 60)).text())
     assert lines[0] == "Its energy from 0 to 1 s, in % of the largest kinetic energy, 5e+03:"
-    assert any(line.endswith("%  friction") and float(line.split()[0]) < -99 for line in lines)
+    assert any("%  friction" in line and float(line.split()[0]) < -99 for line in lines)
 
 
 def test_the_shares_of_a_balance_sum_to_the_change() -> None:
@@ -413,7 +661,7 @@ def test_the_shares_of_a_balance_sum_to_the_change() -> None:
 
 
 def test_a_balance_is_in_units_of_energy_where_hardly_anything_moves_by_itself() -> None:
-    """The program lifts a ball of 1 kg by 1 px in each of 9 steps, against 900 px/s²; none falls far in a step."""
+    """The program lifts a ball of 1 kg by 1 px in each of 9 steps, against 900 px/s², and takes its 15 px/s."""
     space = world()
     body = ball(space, 0, 0)
 
@@ -422,8 +670,8 @@ def test_a_balance_is_in_units_of_energy_where_hardly_anything_moves_by_itself()
 
     lines = list(ledger_of(watched(space, 10, lift)).text())
     assert "in kg px²/s²; its largest kinetic energy is 112:" in lines[0]  # of 15 px/s
-    [of_program] = [line for line in lines if line.endswith("  the program: positions")]
-    assert float(of_program.split()[0]) == pytest.approx(9 * 900, rel=0.01)
+    [of_program] = [line for line in lines if "  the program: " in line]
+    assert float(of_program.split()[0]) == pytest.approx(9 * (900 - 15**2 / 2), rel=0.001)
 
 
 def test_a_space_at_rest_has_no_balance() -> None:
@@ -477,8 +725,8 @@ def test_bodies_that_may_pass_are_not_said_to_have_passed(fault: str) -> None:
 
 def test_each_rule_of_steps_has_a_fault() -> None:
     of_programs = {"contacts-within", "seams", "friction-untouched", "hangs"}  # in the small programs
-    of_others = {"leaves"}  # below
-    assert set().union(*(rules for _, rules in FAULTS)) >= set(STEP_RULES) - of_programs - of_others
+    of_others = {"leaves", "dt-varies", "not-finite"}  # below, and in the tests of whole Spaces
+    assert set().union(*(rules for _, rules in FAULTS)) >= set(STEP_RULES) - set(END_RULES) - of_programs - of_others
 
 
 def test_what_left_the_world_is_only_counted() -> None:
@@ -499,7 +747,7 @@ def test_overlaps_that_are_equally_deep_come_in_the_order_of_their_contacts() ->
     recording = record(space, 1)
     ends = recording.steps[0].after.contacts[["body_a", "body_b"]].tolist()
     assert len(ends) == 10
-    overlaps = Evidence(recording, Contents(space, Origins(), StepLengths())).overlaps
+    overlaps = Evidence(recording, Contents(space, Origins())).overlaps
     assert [overlap.ends for overlap in overlaps] == ends
 
 
@@ -508,7 +756,7 @@ def test_the_deepest_overlap_is_how_far_a_ball_went_too_far() -> None:
     space = world(gravity=0)
     wall(space, (100, -50), (100, 50), 0, elasticity=1)
     made = ball(space, 63, 0, velocity=(600, 0), elasticity=1)
-    [overlap] = Evidence(record(space, 10), Contents(space, Origins(), StepLengths())).overlaps
+    [overlap] = Evidence(record(space, 10), Contents(space, Origins())).overlaps
     number, depth = overlap.worst
     assert number == 2
     assert depth == pytest.approx(3)
@@ -519,13 +767,13 @@ def test_jitter_is_the_share_of_steps_that_reverse_a_resting_body() -> None:
     space = world(gravity=-600)
     shaken, still = pymunk.Body(1, 1), pymunk.Body(1, 1)
     space.add(shaken, still)
-    for body in (shaken, still):
-        body.velocity_func = lambda *_: None  # they move as the program says
+    for each in (shaken, still):
+        each.velocity_func = lambda *_: None  # they move as the program says
 
     def shake(number: int) -> None:
         shaken.velocity, still.velocity = (3 if number % 2 else -3, 0), (3, 0)
 
-    shares = _reversals(record(space, 50, shake).steps)
+    shares = reversals(Run(record(space, 50, shake)))
     assert shares == {shaken.id: pytest.approx(49 / 50), still.id: 0}
 
 
@@ -541,3 +789,145 @@ def test_a_bullet_that_the_program_removes_has_passed() -> None:
     [finding] = said_of(evidence)
     assert finding.rule == "passed-through"
     assert finding.bodies[0].position == (0, 250)
+
+
+def test_a_passage_is_named_with_its_wall_and_what_prevents_it() -> None:
+    """A ball of radius 10, by 55 px a step, and half a wall of 5: dt < 15 / 3300 s, or a wall of 2 (55 - 10) px."""
+    passage = findings_of(shot_through_a_wall())["passed-through"]
+    assert passage.since == pytest.approx(2 * DT)
+    assert "through a segment of length 1000" in passage.bodies[0].detail
+    assert "dt below 0.0045 s or a wall 90" in passage.bodies[0].detail
+
+
+def test_a_body_that_went_through_a_wall_is_not_said_to_be_able_to_as_well() -> None:
+    assert "tunnelling" in {finding.rule for finding in sandbox.lint(shot_at_a_wall())}
+    assert findings_of(shot_through_a_wall()).keys() & {"tunnelling", "passed-through"} == {"passed-through"}
+
+
+@pytest.mark.parametrize("speed", [500, 2000, 2200, 2800])
+def test_what_flies_lengthwise_is_long(speed: float) -> None:
+    """An arrow of 60 x 4 px: its centre is beyond the middle of a wall of 10 px from 35 px a step on, 2100 px/s."""
+    space = world(gravity=0)
+    wall(space, (100, -100), (100, 100))
+    box(space, 66 - speed / 30, 0, (60, 4), velocity=(speed, 0))
+    assert ("tunnelling" in findings_of(watched(space, 3))) == (speed > 2100)
+
+
+def dropped_on_a_floor(*, meets: bool, of_handler: float | None = None) -> Diagnosis:
+    """A box that falls on a floor; there is a wall without friction and elasticity, which it may meet."""
+    space = ground()
+    wall(space, (60 if meets else 400, 0), (60 if meets else 400, 200), friction=0, elasticity=0)
+    box(space, 0, 184, velocity=(120, 0), friction=0.1)
+
+    def handle(arbiter: pymunk.Arbiter, _: pymunk.Space, __: object) -> None:
+        if of_handler is not None:
+            arbiter.friction = arbiter.restitution = of_handler
+
+    space.on_collision(0, 0, pre_solve=handle)
+    return watched(space, 40)
+
+
+def test_a_shape_without_friction_counts_once_something_touches_it() -> None:
+    zero = {"friction-zero", "elasticity-zero"}
+    assert findings_of(dropped_on_a_floor(meets=False)).keys() & zero == set()
+    found = findings_of(dropped_on_a_floor(meets=True))
+    assert found.keys() & zero == zero
+    assert "a segment of length 200 has friction 0" in found["friction-zero"].bodies[0].detail
+    since = found["friction-zero"].since
+    assert since
+    assert 45 / 120 <= since <= 0.6
+    assert findings_of(dropped_on_a_floor(meets=True, of_handler=0.5)).keys() & zero == set()
+
+
+def test_a_fast_ball_is_not_said_to_be_pushed_by_a_bat_that_is_moved() -> None:
+    """A bat follows a ball that bounces between it and a ceiling: the ball is deep in it for a step each time."""
+    space = world(gravity=0)
+    space.collision_slop = 0.01
+    wall(space, (-200, 0), (200, 0), elasticity=1)
+    bat = body(0, 100, kind=pymunk.Body.KINEMATIC)
+    add(space, pymunk.Segment(bat, (-20, 0), (20, 0), 5), elasticity=1)
+    made = ball(space, 0, 60, 5, velocity=(90, 500), elasticity=1, friction=0)
+
+    def follow(_: int) -> None:
+        bat.position = made.position.x, 100
+
+    found = findings_of(watched(space, 300, follow))
+    assert "deep-at-once" in found
+    assert "sinks-in" not in found
+
+
+def test_what_the_program_puts_into_another_is_not_said_to_be_found_late() -> None:
+    """A ball is put where another rests, as where balls come in again."""
+    space = ground()
+    made = ball(space, 0, 190)
+    ball(space, 100, 190)
+
+    def put(number: int) -> None:
+        if number == 20:
+            made.position = 92, 190
+
+    assert "deep-at-once" not in findings_of(watched(space, 60, put))
+
+
+def test_a_platform_that_is_moved_before_each_step_is_said_to_be_so_though_little_stands_on_it() -> None:
+    """A box falls on it for the first of its steps."""
+    space, lift = world(), body(0, 0, kind=pymunk.Body.KINEMATIC)
+    add(space, pymunk.Poly.create_box(lift, (100, 10)))
+    box(space, 0, -25)
+
+    def rise(number: int) -> None:
+        lift.position = 0, -number / 2
+
+    [found] = findings_of(watched(space, 30, rise))["moved-by-hand"].bodies
+    assert found.detail == "before 29 of the steps"
+
+
+def test_a_wrong_moment_comes_before_what_it_does() -> None:
+    space = ground()
+    add(space, pymunk.Poly.create_box(made := pymunk.Body(1, 10), (40, 40)))
+    made.position = 0, 160
+    assert next(iter(findings_of(watched(space, 180)))) == "moment"
+
+
+def test_a_shape_that_is_gone_when_the_run_ends_is_found_too() -> None:
+    space = ground(elasticity=0)
+    wall(space, (-500, 195), (-500, 0))
+    made = ball(space, 0, 150)
+
+    def remove(number: int) -> None:
+        if number == 29:
+            space.remove(made, *made.shapes)
+
+    [report] = findings_of(watched(space, 30, remove))["elasticity-zero"].bodies
+    assert report.kind == "a dynamic circle of radius 10"
+
+
+def test_a_body_that_is_gone_is_named_by_its_shape() -> None:
+    space = ground()
+    made = ball(space, 0, 150, velocity=(0, 800))
+
+    def remove(number: int) -> None:
+        if number == 20:
+            space.remove(made, *made.shapes)
+
+    assert findings_of(watched(space, 30, remove))["deep-at-once"].bodies[0].kind == "a dynamic circle of radius 10"
+
+
+def test_what_is_crushed_is_not_said_to_be_hit_too_fast() -> None:
+    """A block of 500 kg on two of 1 kg sinks in slowly, by some px a step."""
+    space = ground()
+    for k, mass in enumerate((1, 1, 500)):
+        box(space, 0, 175 - 40 * k, (40, 40), mass=mass)
+    found = findings_of(watched(space, 180))
+    assert "sinks-in" in found
+    assert "deep-at-once" not in found
+
+
+@pytest.mark.parametrize("kind", [None, pymunk.Body.STATIC, pymunk.Body.KINEMATIC])
+def test_a_thin_wall_is_judged_alike_whatever_body_it_is_on(kind: int | None) -> None:
+    """A ball of radius 20 that comes 8 px deep into a wall of 2 px, less than half its radius, in its second step."""
+    space = world()
+    on = space.static_body if kind is None else body(0, 0, kind=kind)
+    add(space, pymunk.Segment(on, (-500, 200), (500, 200), 1))
+    ball(space, 0, 179 - 8, 20, velocity=(0, 480))
+    assert findings_of(watched(space, 30)).keys() == set()
