@@ -163,7 +163,7 @@ def test_a_dragged_velocity_is_drawn_from_each_copy_as_what_the_copy_gets(window
     mouse(window, pygame.MOUSEBUTTONUP, point(window, x - 200, y, pane=1))
     assert [tuple(pane.state.velocity[2].tolist()) for pane in window.view.panes] == [aimed] * 2
     before = given(window)
-    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, *apart[1], pane=1))
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, apart[1][0], apart[1][1], pane=1))
     mouse(window, pygame.MOUSEMOTION, point(window, 700, 500, pane=1))
     assert window.mouse.aimed
     window.on_event(Event(pygame.WINDOWFOCUSLOST))
