@@ -5,7 +5,7 @@ import itertools
 import json
 import re
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import Final
 
 from sandbox.text import printable
@@ -14,7 +14,6 @@ KeyPath = tuple[str | int, ...]  # keys into a document, such as ("balls", 2, "r
 
 MAX_REPORTED_ERRORS: Final = 100  # of one file
 MAX_VALUE_LENGTH: Final = 40  # characters of a value in a message
-MAX_DECIMAL_BITS: Final = 14_000  # larger integers are shown in hexadecimal: Python limits decimals to 4,300 digits
 
 
 class SandboxError(ValueError):
@@ -90,32 +89,16 @@ def first_errors(messages: Iterable[str], file: str) -> SandboxError:
 def shown(value: object) -> str:
     """Format a value for a message much as TOML would: short, on one line, printable.
 
-    >>> shown([1.5, True]), shown(float("nan")), shown({"a": 16**5000})
-    ('[1.5, true]', 'nan', '{"a": 0x1000000000000000000000000000...')
+    >>> shown([1.5, True]), shown(float("nan")), shown(16**5000)
+    ('[1.5, true]', 'nan', '0x10000000000000000000000000000000000...')
     """
-    text = ""
-    for piece in _pieces(value):
-        text += piece
-        if len(text) > MAX_VALUE_LENGTH:
-            return text[: MAX_VALUE_LENGTH - 3] + "..."
-    return text
-
-
-def _pieces(value: object) -> Iterator[str]:
-    """Yield the text of a value in pieces, so that a long value is not formatted beyond what is shown."""
-    if isinstance(value, dict | list | tuple):
-        begin, end = "{}" if isinstance(value, dict) else "[]"
-        yield begin
-        for index, inner in enumerate(value):
-            yield ", " if index else ""
-            if isinstance(value, dict):
-                yield f"{shown(inner)}: "
-            yield from _pieces(value[inner] if isinstance(value, dict) else inner)
-        yield end
-    elif isinstance(value, int | float) and not isinstance(value, bool):
-        yield hex(value) if isinstance(value, int) and value.bit_length() > MAX_DECIMAL_BITS else str(value)
-    else:
-        yield json.dumps(value, default=str)
+    try:
+        text = json.dumps(value, default=str)
+        if not isinstance(value, str):
+            text = text.replace("NaN", "nan").replace("Infinity", "inf")
+    except (TypeError, ValueError):  # keys that are not text; an integer of too many digits
+        text = hex(value) if isinstance(value, int) else object.__repr__(value)
+    return text if len(text) <= MAX_VALUE_LENGTH else f"{text[: MAX_VALUE_LENGTH - 3]}..."
 
 
 def dotted(path: KeyPath) -> str:

@@ -91,10 +91,9 @@ def passing(filters: Integers, first: Integers, second: Integers) -> Bools:
 def meeting(filters: Integers) -> Bools:
     """Return which balls can meet another ball: (n,). filters: (n, 3), as in `Bodies`."""
     kinds, kind, count = np.unique(filters, axis=0, return_inverse=True, return_counts=True)
-    passes: Bools = pass_through(kinds.T[:, :, None], kinds.T[:, None])
-    meets = ~passes
+    meets: Bools = ~pass_through(kinds.T[:, :, None], kinds.T[:, None])
     meets[np.diag_indices(len(kinds))] &= count > 1
-    return np.asarray(meets.any(axis=1)[kind.ravel()])
+    return np.asarray(meets.any(axis=1))[kind.ravel()]
 
 
 def deepest_overlap(position: Floats, radius: Floats, filters: Integers | None = None) -> tuple[float, int, int]:

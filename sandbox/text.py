@@ -12,7 +12,6 @@ if TYPE_CHECKING:  # slow to import
 
 DEFAULT_WIDTH: Final = 80  # columns, if the terminal reports 0
 FORMULA_STARTS: Final = ("=", "+", "-", "@")  # a cell that starts so may be evaluated by a spreadsheet
-NOT_IN_XML: Final = {0xFFFE: 0xFFFD, 0xFFFF: 0xFFFD}
 JOINERS: Final = "\u200c\u200d"  # invisible, but words of many languages and emoji are spelt with them
 
 
@@ -43,11 +42,6 @@ def listed(words: Sequence[str]) -> str:
     """
     *first, last = words
     return f"{', '.join(first)} and {last}" if first else last
-
-
-def xml_text(text: str) -> str:
-    """Replace what printable text may have and XML may not."""
-    return text.translate(NOT_IN_XML)
 
 
 def csv_text(lines: Iterable[Sequence[object]]) -> str:

@@ -10,6 +10,7 @@ import shutil
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -22,7 +23,7 @@ import pytest
 from sandbox.cli import main
 from sandbox.engines.machine_code import KERNEL_ENGINES, compile_engines
 from sandbox.errors import SandboxError
-from sandbox.scene.files import parse
+from sandbox.scene.files import bundled, parse
 from sandbox.scene.model import Scene
 
 if TYPE_CHECKING:
@@ -51,7 +52,8 @@ def pytest_configure(config: pytest.Config) -> None:
     """Compile the kernels of new sources once, before several processes need them."""
     starts_workers = getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput")
     if starts_workers:
-        compile_engines(KERNEL_ENGINES)
+        with ProcessPoolExecutor() as pool:
+            list(pool.map(compile_engines, zip(KERNEL_ENGINES)))
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -74,6 +76,12 @@ def sizes(normal: int, *, slow: int) -> list[Any]:
 def sample(values: Iterable[Any], every: int) -> list[Any]:
     """Return values to parametrize a test with, one in so many by default; the others are marked as wide."""
     return [pytest.param(value, marks=pytest.mark.wide if k % every else ()) for k, value in enumerate(values)]
+
+
+def bundled_scenes() -> list[Any]:
+    """Return the names of the bundled scenes to parametrize a test with: by default four with few balls."""
+    few = ("article", "billiards", "marble-run", "newtons-cradle")
+    return [pytest.param(name, marks=() if name in few else pytest.mark.wide) for name in bundled()]
 
 
 def require(*programs: str) -> None:

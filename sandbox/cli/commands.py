@@ -18,41 +18,9 @@ import typer
 from typer.core import TyperGroup
 
 from sandbox import __version__
+from sandbox.cli import options
 from sandbox.cli.exit import exit_codes, print_error
-from sandbox.cli.options import (
-    Against,
-    AllRows,
-    CsvFile,
-    Engines,
-    EnginesToCompare,
-    EnginesToScore,
-    EngineToTrace,
-    First,
-    FirstContacts,
-    Inputs,
-    JsonFile,
-    JunitFile,
-    Layers,
-    MaxDrift,
-    MaxEnergyError,
-    MaxGap,
-    Parts,
-    Rate,
-    Rates,
-    ReportFile,
-    SceneArgument,
-    Scheduler,
-    Seconds,
-    Seed,
-    Seeds,
-    Settings,
-    SizeOption,
-    Workers,
-    file_option,
-    print_warnings,
-    scene_and_inputs,
-    settings_by_key,
-)
+from sandbox.cli.options import file_option, print_warnings, scene_and_inputs, settings_by_key
 from sandbox.cli.progress import progress_bar, sweep_with_bar, terminal_bar
 from sandbox.errors import EngineError, SandboxError, suggestion
 from sandbox.files import STANDARD_OUTPUT, check_outputs, write_text
@@ -98,13 +66,13 @@ class _Commands(TyperGroup):
 
     def _no_option(self, command: str, option: str) -> SandboxError:
         """Return an error for an option that a command does not have, with the commands that have it."""
-        options = {
+        known = {
             name: [text for key in each.params for text in key.opts if text.startswith("-")]
             for name, each in self.commands.items()
         }
-        others = [name for name, known in options.items() if option in known]
+        others = [name for name, texts in known.items() if option in texts]
         hint = f"{listed(others)} {'have' if len(others) > 1 else 'has'} it" if others else None
-        return SandboxError(f"{command} has no option {option}; {hint or suggestion(option, options[command])}")
+        return SandboxError(f"{command} has no option {option}; {hint or suggestion(option, known[command])}")
 
 
 app = typer.Typer(
@@ -147,10 +115,10 @@ def _run_by_default(
 
 @app.command()
 def run(
-    scene: SceneArgument = "article",
-    engines: Engines = None,
-    seed: Seed = None,
-    inputs: Inputs = None,
+    scene: options.SceneArgument = "article",
+    engines: options.Engines = None,
+    seed: options.Seed = None,
+    inputs: options.Inputs = None,
     save_inputs: Annotated[str | None, file_option("Save drags and edits as JSON lines.")] = None,
 ) -> None:
     """Open a scene in the window.
@@ -182,15 +150,15 @@ def run(
 
 @app.command()
 def record(
-    scene: SceneArgument,
+    scene: options.SceneArgument,
     out: Annotated[str, file_option("A .gif or .mp4 file, or .png for the end.")],
-    engines: Engines = None,
-    seconds: Seconds = None,
-    seed: Seed = None,
-    rate: Rate = None,
-    inputs: Inputs = None,
-    size: SizeOption = "1280x720",
-    show: Layers = Layer.CHARTS,
+    engines: options.Engines = None,
+    seconds: options.Seconds = None,
+    seed: options.Seed = None,
+    rate: options.Rate = None,
+    inputs: options.Inputs = None,
+    size: options.SizeOption = "1280x720",
+    show: options.Layers = Layer.CHARTS,
 ) -> None:
     """Record a scene in real time as a video, or its end as a picture.
 
@@ -211,22 +179,22 @@ def record(
 
 @app.command()
 def compare(
-    scene: SceneArgument,
-    engines: EnginesToCompare = None,
-    against: Against = None,
-    seconds: Seconds = None,
-    seed: Seed = None,
-    rate: Rate = None,
-    inputs: Inputs = None,
-    json_file: JsonFile = None,
-    csv_file: CsvFile = None,
-    report: ReportFile = None,
-    max_gap: MaxGap = None,
-    max_drift: MaxDrift = None,
-    max_energy_error: MaxEnergyError = None,
-    all_rows: AllRows = False,
-    first: First = False,
-    contacts: FirstContacts = None,
+    scene: options.SceneArgument,
+    engines: options.EnginesToCompare = None,
+    against: options.Against = None,
+    seconds: options.Seconds = None,
+    seed: options.Seed = None,
+    rate: options.Rate = None,
+    inputs: options.Inputs = None,
+    json_file: options.JsonFile = None,
+    csv_file: options.CsvFile = None,
+    report: options.ReportFile = None,
+    max_gap: options.MaxGap = None,
+    max_drift: options.MaxDrift = None,
+    max_energy_error: options.MaxEnergyError = None,
+    all_rows: options.AllRows = False,
+    first: options.First = False,
+    contacts: options.FirstContacts = None,
     advise: Annotated[bool, typer.Option("--advise", help="Try other settings of Pymunk.")] = False,
 ) -> None:
     """Compare engines: how far apart they are, since when, and why.
@@ -318,7 +286,7 @@ def watch(
     parts: Annotated[int, typer.Option(min=1, hidden=True, help="Do each step in so many parts.")] = 1,
     iterations: Annotated[int, typer.Option(min=1, hidden=True, help="Do so many times the iterations.")] = 1,
     costs: Annotated[bool, typer.Option("--costs", hidden=True, help="Write what steps cost to JSON.")] = False,
-    json_file: JsonFile = None,
+    json_file: options.JsonFile = None,
 ) -> None:
     """Run a Pymunk program unchanged, and print what is wrong in its Spaces and what to change.
 
@@ -341,12 +309,12 @@ def watch(
 
 @app.command()
 def trace(
-    scene: SceneArgument,
-    engine: EngineToTrace,
-    seconds: Seconds = None,
-    seed: Seed = None,
-    rate: Rate = None,
-    inputs: Inputs = None,
+    scene: options.SceneArgument,
+    engine: options.EngineToTrace,
+    seconds: options.Seconds = None,
+    seed: options.Seed = None,
+    rate: options.Rate = None,
+    inputs: options.Inputs = None,
     steps: Annotated[int | None, typer.Option(min=0, help="Steps to run, instead of --seconds.")] = None,
     out: Annotated[str, file_option("A .npz or .csv file; - prints CSV.")] = "-",
 ) -> None:
@@ -370,9 +338,8 @@ def verify(
         list[str] | None,
         typer.Argument(metavar="SCENE", help="Files, or bundled scenes. Default: all of these."),
     ] = None,
-    engines: EnginesToScore = None,
-    json_file: JsonFile = None,
-    junit: JunitFile = None,
+    engines: options.EnginesToScore = None,
+    json_file: options.JsonFile = None,
     tolerance: Annotated[
         float | None, typer.Option(min=0, help="Largest error that passes, in place of the scenes' own.")
     ] = None,
@@ -385,25 +352,17 @@ def verify(
     """
     from sandbox.engines import registry
     from sandbox.report.tables import Scoreboard, print_misses, print_tally
-    from sandbox.scores.verify import PATIENCE, all_passed, as_json, as_junit
+    from sandbox.scores.verify import PATIENCE, all_passed, as_json
     from sandbox.scores.verify import verify as score_engines
     from sandbox.scripting.calls import scenes_to_score
 
-    check_outputs({"--json": json_file, "--junit": junit}, scenes or ())
+    check_outputs({"--json": json_file}, scenes or ())
     scored = scenes_to_score(scenes or None)
     names = engines or list(registry())
-    bar = terminal_bar()
-    task = bar.add_task("", total=1.0)
-
-    def show(title: str, done: float) -> None:
-        bar.update(task, description=title, completed=done)
-
-    with _printed_beside([json_file, junit]):
-        rows = score_engines(scored, names, tolerance, math.inf if scenes else PATIENCE, show)
-    printed = not _has_document([json_file, junit])
-    scoreboard = Scoreboard([scene.name for scene in scored], names, console()) if printed else None
-    board = {}
-    with _printed_beside([json_file, junit]), bar:
+    printed, board = not _has_document([json_file]), {}
+    with _printed_beside([json_file]), progress_bar("") as progress:
+        rows = score_engines(scored, names, tolerance, math.inf if scenes else PATIENCE, progress)
+        scoreboard = Scoreboard([scene.name for scene in scored], names, console()) if printed else None
         for scene, row in rows:
             board[scene] = row
             if scoreboard:
@@ -413,8 +372,6 @@ def verify(
                     print(result.details, end="", file=sys.stderr)
     if json_file:
         write_text(json_file, json_text(as_json(board)))
-    if junit:
-        write_text(junit, as_junit(board))
     if printed:
         print_misses(board, console())
         print()
@@ -425,16 +382,16 @@ def verify(
 
 @app.command()
 def sweep(
-    scene: SceneArgument,
-    seeds: Seeds = None,
-    rates: Rates = None,
-    engines: Engines = None,
-    set_: Settings = None,
-    against: Against = None,
-    seconds: Seconds = None,
+    scene: options.SceneArgument,
+    seeds: options.Seeds = None,
+    rates: options.Rates = None,
+    engines: options.Engines = None,
+    set_: options.Settings = None,
+    against: options.Against = None,
+    seconds: options.Seconds = None,
     out: Annotated[str, file_option("Write the table as CSV; - prints it.")] = "-",
-    workers: Workers = None,
-    scheduler: Scheduler = None,
+    workers: options.Workers = None,
+    scheduler: options.Scheduler = None,
 ) -> None:
     """Run many seeds, rates, engines and settings of a scene.
 
@@ -475,13 +432,13 @@ def sweep(
 
 @app.command()
 def converge(
-    scene: SceneArgument,
-    engines: Engines = None,
-    rates: Rates = None,
+    scene: options.SceneArgument,
+    engines: options.Engines = None,
+    rates: options.Rates = None,
     starts: Annotated[int, typer.Option(min=1, help="Starts at each rate, shifted by fractions of a step.")] = 8,
-    seed: Seed = None,
-    seconds: Seconds = None,
-    json_file: JsonFile = None,
+    seed: options.Seed = None,
+    seconds: options.Seconds = None,
+    json_file: options.JsonFile = None,
 ) -> None:
     """Measure how fast the errors of engines vanish as the steps become shorter.
 
@@ -545,7 +502,7 @@ def scenes() -> None:
 
 
 @app.command()
-def engines(json_file: JsonFile = None) -> None:
+def engines(json_file: options.JsonFile = None) -> None:
     """List the engines, and what each supports: features of scenes, and traits."""
     from sandbox.cli.tables import print_engines
     from sandbox.engines.support import as_json
@@ -561,8 +518,8 @@ def engines(json_file: JsonFile = None) -> None:
 
 @app.command()
 def bench(
-    only: Parts = None,
-    json_file: JsonFile = None,
+    only: options.Parts = None,
+    json_file: options.JsonFile = None,
 ) -> None:
     """Measure the speed of the sandbox, in about two minutes.
 

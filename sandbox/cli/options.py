@@ -42,19 +42,13 @@ def parse_names(text: str) -> Sequence[str]:
     """
     names = [name.strip() for name in re.split(r",(?![^(]*\))", text)]  # not at the commas in brackets
     if not any(names):
-        raise OptionError(f"{text!r}: must be names separated by commas")
+        hint = "as in pymunk,exact; leave the option out for the default"
+        raise OptionError(f"{text!r}: must be names separated by commas, {hint}")
     if not all(names):
         raise OptionError(f"{text}: has a comma without a name")
     if len(set(names)) < len(names):
         raise OptionError(f"{text}: has a name twice")
     return names
-
-
-def parse_engines(text: str) -> Sequence[str]:
-    """Parse "pymunk,exact". The message for an empty text says how to run the default engines."""
-    if not text.strip(" ,"):
-        raise OptionError(f"{text!r}: must name an engine, as in pymunk,exact; leave the option out for the default")
-    return parse_names(text)
 
 
 def parse_engine(text: str) -> str:
@@ -159,13 +153,9 @@ def file_option(what: str, *names: str) -> Any:
 
 
 SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="A file, or the name of a bundled scene.")]
-Engines = Annotated[
-    Sequence[str] | None, _names("Engines. Default: pymunk, and article or else impulse.", parse_engines)
-]
-EnginesToCompare = Annotated[
-    Sequence[str] | None, _names("Engines. Default: pymunk, article or else impulse, exact.", parse_engines)
-]
-EnginesToScore = Annotated[Sequence[str] | None, _names("Engines. Default: all.", parse_engines)]
+Engines = Annotated[Sequence[str] | None, _names("Engines. Default: pymunk, and article or else impulse.")]
+EnginesToCompare = Annotated[Sequence[str] | None, _names("Engines. Default: pymunk, article or else impulse, exact.")]
+EnginesToScore = Annotated[Sequence[str] | None, _names("Engines. Default: all.")]
 Parts = Annotated[Sequence[str] | None, _names("Parts to measure. Default: all.")]
 Against = Annotated[
     str | None, _engine("Engine that the others are measured against. Default: exact, or else the last.")
@@ -178,7 +168,6 @@ Inputs = Annotated[Path | None, file_option("Replay the drags and edits saved wi
 JsonFile = Annotated[str | None, file_option("Write the figures as JSON.", "--json")]
 CsvFile = Annotated[str | None, file_option("Write the figures as CSV.", "--csv")]
 ReportFile = Annotated[str | None, file_option("Write a report as one .html file.")]
-JunitFile = Annotated[str | None, file_option("Write the results as JUnit XML.", "--junit")]
 SizeOption = Annotated[Any, typer.Option(metavar="WxH", parser=parse_size, help="Width and height, px.")]
 Layers = Annotated[Any, _names(f"What to show: {', '.join(Layer)}.", parse_layers)]
 MaxGap = Annotated[float | None, _limit("a gap is larger", "PX")]

@@ -17,10 +17,10 @@ BAR_DELAY: Final = 1.0  # s; shorter runs show no bar
 
 
 @contextmanager
-def progress_bar(title: str) -> Iterator[Callable[[float], object] | None]:
+def progress_bar(title: str) -> Iterator[Callable[..., object] | None]:
     """Yield a function that shows the fraction of a run that is done, as a bar if that takes long.
 
-    Without a terminal, yield None.
+    Its second argument is another title. Without a terminal, yield None.
     """
     if not sys.stderr.isatty():
         yield None
@@ -32,8 +32,8 @@ def progress_bar(title: str) -> Iterator[Callable[[float], object] | None]:
     bar = Progress(*columns, console=console(stderr=True), transient=True)
     task, since = bar.add_task(title, total=1.0), monotonic()
 
-    def show(done: float) -> None:
-        bar.update(task, completed=done)
+    def show(done: float, title: str = title) -> None:
+        bar.update(task, completed=done, description=title)
         if monotonic() - since > BAR_DELAY:
             bar.start()
 

@@ -22,7 +22,7 @@ from sandbox.scene.balls import PER_BALL, BallGroup
 from sandbox.scene.clock import Clock
 from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, NotTiny, Number, Vector
 from sandbox.scene.model import Scene, Wall
-from sandbox.scene.overlaps import Situation, check_ball_fits, check_wall_fits
+from sandbox.scene.overlaps import Situation, check_fits
 from sandbox.state import State, States
 
 CONSTANTS: Final = ("radius", "mass", "elasticity", "friction")  # of a ball
@@ -81,7 +81,7 @@ class AddBall(Edit):
         return State(state.time, position, velocity, np.append(state.angle, 0.0), np.append(state.spin, self.spin))
 
     def check_room(self, before: Situation, after: Situation) -> None:
-        check_ball_fits(len(after.position) - 1, None, after)
+        check_fits(len(after.position) - 1, None, after)
 
 
 class ChangeBall(Edit):
@@ -129,7 +129,7 @@ class ChangeBall(Edit):
         return state
 
     def check_room(self, before: Situation, after: Situation) -> None:
-        check_ball_fits(self.ball, before, after)
+        check_fits(self.ball, before, after)
 
 
 class DeleteBall(Edit):
@@ -182,7 +182,7 @@ class AddWall(Edit):
         return scene.changed(walls=[*scene.walls, Wall(**self.values)], expect=())
 
     def check_room(self, before: Situation, after: Situation) -> None:
-        check_wall_fits(len(after.scene.walls) - 1, None, after)
+        check_fits(~(len(after.scene.walls) - 1), None, after)
 
 
 class ChangeWall(Edit):
@@ -210,7 +210,7 @@ class ChangeWall(Edit):
         return scene.changed(walls=walls, expect=())
 
     def check_room(self, before: Situation, after: Situation) -> None:
-        check_wall_fits(self.wall, before, after)
+        check_fits(~self.wall, before, after)
 
 
 class DeleteWall(Edit):

@@ -7,7 +7,6 @@ from typing import Annotated, Final
 
 from pydantic import Field
 
-from sandbox.scene.elementary import logarithm, sine_cosine
 from sandbox.scene.fields import (
     Bits,
     Colour,
@@ -26,6 +25,10 @@ from sandbox.state import MEETS_ALL
 
 MAX_BALLS: Final = 200_000  # in a scene
 DECIMAL_ROUNDING: Final = 1e-9  # relative error that sums of decimal fractions may have
+BITS: Final = 160  # numbers as small as 2^-53 still have more of them than a float
+ONE: Final = 1 << BITS
+LN_2: Final = 1013035739299659071135698605846798551586536899366
+TERMS: Final = 70  # of each series: the next is below 2^-BITS
 PER_BALL: Final = ("positions", "velocities")  # keys that list a value for each ball of a group
 PLACEMENT_KEYS: Final = ("position", "positions", "x", "inside", "grid")
 THROW_KEYS: Final = ("velocity", "velocities", "vx", "vy", "speed", "rms_speed")
@@ -238,3 +241,35 @@ def _max_discs(width: float, height: float, radius: float) -> float:
     """Return an upper bound of how many equal discs fit in a rectangle (Oler 1961: points in a convex set)."""
     a, b, d = width - 2 * radius, height - 2 * radius, 2 * radius  # a, b: of the rectangle of the centres
     return 2 / 3**0.5 * a * b / d**2 + (a + b) / d + 1
+
+
+# The C library's sine, cosine and logarithm differ from one machine to the next. These are sums of their series, in
+# whole numbers of 2^-BITS, and rounded correctly.
+
+
+def sine_cosine(angle: float) -> tuple[float, float]:
+    """Return the sine and the cosine of an angle of at most a turn, rad."""
+    x, term, sums = _fixed(angle), ONE, [0] * 4  # sums: of x^k / k!, by the remainder of k / 4
+    for k in range(TERMS):
+        sums[k % 4] += term
+        term = (term * x >> BITS) // (k + 1)
+    return (sums[1] - sums[3]) / ONE, (sums[0] - sums[2]) / ONE
+
+
+def logarithm(number: float) -> float:
+    """Return the natural logarithm of a positive number: k ln 2 + 2 artanh((m - 1) / (m + 1)), number = 2^k m."""
+    mantissa, k = math.frexp(number)
+    if mantissa < math.sqrt(0.5):
+        mantissa, k = 2 * mantissa, k - 1
+    m = _fixed(mantissa)
+    term = ((m - ONE) << BITS) // (m + ONE)
+    square, artanh = term * term >> BITS, 0
+    for power in range(1, 2 * TERMS, 2):
+        artanh += term // power
+        term = term * square >> BITS
+    return (k * LN_2 + 2 * artanh) / ONE
+
+
+def _fixed(number: float) -> int:
+    numerator, denominator = number.as_integer_ratio()
+    return numerator * ONE // denominator

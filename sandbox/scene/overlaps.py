@@ -13,7 +13,7 @@ import numpy as np
 from sandbox.errors import SandboxError
 from sandbox.quantity import count_overlaps, length, pass_through
 from sandbox.scene.balls import DECIMAL_ROUNDING
-from sandbox.scene.model import ARENA_WALLS, Scene
+from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension
 from sandbox.scene.validation import Problem
 from sandbox.scene.walls import depths_in_wall
@@ -89,54 +89,36 @@ class Situation(NamedTuple):
     position: Floats
 
 
-def check_ball_fits(ball: int, before: Situation | None, after: Situation) -> None:
-    """Raise SandboxError if a ball is deeper in another ball or in a wall than before, or in too many balls.
+def check_fits(body: int, before: Situation | None, after: Situation) -> None:
+    """Raise SandboxError if a ball or a wall of the scene (~wall) overlaps anything more than before an edit.
 
-    before: None for a new ball, which may be in other balls as deep as it likes.
+    before: None for a new one; a new ball may be in other balls as deep as it likes, but in not too many of them.
     """
-    balls = len(after.position)
-    depth = _depths_of_ball(ball, after)
-    earlier = _depths_of_ball(ball, before) if before else np.where(np.arange(len(depth)) < balls, np.inf, 0.0)
-    earlier[balls:] = np.maximum(earlier[balls:], after.scene.arena.overlap)
-    into = _deepest(depth, earlier, after.scene)
-    if into is not None:
-        body = f"ball {into}" if into < balls else after.scene.wall_name(into - balls)
-        raise SandboxError(f"ball {ball} would overlap {body} by {_shown(after.scene, depth[into])}")
-    check_overlaps(after.position, after.scene.bodies)
+    balls, depth = len(after.position), _depths(body, after)
+    earlier = np.maximum(_depths(body, before), 0.0) if before else np.zeros(len(depth))
+    in_wall = (np.arange(len(depth)) >= balls) | (body < 0)
+    in_ball = earlier if before else np.inf
+    allowed = np.where(in_wall, np.maximum(earlier, after.scene.arena.overlap), in_ball)
+    deepest = int((depth - allowed).argmax())
+    if depth[deepest] - allowed[deepest] > depth_rounding(after.scene):
+        what = f"ball {body}" if body >= 0 else f"wall {~body}"
+        into = f"ball {deepest}" if deepest < balls else after.scene.wall_name(deepest - balls)
+        shown = after.scene.units.text(Dimension.LENGTH, "{:.3g}", depth[deepest])
+        raise SandboxError(f"{what} would overlap {into} by {shown}")
+    if body >= 0:
+        check_overlaps(after.position, after.scene.bodies)
 
 
-def check_wall_fits(wall: int, before: Situation | None, after: Situation) -> None:
-    """Raise SandboxError if a ball is deeper in a wall of the scene than before, when there was none if None."""
-    depth = _depths_in_wall(wall, after)
-    earlier = np.full(len(depth), after.scene.arena.overlap)
-    into = _deepest(depth, np.maximum(earlier, _depths_in_wall(wall, before)) if before else earlier, after.scene)
-    if into is not None:
-        raise SandboxError(f"wall {wall} would overlap ball {into} by {_shown(after.scene, depth[into])}")
-
-
-def _shown(scene: Scene, depth: float) -> str:
-    return scene.units.text(Dimension.LENGTH, "{:.3g}", depth)
-
-
-def _deepest(depth: Floats, before: Floats, scene: Scene) -> int | None:
-    """Return where a depth has grown most, by more than rounding; None if nowhere. depth, before: (k,) px."""
-    grown = depth - np.maximum(before, 0.0)
-    deepest = int(grown.argmax())
-    return deepest if grown[deepest] > depth_rounding(scene) else None
-
-
-def _depths_of_ball(ball: int, situation: Situation) -> Floats:
-    """Return how deep a ball is in each ball, then in each wall by its number: px, negative if they are apart."""
+def _depths(body: int, situation: Situation) -> Floats:
+    """Return how deep a ball is in each ball and then in each wall, or each ball in a wall: px, negative if apart."""
     scene, position = situation
-    here, radius, filters = position[ball], scene.bodies.radius, scene.bodies.filters
-    in_balls = radius + radius[ball] - length(position - here)
-    in_balls[pass_through(filters[ball], filters.T)] = in_balls[ball] = -np.inf
-    width, height = scene.arena.size
-    beyond = radius[ball] - np.array([here[0], here[1], width - here[0], height - here[1]])  # in the order of walls
-    in_arena = beyond if scene.arena.walls else np.full(len(ARENA_WALLS), -np.inf)
-    return np.concatenate([in_balls, in_arena, [_depths_in_wall(k, situation)[ball] for k in range(len(scene.walls))]])
-
-
-def _depths_in_wall(wall: int, situation: Situation) -> Floats:
-    """Return how deep each ball is in a wall of the scene: (n,) px, negative if they are apart."""
-    return depths_in_wall(situation.scene.walls[wall], situation.position, situation.scene.bodies.radius)
+    radius, filters = scene.bodies.radius, scene.bodies.filters
+    if body < 0:
+        return depths_in_wall(scene.walls[~body], position, radius)
+    in_balls = radius + radius[body] - length(position - position[body])
+    in_balls[pass_through(filters[body], filters.T)] = in_balls[body] = -np.inf
+    in_arena = radius[body] - np.concatenate([position[body], scene.arena.size - position[body]])  # as ARENA_WALLS
+    if not scene.arena.walls:
+        in_arena[:] = -np.inf
+    in_walls = [depths_in_wall(wall, position[body], radius[body]) for wall in scene.walls]
+    return np.concatenate([in_balls, in_arena, in_walls])

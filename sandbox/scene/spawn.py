@@ -1,9 +1,8 @@
 """The initial state of a scene: where its balls are placed, and how they are thrown."""
 
 import math
-import operator
 import random
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Iterable, Iterator
 from itertools import islice
 from typing import Final
@@ -16,14 +15,15 @@ from sandbox.scene.balls import DECIMAL_ROUNDING
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.overlaps import balls_in_walls, check_overlaps, depth_rounding
-from sandbox.scene.packing import Packing
 from sandbox.scene.validation import shown_problems
-from sandbox.scene.walls import depths_in_wall
-from sandbox.state import Floats, State
+from sandbox.scene.walls import ARENA_COUNT, Walls, depths_in_wall, segment_distance, walls_of
+from sandbox.state import Bools, Floats, State
 
 MAX_TRIES: Final = 100  # random places in a row for one ball, before its group is put on a lattice instead
 MAX_DRAWS: Final = 10_000  # places in a row for one ball that are in walls, before that is an error
 MAX_LATTICE_SITES: Final = 400_000  # about twice MAX_BALLS
+PLACES_AT_ONCE: Final = 100  # compared with all walls
+AROUND: Final = tuple((column, row) for column in (-1, 0, 1) for row in (-1, 0, 1))
 _recent: Final[deque[tuple[Scene, State]]] = deque(maxlen=4)  # the last ones: spawning a dense group takes seconds
 
 
@@ -34,39 +34,30 @@ def spawn(scene: Scene) -> State:
     The arrays are the caller's own. Raises SandboxError if the balls of a group do not fit, if a ball is deeper in a
     wall than the arena's `overlap`, or if too many overlap each other.
     """
-    state = next((state for earlier, state in tuple(_recent) if _spawns_alike(scene, earlier)), None)
+    tables = _drawn_from(scene)
+    state = next((state for earlier, state in tuple(_recent) if _drawn_from(earlier) == tables), None)
     if state is None:
         state = _spawn(scene)
         _recent.append((scene, state))
     return state.copy()
 
 
-def _spawns_alike(scene: Scene, changed: Scene) -> bool:
-    """Return whether two scenes share the seed and the same arena, groups and walls, as copies by `changed` do.
-
-    Equality is not enough, since 0.0 equals -0.0.
-    """
-    return (
-        (scene.seed, len(scene.balls), len(scene.walls)) == (changed.seed, len(changed.balls), len(changed.walls))
-        and scene.arena is changed.arena
-        and all(map(operator.is_, scene.balls, changed.balls))
-        and all(map(operator.is_, scene.walls, changed.walls))
-    )
+def _drawn_from(scene: Scene) -> tuple[int, list[int]]:
+    """Return what the initial state depends on: seed and tables, by identity, as 0.0 equals -0.0."""
+    return scene.seed, [*map(id, (scene.arena, *scene.balls, *scene.walls))]
 
 
 def _spawn(scene: Scene) -> State:
     if problems := [*balls_in_walls(scene)]:
         raise first_errors((scene.at_key(path, message) for path, message in shown_problems(problems)), str(scene.file))
     rng = random.Random(scene.seed)
-    packing = Packing(scene)
-    last_packed = max((index for index, group in enumerate(scene.balls) if group.inside), default=-1)
     position: list[Vector] = []
     velocity: list[Vector] = []
     spin: list[float] = []
     for index, group in enumerate(scene.balls):
         places: Iterable[Vector]
         if group.inside:
-            places = _pack(scene, index, rng, packing)
+            places = _pack(scene, index, rng, zip(position, scene.bodies.radius.tolist(), strict=False))
         elif group.x:
             places = _outside_walls(scene, index, group.drawn(rng)) if scene.walls else group.drawn(rng)
         else:
@@ -77,8 +68,6 @@ def _spawn(scene: Scene) -> State:
             position.append(place)
             velocity.append(thrown)
             spin.append(turning)
-        if index < last_packed and not group.inside:
-            packing.add(np.array(position[-group.ball_count :], float), group.radius)
     state = State(0.0, np.array(position, float), np.array(velocity, float), spin=np.array(spin, float))
     try:
         check_overlaps(state.position, scene.bodies)
@@ -89,11 +78,14 @@ def _spawn(scene: Scene) -> State:
 
 def _outside_walls(scene: Scene, index: int, places: Iterable[Vector]) -> Iterator[Vector]:
     """Yield the places of a group's balls that are in no wall. Raises SandboxError if too many in a row are in one."""
-    radius, missed = np.array([scene.balls[index].radius]), 0
-    allowed = scene.arena.overlap + depth_rounding(scene)
+    missed, walls, radius, allowed = (
+        0,
+        walls_of(scene),
+        scene.balls[index].radius,
+        scene.arena.overlap + depth_rounding(scene),
+    )
     for place in places:
-        position = np.array([place])
-        if all(depths_in_wall(wall, position, radius) <= allowed for wall in scene.walls):
+        if _in_no_wall(walls, radius, np.array([place]), allowed):
             missed = 0
             yield place
         elif (missed := missed + 1) == MAX_DRAWS:
@@ -129,47 +121,78 @@ def needed_rate(scene: Scene, state: State) -> int | None:
     return math.ceil(radii) if radii > scene.rate else None
 
 
-def _pack(scene: Scene, index: int, rng: random.Random, packing: Packing) -> list[Vector]:
+class _Packing:
+    """The balls among which others of one radius (px) are placed.
+
+    Each level has radii up to twice those of the level below, and a grid of its own. Its cells are as wide as a ball
+    there and one of the radius may be apart: only those of 3 x 3 cells can overlap.
+    """
+
+    def __init__(self, radius: float, balls: Iterable[tuple[Vector, float]]) -> None:
+        self._radius = radius
+        self._widths: dict[int, float] = {}  # px, of the cells of each level
+        self._cells = defaultdict[tuple[int, float, float], list[tuple[complex, float]]](list)
+        for place, other in balls:
+            self.add(place, other)
+
+    def add(self, place: Vector, radius: float) -> None:
+        """Place a ball of a radius (px), whether there is room or not."""
+        x, y = place
+        _, level = math.frexp(radius)
+        width = self._widths.setdefault(level, self._radius + 2.0**level)
+        self._cells[level, x // width, y // width].append((complex(x, y), self._radius + radius))
+
+    def has_room(self, place: Vector) -> bool:
+        """Return whether a ball at a place overlaps none of these."""
+        x, y = place
+        centre = complex(x, y)
+        for level, width in self._widths.items():
+            column, row = x // width, y // width
+            for across, down in AROUND:
+                for other, apart in self._cells.get((level, column + across, row + down), ()):
+                    if abs(other - centre) < apart:
+                        return False
+        return True
+
+
+def _pack(scene: Scene, index: int, rng: random.Random, before: Iterable[tuple[Vector, float]]) -> list[Vector]:
     """Place the balls of a group at random: one by one or, if they do not fit so, on sites of a lattice.
 
     Placing one by one jams at about half of the area (0.547, Feder 1980); a hexagonal lattice reaches 0.907.
+    before: centres and radii of the balls of earlier groups, px.
     """
-    group = scene.balls[index]
+    group, balls, walls = scene.balls[index], [*before], walls_of(scene)
     radius, count = group.radius, group.ball_count
     (x0, x1, _), (y0, y1, _) = (group.span(axis, scene.arena.size) for axis in (0, 1))
-    low, high = (x0, y0), (x1, y1)  # opposite corners of the rectangle of the centres, px
-    places = _one_by_one(packing, radius, count, low, high, rng)
+    packing, places, missed = _Packing(radius, balls), list[Vector](), 0
+    while len(places) < count and missed < MAX_TRIES:
+        place = rng.uniform(x0, x1), rng.uniform(y0, y1)
+        missed += 1
+        if packing.has_room(place) and _in_no_wall(walls, radius, np.array([place])):
+            packing.add(place, radius)
+            places.append(place)
+            missed = 0
     if len(places) < count:
-        packing.keep_first(len(packing) - len(places))
-        free = _free_sites(packing, radius, count, low, high)
+        free = _free_sites(walls, _Packing(radius, balls), radius, count, (x0, y0), (x1, y1))
         if len(free) < count:
             raise SandboxError(scene.at_key(("balls", index, "count"), f"is too large: there is no room for {count}"))
-        places = free[rng.sample(range(len(free)), count)]
-        packing.add(places, radius)
-    drawn: list[Vector] = places.tolist()
-    return drawn
+        places = rng.sample(free, count)
+    return places
 
 
-def _one_by_one(packing: Packing, radius: float, count: int, low: Vector, high: Vector, rng: random.Random) -> Floats:
-    """Place balls where there is room until all are placed, or one had no room in `MAX_TRIES` tries: (n, 2) px."""
-    before, missed = len(packing), 0
-    while (wanted := count - (len(packing) - before)) and missed < MAX_TRIES:
-        drawn, state = max(wanted, MAX_TRIES), rng.getstate()
-        tried, missed = packing.add_some(_anywhere(low, high, drawn, rng), radius, wanted, missed, MAX_TRIES)
-        if tried < drawn:  # the generator continues after the last place that was tried
-            rng.setstate(state)
-            _anywhere(low, high, tried, rng)
-    return packing.place[before:]
+def _in_no_wall(walls: Walls, radius: float, place: Floats, allowed: float = 0.0) -> Bools:
+    """Return whether a ball at each place (k, 2) px would be in no wall of the scene deeper than allowed, px: (k,)."""
+    if len(walls.start) == ARENA_COUNT:
+        return np.ones(len(place), bool)
+    start, end, half_thickness = (each[ARENA_COUNT:] for each in walls[:3])
+    blocks = np.array_split(place, len(place) // PLACES_AT_ONCE + 1)
+    distance = np.concatenate([segment_distance(block[:, None], start, end) for block in blocks])
+    clear: Bools = (radius + half_thickness - distance <= allowed).all(axis=1)
+    return clear
 
 
-def _anywhere(low: Vector, high: Vector, count: int, rng: random.Random) -> Floats:
-    """Draw points in a rectangle, x before y: (n, 2) px."""
-    (x0, y0), (x1, y1) = low, high
-    return np.array([(rng.uniform(x0, x1), rng.uniform(y0, y1)) for _ in range(count)])
-
-
-def _free_sites(packing: Packing, radius: float, count: int, low: Vector, high: Vector) -> Floats:
-    """Return the free sites of the widest lattice that has enough of them, or else of the narrowest: (n, 2) px."""
+def _free_sites(walls: Walls, packing: _Packing, radius: float, count: int, low: Vector, high: Vector) -> list[Vector]:
+    """Return the free sites of the widest lattice that has enough of them, or else of the narrowest, px."""
     width, height = high[0] - low[0], high[1] - low[1]
     pitch = math.sqrt(width * height / count / math.sqrt(0.75)) + 2 * radius
     finest = max(math.sqrt(width * height / MAX_LATTICE_SITES / math.sqrt(0.75)), (width + height) / MAX_LATTICE_SITES)
@@ -177,7 +200,7 @@ def _free_sites(packing: Packing, radius: float, count: int, low: Vector, high: 
     while True:
         pitch = max(0.98 * pitch, closest)
         sites = _lattice(low, high, pitch)
-        free: Floats = sites[packing.has_room(sites, radius)]
+        free = [*filter(packing.has_room, map(tuple, sites[_in_no_wall(walls, radius, sites)].tolist()))]
         if len(free) >= count or pitch == closest:
             return free
 

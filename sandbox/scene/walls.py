@@ -73,7 +73,7 @@ def nearest_on_segment(point: Floats, start: Floats, end: Floats) -> Floats:
     return start + along * fraction[..., None]
 
 
-def segment_distance(point: Floats, start: Sequence[float], end: Sequence[float]) -> Floats:
+def segment_distance(point: Floats, start: Sequence[float] | Floats, end: Sequence[float] | Floats) -> Floats:
     """Return the distance of each point (..., 2) px from a segment: (...) px."""
     return length(nearest_on_segment(point, np.asarray(start, float), np.asarray(end, float)) - point)
 

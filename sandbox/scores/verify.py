@@ -9,7 +9,6 @@ from enum import Enum
 from itertools import chain, count
 from time import monotonic
 from typing import Any, Final, TypeVar
-from xml.etree import ElementTree
 
 import numpy as np
 
@@ -31,7 +30,7 @@ from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import State, States
-from sandbox.text import printable, xml_text
+from sandbox.text import printable
 
 MAX_PRECISE: Final = 2  # numbers of a vector that are written with ten digits; shares are rounded to 0.1 %
 MAX_ROWS: Final = 256  # states of an engine that are computed in one call, and not kept
@@ -40,7 +39,7 @@ DAMPED: Final = 0.01  # fraction of the energy that a stepped engine may gain or
 PATIENCE: Final = 60.0  # s, time limit of an engine that is not built in for a scene that was not named
 FIRST_SECONDS: Final = 0.5  # s, after which an engine's speed is known
 
-Progress = Callable[[str, float], object]  # of a scene and an engine, and the fraction that is done
+Progress = Callable[[float, str], object]  # of the fraction that is done, of a scene and an engine
 
 T = TypeVar("T", bound=float | Numbers)
 
@@ -368,7 +367,7 @@ def _within(limits: _Limits, scene: Scene, engine: str, source: Source) -> Calla
             why = f"it would take {needed:.0f} s for this scene, which is scored if it is named"
             raise LimitReached(engine, done / scene.rate, why)
         if limits.progress:
-            limits.progress(f"{scene.name}, {engine}", done / scene.steps)
+            limits.progress(done / scene.steps, f"{scene.name}, {engine}")
 
     return check
 
@@ -414,35 +413,6 @@ def tally(board: Board) -> dict[str, dict[Outcome, int]]:
     return {
         name: {outcome: count[outcome] for outcome in Outcome if outcome in count} for name, count in counts.items()
     }
-
-
-_JUNIT_ELEMENTS: Final = {  # in the test case of an outcome
-    Outcome.MISSED: "failure",
-    Outcome.BROKE: "error",
-    Outcome.SKIPPED: "skipped",
-    Outcome.REFUSED: "skipped",
-    Outcome.NOT_RUN: "skipped",
-}
-
-
-def as_junit(board: Board) -> str:
-    """Return what `--junit` writes: XML with a test case for each scene and engine, for continuous integration."""
-    root = ElementTree.Element("testsuites")
-    suite = ElementTree.SubElement(root, "testsuite", name="sandbox verify")
-    elements = Counter[str]()
-    for scene, row in board.items():
-        for engine, result in row.items():
-            case = ElementTree.SubElement(suite, "testcase", classname=engine, name=scene)
-            if element := _JUNIT_ELEMENTS.get(result.outcome):
-                details = ElementTree.SubElement(case, element, message=result.lines[0])
-                details.text = result.details or "\n".join(result.lines)
-            elements[element or "passed"] += 1
-    for key, element in (("failures", "failure"), ("errors", "error"), ("skipped", "skipped")):
-        suite.set(key, str(elements[element]))
-    suite.set("tests", str(elements.total()))
-    ElementTree.indent(root)
-    xml: bytes = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
-    return xml_text(xml.decode()) + "\n"
 
 
 def all_passed(board: Board, engines: Sequence[str] | None) -> bool:

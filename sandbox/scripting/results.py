@@ -9,7 +9,7 @@ import numpy as np
 from sandbox.analysis.advice import TriedSettings, advised, recommend
 from sandbox.analysis.advice import as_json as advice_as_json
 from sandbox.report.tables import print_advice, print_scores, tally_lines
-from sandbox.scores.verify import Board, SceneResults, all_passed, as_json, as_junit
+from sandbox.scores.verify import Board, SceneResults, all_passed, as_json
 from sandbox.scripting.arguments import ByName, save
 from sandbox.state import Floats
 from sandbox.sweeps import Row, RowResult, Sweep, as_csv
@@ -53,11 +53,8 @@ class Scores(ByName[SceneResults]):
         return json_text(as_json(self))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the scores as .json, or as JUnit .xml, by the path's ending.
-
-        Raises SandboxError for another ending, or if the file cannot be written.
-        """
-        save("scores", path, {".json": self.to_json, ".xml": lambda: as_junit(self)})
+        """Write the scores as .json. Raises SandboxError for another ending, or if the file cannot be written."""
+        save("scores", path, {".json": self.to_json})
 
 
 class SweepTable(list[Row]):

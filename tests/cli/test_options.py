@@ -33,11 +33,14 @@ def test_options_are_parsed() -> None:
     ("arguments", "message"),
     [
         (("compare", "article", "--engines", "a,,\x1b"), "--engines a,,\N{REPLACEMENT CHARACTER}: has a comma"),
-        (("compare", "article", "--engines", ""), "--engines '': must name an engine, as in pymunk"),
+        (
+            ("compare", "article", "--engines", ""),
+            "--engines '': must be names separated by commas, as in pymunk,exact",
+        ),
         (("compare", "article", "--against", ""), "--against '': must name an engine, as in pymunk"),
         (("sweep", "article", "--against", " "), "--against ' ': must name an engine, as in pymunk"),
         (("trace", "article", "--engine", ""), "--engine '': must name an engine, as in pymunk"),
-        (("run", "article", "--engines", ","), "--engines ',': must name an engine, as in pymunk"),
+        (("run", "article", "--engines", ","), "--engines ',': must be names separated by commas, as in pymunk,exact"),
         (("sweep", "article", "--rates", "0"), "--rates '0': must be whole numbers from 1 on, separated by commas"),
         (("sweep", "article", "--rates", "fast"), "--rates 'fast': must be whole numbers from 1 on"),
         (("sweep", "article", "--seeds", "9:5"), "--seeds 9:5: must be two numbers A:B"),

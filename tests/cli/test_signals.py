@@ -13,6 +13,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from conftest import sample
 from forked import exit_code_of, forked
 
 from sandbox.cli import commands
@@ -140,7 +141,7 @@ def test_ctrl_c_while_the_workers_of_a_sweep_start_ends_all_of_them_silently(swe
     assert (sweeping.returncode, output) == (CTRL_C, "")
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("number", sample([signal.SIGKILL, signal.SIGTERM], 2))
 def test_workers_end_when_their_sweep_is_killed(sweeping: subprocess.Popen[str], number: signal.Signals) -> None:
     sweeping.send_signal(number)
     sweeping.communicate(timeout=60)

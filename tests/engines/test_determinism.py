@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import without_fma
+from conftest import bundled_scenes, without_fma
 from numba import njit
 
 from sandbox.engines import advance, can_run, create, registry
@@ -104,7 +104,7 @@ def squares() -> list[float]:
     return compiled
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", [*bundled("truths"), *bundled_scenes()])
 def test_the_results_of_our_own_engines_have_not_changed(name: str) -> None:
     """A changed hash means that users' runs change: if that is intended, the changelog must say so.
 

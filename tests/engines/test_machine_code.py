@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import sample, sizes
+from conftest import bundled_scenes, sample, sizes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -80,7 +80,7 @@ def test_random_scenes_have_the_same_bits_in_both_forms(cases: int) -> None:
     run()
 
 
-@pytest.mark.parametrize("name", sample([*bundled(), *bundled("truths")], 3))
+@pytest.mark.parametrize("name", [*sample(bundled("truths"), 3), *bundled_scenes()])
 def test_bundled_scenes_have_the_same_bits_in_both_forms(name: str) -> None:
     scene = load(name)
     for engine in filter(lambda engine: can_run(engine, scene), KERNEL_ENGINES):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import sample, scene_of
+from conftest import bundled_scenes, scene_of
 
 from sandbox.analysis.comparison import compare
 from sandbox.errors import Refused, SandboxError
@@ -24,7 +24,7 @@ from sandbox.run.edits import (
 from sandbox.run.inputs import Grab, Input, Move, Release, load_inputs, write_inputs
 from sandbox.run.lockstep import Lockstep
 from sandbox.run.trajectory import Trajectory, simulate
-from sandbox.scene.files import bundled, dump, load
+from sandbox.scene.files import dump, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 
@@ -241,7 +241,7 @@ BALL_EDITS: dict[str, Callable[[int], Edit]] = {
 
 @pytest.mark.parametrize("edit", BALL_EDITS.values(), ids=BALL_EDITS)
 @pytest.mark.parametrize("is_saved", [False, True], ids=["bundled", "saved"])
-@pytest.mark.parametrize("name", sample(bundled(), 4))
+@pytest.mark.parametrize("name", bundled_scenes())
 def test_any_ball_of_any_scene_can_be_edited(
     name: str, is_saved: bool, edit: Callable[[int], Edit], tmp_path: Path
 ) -> None:

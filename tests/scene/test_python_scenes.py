@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from conftest import NO_KEY, sample
+from conftest import NO_KEY, bundled_scenes
 
 import sandbox
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import Grab
 from sandbox.scene.balls import BallGroup
 from sandbox.scene.fields import Range, Vector
-from sandbox.scene.files import bundled, load, parse
+from sandbox.scene.files import load, parse
 from sandbox.scene.model import Arena, Expect, PymunkSettings, Scene, Wall
 from sandbox.scene.spawn import spawn
 from sandbox.scene.validation import Problem
@@ -76,7 +76,7 @@ def test_python_reports_the_errors_of_a_file_in_the_same_words() -> None:
     assert sorted(errors_in_python(Scene, **document)) == sorted(in_file)
 
 
-@pytest.mark.parametrize("name", sample(bundled(), 3))
+@pytest.mark.parametrize("name", bundled_scenes())
 def test_a_scene_of_dictionaries_is_the_scene_of_the_file(name: str) -> None:
     scene = load(name)
     built = Scene(**tomllib.loads(scene.source))

@@ -7,13 +7,13 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
-from conftest import sample, scene_of
+from conftest import bundled_scenes, scene_of
 from hypothesis import given
 from hypothesis import strategies as st
 
 from sandbox.errors import SandboxError
 from sandbox.scene.balls import BallGroup
-from sandbox.scene.files import bundled, dump, load, parse, write
+from sandbox.scene.files import dump, load, parse, write
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.session.session import Session
@@ -111,7 +111,7 @@ def test_every_key_is_read_and_all_except_expectations_are_written(tmp_path: Pat
     assert saved.expect == ()
 
 
-@pytest.mark.parametrize("name", sample([name for name in bundled() if name != "gas-1000"], 3))
+@pytest.mark.parametrize("name", bundled_scenes())
 def test_a_bundled_scene_in_flight_loads_to_the_state_of_each_engine(name: str, tmp_path: Path) -> None:
     scene = load(name)
     session = Session(scene, ["pymunk", "impulse", "exact"])

@@ -4,7 +4,6 @@ import json
 from dataclasses import asdict
 from importlib.metadata import EntryPoint
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -20,7 +19,7 @@ from sandbox.run.edits import SetVelocity
 from sandbox.run.inputs import Grab
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
-from sandbox.scores.verify import Board, Judged, Outcome, Result, all_passed, as_json, as_junit, verify
+from sandbox.scores.verify import Board, Judged, Outcome, Result, all_passed, as_json, verify
 from sandbox.state import Floats, State
 
 TRUTHS = list(bundled("truths"))
@@ -340,16 +339,14 @@ def test_an_engine_that_breaks_ends_its_own_column_only() -> None:
     assert not all_passed(board, ["breaks"])
 
 
-@pytest.mark.usefixtures("breaks", "working_folder")
+@pytest.mark.usefixtures("breaks")
 def test_the_command_names_the_engine_that_broke_and_ends_with_1(command: Command) -> None:
-    arguments = ("newtons-cradle", "head-on", "--engines", "exact,breaks", "--junit", "results.xml")
+    arguments = ("newtons-cradle", "head-on", "--engines", "exact,breaks")
     code, out, err = command("verify", *arguments)
     assert code == 1
     assert "newtons-cradle, breaks: ZeroDivisionError: no" in out
     assert out.endswith("exact: 2 of 2 scenes met\nbreaks: 0 of 2 scenes met, 1 broke, 1 not run\n")
     assert err.startswith("Traceback")
-    suite = ElementTree.parse(Path("results.xml")).getroot()[0]
-    assert (suite.get("tests"), suite.get("errors"), suite.get("skipped")) == ("4", "1", "1")
 
 
 class Interrupted(ExactEngine):
@@ -377,40 +374,11 @@ def test_an_unknown_engine_is_an_error_of_the_user() -> None:
 # What the command prints
 
 
-def test_junit_has_a_test_case_for_each_scene_and_engine() -> None:
-    text = as_junit(board_of(load("oblique"), load("bouncing"), engines=("exact", "pymunk", "article")))
-    suite = ElementTree.fromstring(text)[0]
-    cases = {(case.get("classname"), case.get("name")): [kind.tag for kind in case] for case in suite}
-    assert cases == {
-        ("exact", "oblique"): [],
-        ("pymunk", "oblique"): [],
-        ("article", "oblique"): ["failure"],
-        ("exact", "bouncing"): [],
-        ("pymunk", "bouncing"): [],
-        ("article", "bouncing"): ["skipped"],
-    }
-    assert [suite.get(count) for count in ("tests", "failures", "errors", "skipped")] == ["6", "1", "0", "1"]
-    missed = suite.find("testcase[@classname='article']/failure")
-    assert missed is not None
-    assert missed.get("message", "").startswith("ball 0 at 1 s: velocity (")
-    assert len((missed.text or "").splitlines()) == 2
-
-
 WIDE = """\
 scene              exact          pymunk         article
 oblique       2.0e-14 ok   5.9e+00 close  1.2e+02 MISSED
 bouncing      0.0e+00 ok   1.5e+01 close         refused
 """
-
-
-def test_junit_is_xml_whatever_a_law_says() -> None:
-    law = 'it\'s <b> & "\uffff" ]]>'
-    scene = scene_of("radius = 20\nposition = [200, 300]").changed(
-        expect=[{"at": 0, "momentum": (1, 0), "tolerance": 1e-9, "because": law}]
-    )
-    suite = ElementTree.fromstring(as_junit(board_of(scene)))[0]
-    [failure] = suite.iter("failure")
-    assert failure.get("message", "").endswith(law.replace("\uffff", "\N{REPLACEMENT CHARACTER}"))
 
 
 NARROW = """\

@@ -192,10 +192,9 @@ def test_the_files_are_those_of_the_command(
 
 def test_scores_and_their_files_are_those_of_the_command(working_folder: Path, command: Command) -> None:
     scores = sandbox.verify("oblique", ["article", "exact"])
-    command("verify", "oblique", "--engines", "article,exact", "--json", "a.json", "--junit", "a.xml")
-    for ending in ("json", "xml"):
-        scores.save(f"b.{ending}")
-        assert Path(f"b.{ending}").read_text() == Path(f"a.{ending}").read_text()
+    command("verify", "oblique", "--engines", "article,exact", "--json", "a.json")
+    scores.save("b.json")
+    assert Path("b.json").read_text() == Path("a.json").read_text()
     assert not scores.passed()
     assert scores.passed("exact")
     assert not scores["oblique"]["article"].scores[0].passed

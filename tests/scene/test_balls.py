@@ -1,4 +1,4 @@
-"""Sine, cosine and logarithm in whole numbers, against sums of their series and against `decimal`."""
+"""Sine, cosine and logarithm of balls thrown at random, against sums of their series and against `decimal`."""
 
 import math
 import random
@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 
-from sandbox.scene.elementary import logarithm, sine_cosine
+from sandbox.scene.balls import logarithm, sine_cosine
 
 RNG = random.Random(1)
 ANGLES = (0.0, 0.785, 0.786, 1.5, 2.0, 3.0, 4.0, 5.0, 6.28, -1.0, *(RNG.uniform(0, 2 * math.pi) for _ in range(20)))
