@@ -17,7 +17,8 @@ from sandbox.threads import checkpoint
 LOG_ROWS: Final = 64  # of a new engine's log
 _MOVING: Final = ("x", "y", "vx", "vy", "angle", "spin")  # px, px in the engine's unit of time, rad
 _OF_BODY: Final = ("radius", "mass", "elasticity", "friction")
-BALL: Final = np.dtype([(name, "f8") for name in (*_MOVING, *_OF_BODY)])
+_IN_GRID: Final = ("cell", "next")  # its cell, and another ball there, or NONE
+BALL: Final = np.dtype([(name, "f8") for name in (*_MOVING, *_OF_BODY)] + [(name, "i4") for name in _IN_GRID])
 
 
 def balls_of(bodies: Bodies) -> Any:
