@@ -6,6 +6,7 @@ from typing import Protocol, cast
 from sandbox.errors import SandboxError, shown
 from sandbox.scene.fields import Vector
 from sandbox.state import NO_DAMPING, Contacts, Damping, Floats, State, States
+from sandbox.text import counted
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,10 @@ class Engine(Protocol):
 
     def state(self) -> State:
         """Return a snapshot, which later steps do not change."""
+
+    def __repr__(self) -> str:
+        state = self.state()
+        return f"<{type(self).__name__}: {counted(len(state.position), 'ball')} at {state.time:.4g} s>"
 
 
 class RunningEngine(Engine, Protocol):

@@ -9,6 +9,7 @@ import numpy as np
 
 from sandbox.compiled import Function, as_python, compiled, write_back
 from sandbox.engines.contact_log import ContactLog, empty_log
+from sandbox.engines.engine import RunningEngine
 from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.event_loop import (
     COLLAPSE,
@@ -44,7 +45,7 @@ FALLING: Final = 4  # events without gravity, or discs, that take as long as one
 CODE: Final = MachineCode("exact", compiling=120_000, loading=20_000, many=400)  # events; discs
 
 
-class ExactEngine:
+class ExactEngine(RunningEngine):
     """Hard discs, event by event. `collisions` counts the contacts between balls.
 
     hop_time: s, for which discs that lean on each other are apart; where a result depends on it, it is not exact.
