@@ -15,6 +15,7 @@ from conftest import scene_of
 
 from sandbox.errors import SandboxError
 from sandbox.run.edits import AddBall, DeleteBall, SetGravity
+from sandbox.run.inputs import Kick
 from sandbox.run.trajectory import Trajectory, simulate
 from sandbox.scene.files import load
 from sandbox.state import Floats, no_contacts
@@ -172,3 +173,9 @@ def test_steps_override_seconds_which_default_to_the_scene_s() -> None:
 def test_an_impossible_duration_is_rejected(duration: dict[str, Any], message: str) -> None:
     with pytest.raises(SandboxError, match=f"^{message}$"):
         simulate(load("oblique"), "article", **duration)
+
+
+def test_a_kick_adds_to_the_velocity_of_its_ball_from_its_step_on() -> None:
+    scene = scene_of("radius = 20\nposition = [200, 300]\nvelocity = [60, 0]")
+    run = simulate(scene, "exact", steps=3, inputs=[Kick(step=1, ball=0, velocity=(0, -200))])
+    assert run.velocity[:, 0].tolist() == [[60, 0], [60, 0], [60, -200], [60, -200]]
