@@ -9,7 +9,6 @@ import numpy as np
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.expectations import overlap_in, worst
 from sandbox.analysis.figures import Figures, Run
-from sandbox.analysis.gas import TheoryRow
 from sandbox.engines import REFERENCE, TUNED, settings_in
 from sandbox.judge.causes import Cause
 from sandbox.judge.thresholds import NEGLIGIBLE
@@ -33,10 +32,6 @@ REMEDIES: Final = {  # said once, of Pymunk
     Cause.GRAVITY: "More steps a second integrate gravity in finer steps.",
     Cause.DAMPING: "damping = 1 turns it off.",
 }
-SAMPLING_ERRORS: Final = 4  # standard errors that a figure of theory may be off before it counts as wrong
-MIN_SAMPLE: Final = 400  # contacts of balls; of fewer, theory says too little: 4/√400 are 20 %
-MAX_THEORY_ERROR: Final = 0.05  # fraction by which theory may be off, where no exact engine shows it
-MAX_COOLING: Final = 0.01  # fraction of the energy; an engine that changes more of it is not in equilibrium
 
 
 class Summary(NamedTuple):
@@ -209,33 +204,6 @@ def _besides(comparison: Comparison, name: str) -> Iterator[str]:
         by = scene.units.text(Dimension.LENGTH, "{:.4g}", escape.furthest)
         first = f"first ball {escape.ball} at {escape.time:.3f} s"
         yield f"{counted(escape.balls, 'ball')} left the arena, {first}, by up to {by}{at_end}."
-    yield from _statistics(comparison, run)
-
-
-# Statistics
-
-
-def _statistics(comparison: Comparison, run: Run) -> Iterator[str]:
-    """Name the worst figure of theory of an engine, where paths mean nothing for part of the run."""
-    figures, exact = run.figures, comparison.runs.get(REFERENCE, run)
-    in_equilibrium = run.theory and (figures.energy_drift or 0.0) <= MAX_COOLING
-    if comparison.trusted_until is None or not in_equilibrium or (figures.pair_contacts or 0) < MIN_SAMPLE:
-        return
-    noise = SAMPLING_ERRORS / math.sqrt(min(figures.pair_contacts or 1, figures.wall_contacts or 1))
-    by_exact = {row.figure: abs(_error(row)) for row in exact.theory} if exact is not run else {}
-    errors = {row: abs(_error(row)) - noise - by_exact.get(row.figure, MAX_THEORY_ERROR) for row in run.theory}
-    row = max(errors, key=errors.__getitem__)
-    if errors[row] <= 0:
-        yield "Its statistics agree with theory, as far as the sample shows."
-    elif row.expected:
-        low = "low" if _error(row) < 0 else "high"
-        yield f"Too {low} by {100 * abs(_error(row)):.2g} %: {row.figure.partition(',')[0]} ({row.because})."
-    else:
-        yield f"Its speeds are {row.measured:.2g} from their law."
-
-
-def _error(row: TheoryRow) -> float:
-    return row.measured / row.expected - 1 if row.expected else row.measured
 
 
 # The table

@@ -22,7 +22,6 @@ from sandbox.state import Bools, Floats, Integers
 
 MAX_ISLANDS: Final = 1_500  # of a block, the first ones: each takes up to 0.5 ms, all less than a second
 COMMON: Final = 3  # laws, and 2 places, that single contacts show most, and that are tried on islands
-MAX_LEFT_OUT: Final = 6  # contacts of an island of which each is left out in turn
 BY_SOLVER: Final = {Cause.WARM_START: "pulls", Cause.UNCONVERGED: "approach", Cause.LATE: "together"}
 SAID: Final = np.dtype([("cause", "i8"), ("law", "U32"), ("place", "U32"), ("value", "f8")])
 Ends = tuple[Vectors, Vectors, Floats]  # how balls end the step: px, px/s and rad/s
@@ -75,8 +74,8 @@ class Islands:
         self.c, self.one, self.two = c.part(order), one[order], two[order]
         self.of = island[self.one]
         self.count = int(island.max(initial=-1)) + 1
-        self.sizes = np.bincount(self.of, minlength=self.count)
-        self.rank = np.arange(len(order)) - (np.cumsum(self.sizes) - self.sizes)[self.of]
+        sizes = np.bincount(self.of, minlength=self.count)
+        self.rank = np.arange(len(order)) - (np.cumsum(sizes) - sizes)[self.of]
         self.bodies = Bodies(run, self.c.i, self.c.j)
         self.x, self.v, self.w = run.x[k, i], run.v0[k, i], run.w[k, i] * run.kept
         self.seen = run.x[k + 1, i], run.v[k + 1, i], run.w[k + 1, i]
@@ -93,14 +92,10 @@ class Islands:
         np.maximum.at(most, self.island, np.where(np.isnan(values), NEVER, values))
         return most
 
-    def follow(self, rule: Rule, some: Bools, left_out: int | None = None) -> Bools:
-        """Return which of some islands end the step as by a rule. left_out: the rank of a contact that does not happen.
-
-        some: (islands,).
-        """
+    def follow(self, rule: Rule, some: Bools) -> Bools:
+        """Return which of some islands, (islands,), end the step as by a rule."""
         some = some & ~(self.are_heaps & rule.in_time)
-        happens = some[self.of] & (self.rank != (-1 if left_out is None else left_out))
-        rows = np.flatnonzero(happens)
+        rows = np.flatnonzero(some[self.of])
         x, v, w = self._in_time(rule, rows, some) if rule.in_time else self._at_end(rule, rows)
         y, z, spin = self.seen
         dt = self.dt[self.island]
@@ -224,8 +219,8 @@ class Shown(NamedTuple):
     times: int
 
 
-def explain_islands(islands: Islands, shown: list[Shown]) -> tuple[np.ndarray, Integers]:
-    """Return what is wrong with each island, SAID, and the rows of contacts that are left out of some.
+def explain_islands(islands: Islands, shown: list[Shown]) -> np.ndarray:
+    """Return what is wrong with each island, SAID.
 
     The cause is RIGHT if nothing is, and UNKNOWN if no rule explains an island.
     """
@@ -238,19 +233,13 @@ def explain_islands(islands: Islands, shown: list[Shown]) -> tuple[np.ndarray, I
             unsaid &= ~won
             for of, some in enumerate((won & ~is_pair, won & is_pair)):
                 said[some] = _said(rule, is_pair=bool(of))
-    out, wins = [], np.count_nonzero(~unsaid)
-    for rank in range(MAX_LEFT_OUT):
-        won = islands.follow(EXACT, unsaid & (islands.sizes > max(rank, 1)) & (islands.sizes <= MAX_LEFT_OUT), rank)
-        unsaid &= ~won
-        said[won] = (Cause.MISSED, "left out", "", np.nan)
-        out.append(np.flatnonzero(won[islands.of] & (islands.rank == rank)))
     late = sum(each.times if each.key.when != When.TOUCH else -each.times for each in shown)
     faulty = sum(each.times for each in shown if each.cause is not None and _is_fault(each.key))
-    if late > faulty and wins <= DOUBTED * islands.count:
+    if late > faulty and np.count_nonzero(~unsaid) <= DOUBTED * islands.count:
         for island in np.flatnonzero(unsaid).tolist():
             if (cause := islands.together(island)) is not None:
                 said[island] = (cause, BY_SOLVER[cause], "", np.nan)
-    return said, np.concatenate(out)
+    return said
 
 
 def _is_fault(key: Key) -> bool:

@@ -18,7 +18,7 @@ from sandbox.judge.ledger import NO_BODY, Errors, Ledger, pairs
 from sandbox.judge.observe import SIGN, Singles, When
 from sandbox.judge.run import NEVER, Contacts, Run, Vectors, cross, dot
 from sandbox.judge.summary import Judged, Verdict, summary
-from sandbox.judge.thresholds import MAX_TOGETHER, NEGLIGIBLE, REST
+from sandbox.judge.thresholds import ALIKE, MAX_TOGETHER, NEGLIGIBLE, REST
 from sandbox.judge.words import of_flight
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT
@@ -28,7 +28,6 @@ OF_OVERLAP: Final = (  # causes of what balls do that overlap at the start
     *(Cause.LATE, Cause.EARLY, Cause.POSITION_CORRECTION, Cause.TELEPORTED, Cause.OVERSHOOT, Cause.DOUBLE_BOUNCE),
     *(Cause.WARM_START, Cause.UNCONVERGED, Cause.UNKNOWN),
 )
-SLIGHT: Final = 1e-3  # of a radius; an overlap at the start that is less deep comes of digits that were rounded
 BLOCK: Final = 2**20  # steps of a ball that are judged at once, some 300 MB of arrays
 
 
@@ -138,10 +137,8 @@ class _Block:
         self.done[at_rest.k, at_rest.i] = self.carried[at_rest.k, at_rest.i] = True
         self.ledger.rightful(self.own, run.gain(at_rest.k, at_rest.i))
         self._early(nodes)
-        left_out = self._islands()
-        dropped |= np.isin(keys, left_out) & self.is_due
-        happened = keys[acts & c.any_in(self.kicked) & ~np.isin(keys, left_out)]
-        self._missed(c.part(waits | dropped), self.touch[waits | dropped], happened)
+        self._islands()
+        self._missed(c.part(waits | dropped), self.touch[waits | dropped], keys[acts & c.any_in(self.kicked)])
 
     def _has_more(self, c: Contacts, among: Contacts, own: Bools | int) -> Bools:
         """Return which contacts have a ball with more than their own among others, of which each is `own` itself."""
@@ -274,8 +271,8 @@ class _Block:
 
     # Islands
 
-    def _islands(self) -> Integers:
-        """Judge the balls that are left, in groups of those that may have touched; return the contacts left out."""
+    def _islands(self) -> None:
+        """Judge the balls that are left, in groups of those that may have touched."""
         run, c, left = self.run, self.c, self.active & ~self.done
         touching = c.pair & (self.deepest > -run.tiny)
         reached, t = left.copy(), c.part(touching)
@@ -292,17 +289,17 @@ class _Block:
         self._lone(*np.divmod(nodes[single], run.n))
         kept = np.flatnonzero(~single)
         order = kept[np.argsort(label[kept], kind="stable")]
-        return self._judge_islands(nodes[order], np.unique(label[order], return_inverse=True)[1])
+        self._judge_islands(nodes[order], np.unique(label[order], return_inverse=True)[1])
 
-    def _judge_islands(self, nodes: Integers, island: Integers) -> Integers:
-        """Judge islands; return the keys of contacts that are left out of them.
+    def _judge_islands(self, nodes: Integers, island: Integers) -> None:
+        """Judge islands.
 
         nodes: balls in steps, island by island; island: the number of each. How far an island is off, and what
         restitution and friction take, is of its contacts as if each were alone.
         """
         run, c, ledger, count = self.run, self.c, self.ledger, int(island.max(initial=-1)) + 1
         if not count:
-            return np.empty(0, np.int64)
+            return
         k, i = np.divmod(nodes, run.n)
         sorter = np.argsort(nodes)
         ends = c.nodes(run.n)
@@ -336,7 +333,7 @@ class _Block:
             run, k[nodes_of], i[nodes_of], number[island[nodes_of]], c.part(near_of), where[one[near_of]],
             where[two[near_of]], self.undo,
         )  # fmt: skip
-        said[tried], left_out = explain_islands(islands, self.rules)
+        said[tried] = explain_islands(islands, self.rules)
         firsts = Contacts(*np.full((3, count), NO_BODY))
         some, begin = np.unique(island, return_index=True)
         firsts.k[some], firsts.i[some] = k[begin], i[begin]
@@ -358,7 +355,6 @@ class _Block:
             times=np.maximum(summed(np.ones(len(due)), of_due), 1)[wrong], displacement=summed(np.abs(off_x))[wrong],
             speed=summed(np.abs(off_v))[wrong], momentum=summed(run.m[i] * np.abs(off_v))[wrong], gained=gained[wrong],
         )  # fmt: skip
-        return keys_of(islands.c.part(left_out), run)
 
     def _lone(self, k: Integers, i: Integers) -> None:
         """Judge balls that touch nothing and do not fly as the engine does."""
@@ -457,7 +453,7 @@ class _Block:
 
     def mark_overlaps(self, errors: Errors) -> None:
         """Blame on an overlap at the start what balls do until it ends: no step led them into each other."""
-        run, deep = self.run, self.c.part(self.before > SLIGHT * float(self.run.r.min()))
+        run, deep = self.run, self.c.part(self.before > ALIKE * float(self.run.r.min()))  # less comes of three digits
         keys = np.sort(keys_of(deep, run))
         begins = np.flatnonzero(np.diff(keys, prepend=-9) != 1)
         of_start = np.repeat(keys[begins] % (run.steps + 1) == 0, np.diff(np.append(begins, len(keys))))

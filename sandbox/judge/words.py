@@ -27,7 +27,6 @@ OF_STEPS: Final = {  # what no law of contacts is the cause of; {v} is how fast 
     "approach": "The solver has not converged: bodies still approach, or part too fast.",
     "pulls": "An impulse of an earlier step pulls bodies together.",
     "overlap": "Bodies overlap when the run begins: no step led them into each other.",
-    "left out": "Of several contacts in a step, one is left out.",
 }
 FLIGHTS: Final = {
     "damping": "Damping leaves {0:.4g} % of the velocities each second.",
