@@ -103,7 +103,7 @@ def deepest_overlap(position: Floats, radius: Floats, filters: Integers | None =
     other do not count.
     """
     deepest, first, second = 0.0, -1, -1
-    for overlap, a, b in _overlaps(position.reshape(-1, *position.shape[-2:]), radius, filters):
+    for overlap, a, b in overlaps(position.reshape(-1, *position.shape[-2:]), radius, filters):
         k = int(overlap.argmax())
         if overlap[k] > deepest:
             deepest, first, second = float(overlap[k]), *sorted((int(a[k]), int(b[k])))
@@ -116,16 +116,14 @@ def count_overlaps(position: Floats, radius: Floats, most: int, filters: Integer
     filters: (n, 3), as in `Bodies`; balls that pass through each other do not count.
     """
     count = 0
-    for overlap, _, _ in _overlaps(position[None], radius, filters):
+    for overlap, _, _ in overlaps(position[None], radius, filters):
         count += len(overlap)
         if count >= most:
             return most
     return count
 
 
-def _overlaps(
-    position: Floats, radius: Floats, filters: Integers | None
-) -> Iterator[tuple[Floats, Integers, Integers]]:
+def overlaps(position: Floats, radius: Floats, filters: Integers | None) -> Iterator[tuple[Floats, Integers, Integers]]:
     """Yield overlaps (px) and the balls of each, (k,), some pairs at a time. position: (states, n, 2) px.
 
     Sweep and prune along the axis of the larger spread (Cohen et al. 1995): each ball is compared with the balls no

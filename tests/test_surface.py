@@ -15,6 +15,8 @@ from test_docs import files
 from test_example_notebook import CODE
 
 import sandbox
+from sandbox.engines import create
+from sandbox.scene.spawn import spawn
 
 VERBS = (
     *("advise", "compare", "dump", "engines", "from_space", "lint", "load", "scenes"),
@@ -60,6 +62,15 @@ def test_help_lists_the_verbs_and_the_classes() -> None:
         assert f"    {verb} " in text[: text.index("\nPACKAGE CONTENTS\n")]
     for name in CLASSES:
         assert f"\n    class {name}(" in text or f"\n    {name} = " in text
+
+
+def test_an_engine_and_a_watched_space_are_shown_on_one_short_line() -> None:
+    scene = sandbox.load("article")
+    with sandbox.watch(sandbox.to_space(scene)) as watched:
+        watched.step(1 / 60)
+    assert repr(watched) == "<Watched: 1 step, 0.01667 s>"
+    for name, kind in (("pymunk", "PymunkEngine"), ("impulse", "ImpulseEngine"), ("exact", "ExactEngine")):
+        assert repr(create(name, scene, spawn(scene))) == f"<{kind}: 3 balls at 0 s>"
 
 
 USER = """

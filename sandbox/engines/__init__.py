@@ -20,7 +20,7 @@ from importlib.util import find_spec
 from types import ModuleType
 from typing import Any, Final, cast
 
-from sandbox.engines.engine import CheckingEngine, RunningEngine, advance
+from sandbox.engines.engine import RunningEngine, advance
 from sandbox.engines.specs import TUNED, file_and_name, load_from_file, settings_in, with_settings
 from sandbox.errors import EngineError, MissingLibrary, Refused, SandboxError, shown, suggestion
 from sandbox.scene.model import Scene
@@ -205,10 +205,10 @@ def refusal(name: str, scene: Scene, *, builds: bool = False) -> str | None:
     builds: whether to build an engine that has no `check`, which may refuse the scene too.
     """
     base, _ = settings_in(name)
-    engine = _load(base)
+    engine: Any = _load(base)
     try:
         if hasattr(engine, "check"):
-            cast("CheckingEngine", engine).check(scene)
+            engine.check(scene)
         elif builds:
             from sandbox.scene.spawn import spawn  # noqa: PLC0415 (it takes longer than `check`)
 

@@ -5,8 +5,8 @@ from typing import Protocol, cast
 
 from sandbox.errors import SandboxError, shown
 from sandbox.scene.fields import Vector
-from sandbox.scene.model import Scene
 from sandbox.state import NO_DAMPING, Contacts, Damping, Floats, State, States
+from sandbox.text import counted
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,8 @@ class Engine(Protocol):
     """One solver running one scene: all that an engine of your own must have.
 
     The same scene and kicks give the same bytes, in any process on one machine. An engine may declare `traits`, such as
-    `traits = Traits(soft=True)` on its class, and have methods of `RunningEngine`.
+    `traits = Traits(soft=True)` on its class, and have methods of `RunningEngine`. With a static method `check(scene)`,
+    which raises Refused if the engine cannot run a scene, it need not be built for that.
     """
 
     def step(self) -> None:
@@ -44,6 +45,10 @@ class Engine(Protocol):
 
     def state(self) -> State:
         """Return a snapshot, which later steps do not change."""
+
+    def __repr__(self) -> str:
+        state = self.state()
+        return f"<{type(self).__name__}: {counted(len(state.position), 'ball')} at {state.time:.4g} s>"
 
 
 class RunningEngine(Engine, Protocol):
@@ -60,14 +65,6 @@ class RunningEngine(Engine, Protocol):
 
     def kick(self, ball: int, dv: Vector) -> None:
         """Add dv (px/s) to a ball's velocity."""
-
-
-class CheckingEngine(RunningEngine, Protocol):
-    """An engine that refuses some scenes, and says so without being built, which takes a second for many balls."""
-
-    @staticmethod
-    def check(scene: Scene) -> None:
-        """Raise Refused if the engine cannot run a scene."""
 
 
 class BlockEngine(RunningEngine, Protocol):

@@ -8,7 +8,7 @@ import numpy as np
 import pymunk
 from pymunk.batch import Buffer, set_space_bodies
 
-from sandbox.engines.engine import Traits
+from sandbox.engines.engine import RunningEngine, Traits
 from sandbox.engines.space_reader import STATE_BYTES, STATE_FIELDS, SpaceReader
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import SPACE_SETTINGS, Scene, Wall
@@ -22,7 +22,7 @@ WALL_HALF_THICKNESS: Final = 20_000.0
 STATES_BYTES: Final = 500_000  # of states in the buffer, which are decoded together
 
 
-class PymunkEngine:
+class PymunkEngine(RunningEngine):
     """A scene in a `pymunk.Space`, which is public as `space`: body k is ball k."""
 
     def __init__(self, scene: Scene, initial: State) -> None:

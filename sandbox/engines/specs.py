@@ -9,8 +9,7 @@ import hashlib
 import json
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -141,16 +140,6 @@ def _module(file: Path, text: str) -> ModuleType:
     assert spec
     module = module_from_spec(spec)
     sys.modules[name] = module  # where dataclasses look for it
-    with _importing_from(str(file.parent)):
-        exec(compile(text, file, "exec"), vars(module))
+    sys.path.append(str(file.parent))  # so that it can import others beside it; installed packages come first
+    exec(compile(text, file, "exec"), vars(module))
     return module
-
-
-@contextmanager
-def _importing_from(folder: str) -> Iterator[None]:
-    """Let a file import others beside it, as if it were run by Python; installed packages come first."""
-    sys.path.append(folder)
-    try:
-        yield
-    finally:
-        sys.path.remove(folder)

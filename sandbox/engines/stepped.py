@@ -7,6 +7,7 @@ import numpy as np
 
 from sandbox.compiled import Function, as_python, column, compiled, write_back
 from sandbox.engines.contact_log import ContactLog, empty_log
+from sandbox.engines.engine import RunningEngine
 from sandbox.engines.machine_code import MachineCode
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
@@ -16,7 +17,8 @@ from sandbox.threads import checkpoint
 LOG_ROWS: Final = 64  # of a new engine's log
 _MOVING: Final = ("x", "y", "vx", "vy", "angle", "spin")  # px, px in the engine's unit of time, rad
 _OF_BODY: Final = ("radius", "mass", "elasticity", "friction")
-BALL: Final = np.dtype([(name, "f8") for name in (*_MOVING, *_OF_BODY)])
+_IN_GRID: Final = ("cell", "next")  # its cell, and another ball there, or NONE
+BALL: Final = np.dtype([(name, "f8") for name in (*_MOVING, *_OF_BODY)] + [(name, "i4") for name in _IN_GRID])
 
 
 def balls_of(bodies: Bodies) -> Any:
@@ -27,7 +29,7 @@ def balls_of(bodies: Bodies) -> Any:
     return ball
 
 
-class SteppedEngine:
+class SteppedEngine(RunningEngine):
     """An engine whose steps are calls of a kernel step(world, now, log). now: s, at the end of the step.
 
     world: a named tuple of arrays, of which `ball` has the type BALL; code: decides about machine code; unit: the

@@ -37,15 +37,18 @@ class Passages:
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
         self._sizes: dict[int, tuple[float, float]] = {}  # of each body: its smallest half width, its reach
+        self._counts: dict[int, int] = {}  # of its shapes
 
     def look(self, contents: Contents) -> None:
         """Read the sizes of the bodies, after something was added."""
         self._space = contents.space
         for body in contents.bodies:
-            if shapes := contents.solid_of.get(id(body)):
+            shapes = contents.solid_of.get(id(body), [])
+            if len(shapes) != self._counts.get(body.id, 0):
+                self._counts[body.id] = len(shapes)
                 centre = body.center_of_gravity
                 reaches = [half_length(shape) + (shape.center_of_gravity - centre).length for shape in shapes]
-                self._sizes[body.id] = min(map(half_width, shapes)), max(reaches)
+                self._sizes[body.id] = min(map(half_width, shapes), default=math.inf), max(reaches, default=0.0)
 
     def of(self, step: Step) -> Iterator[Passage]:
         """Yield the passages of a step that was just done."""

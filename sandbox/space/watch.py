@@ -26,7 +26,7 @@ from sandbox.space.passages import Passage, Passages
 from sandbox.space.recording import Recording, original_step
 from sandbox.space.rules import END_RULES, RULES
 from sandbox.space.steps import ALWAYS, STEP_RULES, Evidence
-from sandbox.text import DEFAULT_WIDTH, json_text
+from sandbox.text import DEFAULT_WIDTH, counted, json_text
 
 MAX_SPACES: Final = 10  # that are diagnosed
 MAX_LOOKED_AT: Final = 500_000  # shapes in all looks of the linter, which take some 10 µs each
@@ -233,6 +233,9 @@ class Watched:
     def __init__(self, space: pymunk.Space) -> None:
         self._space, self._origins = space, Origins()
         self._trial = Trial(space, self._origins)
+
+    def __repr__(self) -> str:
+        return f"<Watched: {counted(self._trial.steps, 'step')}, {self._trial.time:.4g} s>"
 
     def __enter__(self) -> Self:
         add = self._space.add

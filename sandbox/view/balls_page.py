@@ -63,21 +63,20 @@ VALUES: Final[Mapping[str, Value]] = {
 COLUMNS: Final = dict(list(VALUES.items())[:10])  # of the table, as many on each of the two lines of a row
 PER_LINE: Final = len(COLUMNS) // 2
 OF_BALL: Final = ("x", "y", "vx", "vy", "spin", "mass", "radius", "elasticity", "friction")
-OF_WALL: Final[Mapping[str, tuple[str, int]]] = {  # the wall's value of each number, and the axis if it is an end
-    "from x": ("start", 0),
-    "from y": ("start", 1),
-    "to x": ("to", 0),
-    "to y": ("to", 1),
-    "thickness": ("thickness", 0),
-    "elasticity": ("elasticity", 0),
-    "friction": ("friction", 0),
+OF_WALL: Final[Mapping[str, tuple[str, int, str]]] = {  # the wall's value, the axis if it is an end, what it is
+    "from x": ("start", 0, END),
+    "from y": ("start", 1, END),
+    "to x": ("to", 0, END),
+    "to y": ("to", 1, END),
+    "thickness": ("thickness", 0, "full thickness"),
+    "elasticity": ("elasticity", 0, FACTOR),
+    "friction": ("friction", 0, FACTOR),
 }
-DOES_OF_WALL: Final = {"thickness": "full thickness", "elasticity": FACTOR, "friction": FACTOR}
 
 
 @dataclass(eq=False)
 class BallTable(Widget):
-    """Rows of balls under the names of columns: a press on a name sorts by it, one on a row selects the ball.
+    """Rows of balls under the names of columns: a press on a row selects its ball.
 
     shown: returns the state of an engine, and the scene.
     """
@@ -85,69 +84,49 @@ class BallTable(Widget):
     shown: Callable[[], tuple[State, Scene]]
     selected: Callable[[], int | None]
     select: Callable[[int], None]
-    sorted_by: str = ""  # a column, or nothing: by number
-    falling: bool = False  # from the largest
 
     takes_keys = False
-    _line = _text_height = 1  # px
+    _row = 1  # px, height
+
+    def _rows(self) -> int:
+        return min(MAX_BALLS, len(self.shown()[0].position))
 
     def height(self, width: int, text_height: int) -> int:
         """Return the height of its rows, px."""
-        return 2 * round(CELL_HEIGHT * text_height) * (1 + min(MAX_BALLS, len(self.shown()[0].position)))
-
-    @property
-    def order(self) -> Sequence[int]:
-        """The balls in the order of the rows."""
-        state, scene = self.shown()
-        if not self.sorted_by:
-            return range(len(state.position))
-        values = COLUMNS[self.sorted_by].of(state, scene)
-        order: list[int] = np.argsort(-values if self.falling else values, kind="stable").tolist()
-        return order
+        return 2 * round(CELL_HEIGHT * text_height) * (1 + self._rows())
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
         """Draw the rows that are in the clipped part of the surface."""
-        state, scene = self.shown()
-        self._line, self._text_height = round(CELL_HEIGHT * text_height), text_height
+        (state, scene), line = self.shown(), round(CELL_HEIGHT * text_height)
         units, first, small = scene.units, round(NUMBER * text_height), round(0.9 * text_height)
-        width, tall = (place.width - first) // PER_LINE, 2 * self._line
+        width, self._row = (place.width - first) // PER_LINE, 2 * line
         cells = [
-            Rect(place.x + first + k % PER_LINE * width, place.y + k // PER_LINE * self._line, width, self._line)
+            Rect(place.x + first + k % PER_LINE * width, place.y + k // PER_LINE * line, width, line)
             for k in range(len(COLUMNS))
         ]
         values = np.column_stack([column.of(state, scene) for column in COLUMNS.values()])
         for cell, (name, column) in zip(cells, COLUMNS.items(), strict=True):
-            is_sorted = name == self.sorted_by
             heading = f"{name}, {units.name(column.dimension)}"
-            heading = heading if text_width(heading, small, bold=is_sorted) < width - 4 else name
-            _right(surface, heading, cell, small, bold=is_sorted)
-        clip, chosen, order = surface.get_clip(), self.selected(), self.order
-        top = max(0, (clip.y - place.y) // tall - 1)
-        for row in range(top, min(len(order), MAX_BALLS)):
-            line = Rect(place.x, place.y + (row + 1) * tall, place.width, tall)
-            if line.y > clip.bottom:
+            _right(surface, heading if text_width(heading, small) < width - 4 else name, cell, theme.dim, small)
+        clip = surface.get_clip()
+        for ball in range(max(0, (clip.y - place.y) // self._row - 1), self._rows()):
+            row = Rect(place.x, place.y + (ball + 1) * self._row, place.width, self._row)
+            if row.y > clip.bottom:
                 break
-            ball = order[row]
-            if ball == chosen:
-                surface.fill(theme.hover, line)
-            surface.fill(theme.line, (line.x, line.y, line.width, 1))
-            dot(surface, rgb(scene.colors[ball]), theme.dim, (line.x + small // 2, line.centery), small // 3)
-            write(surface, str(ball), Rect(line.x + small, line.y, first, line.height), theme.ink, small)
+            if ball == self.selected():
+                surface.fill(theme.hover, row)
+            surface.fill(theme.line, (row.x, row.y, row.width, 1))
+            dot(surface, rgb(scene.colors[ball]), theme.dim, (row.x + small // 2, row.centery), small // 3)
+            write(surface, str(ball), Rect(row.x + small, row.y, first, row.height), theme.ink, small)
             for cell, value, column in zip(cells, values[ball], COLUMNS.values(), strict=True):
                 text = _cell_text(value, column.dimension, units)
-                _right(surface, text, cell.move(0, line.y - place.y), small, ink=True)
+                _right(surface, text, cell.move(0, row.y - place.y), theme.ink, small)
 
     def press(self, place: Rect, point: tuple[int, int]) -> None:
-        """Sort by the column whose name is pressed, or select the ball of the row."""
-        line, first = (point[1] - place.y) // self._line, round(NUMBER * self._text_height)
-        if line >= 2:
-            for ball in self.order[line // 2 - 1 : line // 2]:
-                self.select(ball)
-            return
-        column = (point[0] - place.x - first) // max(1, (place.width - first) // PER_LINE)
-        name = list(COLUMNS)[PER_LINE * line + min(column, PER_LINE - 1)] if column >= 0 else ""
-        self.falling = name != self.sorted_by or not self.falling  # the largest first, then the smallest
-        self.sorted_by = name
+        """Select the ball of the row."""
+        ball = (point[1] - place.y) // self._row - 1
+        if 0 <= ball < self._rows():
+            self.select(ball)
 
 
 def _cell_text(value: float, dimension: Dimension, units: Units) -> str:
@@ -158,13 +137,12 @@ def _cell_text(value: float, dimension: Dimension, units: Units) -> str:
     return f"{shown:,.{decimals}f}" if abs(value) < 1e5 else readable(f"{shown:,.3g}")
 
 
-def _right(surface: Surface, text: str, cell: Rect, height: int, *, ink: bool = False, bold: bool = False) -> None:
+def _right(surface: Surface, text: str, cell: Rect, colour: Color, height: int) -> None:
     """Write a text at the right of a cell, smaller if need be, and then only its start."""
-    height = fitting(text_width(text, height, bold=bold), cell.width - 4, height)
+    height = fitting(text_width(text, height), cell.width - 4, height)
     text = shortened(text, cell.width - 4, height)
-    x = max(cell.x, cell.right - text_width(text, height, bold=bold))
-    place = Rect(x, cell.y, cell.right - x, cell.height)
-    write(surface, text, place, theme.ink if ink else theme.dim, height, bold=bold)
+    x = max(cell.x, cell.right - text_width(text, height))
+    write(surface, text, Rect(x, cell.y, cell.right - x, cell.height), colour, height)
 
 
 class BallsPage:
@@ -182,8 +160,8 @@ class BallsPage:
         self._dimensions: dict[Field, Dimension] = {}
         of_ball = [self._number(key, VALUES[key].dimension, VALUES[key].does) for key in OF_BALL]
         of_wall = [
-            self._number(key, VALUES[key].dimension if key in VALUES else Dimension.LENGTH, DOES_OF_WALL.get(key, END))
-            for key in OF_WALL
+            self._number(key, VALUES[key].dimension if key in VALUES else Dimension.LENGTH, does)
+            for key, (*_, does) in OF_WALL.items()
         ]
         colour = self._field(
             "colour", self._colour, lambda text: editor.change(color=text), "a CSS colour name or #rrggbb"
@@ -257,12 +235,12 @@ class BallsPage:
         """Return a number of what is selected, px."""
         if (ball := self._editor.selected) is not None:
             return float(VALUES[key].of(*self._shown())[ball])
-        name, axis = OF_WALL[key]
+        name, axis, _ = OF_WALL[key]
         return float(np.ravel(getattr(self._wall, name))[axis])
 
     def _change(self, key: str, number: float) -> None:
         """Change a number of what is selected, px. Raises SandboxError."""
-        name, axis = OF_WALL.get(key, (key, 0))
+        name, axis, _ = OF_WALL.get(key, (key, 0, ""))
         value = (
             number
             if name == key

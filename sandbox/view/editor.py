@@ -155,18 +155,10 @@ class Editor:
         """Set the elasticity of every pair."""
         self.give(SetElasticity(step=self._step, elasticity=elasticity))
 
-    def gravity(self) -> float:
-        """Return the gravity downwards, px/s²."""
-        return self._moment.scene.gravity[1]
-
     def set_gravity(self, gravity: float) -> None:
         """Set the gravity downwards, px/s²."""
         self._playback.settle()  # the moment shown may be another step's, with another gravity sideways
         self.give(SetGravity(step=self._step, gravity=(self._moment.scene.gravity[0], gravity)))
-
-    def rate(self) -> float:
-        """Return the steps per second."""
-        return self._moment.scene.rate
 
     def set_rate(self, rate: float) -> None:
         """Set the steps per second."""

@@ -94,7 +94,7 @@ MOMENTUM: Final = Instrument(
 SPEEDS: Final = Instrument("speeds", "how many balls have each speed, beside the law", Dimension.VELOCITY)
 INSTRUMENTS: Final = (
     ENERGY,
-    Instrument("kinetic", "energy of flight and spin", Dimension.ENERGY, _of(Quantity.KINETIC)),
+    Instrument("kinetic energy", "of flight and spin", Dimension.ENERGY, _of(Quantity.KINETIC)),
     *(ERROR, GAP, MOMENTUM, SPEEDS),
 )
 

@@ -78,11 +78,6 @@ class Pane:
             reading = moment.engines[self.name]
             self.state, self.stands = reading.state, reading.stands and f"{self.name} stands still: {reading.stands}"
 
-    def shows(self, moment: Moment) -> bool:
-        """Return whether all that the pane shows of a moment is drawn."""
-        here, there = ((each.held, each.target, each.suspended) for each in (self.moment, moment))
-        return here == there and (self.is_suspended or moment.states[self.name] is self.state)
-
     @property
     def energy_text(self) -> str:
         """How the engine's energy compares with what it should have, in words; nothing while that is not known."""
@@ -154,9 +149,12 @@ class Pane:
         room = line.width - (text_width(energy, height, bold=is_off) + height if energy else 0)
         name, ink = shortened(self.name, max(room, 3 * height), height), theme.dim if self.is_suspended else theme.ink
         for words, hue, bold in ((name, ink, True), (energy, colour if is_off else theme.dim, is_off)):
-            line.left, line.width = write(surface, words, line, hue, height, bold=bold) + height, line.width
-        is_batch = self.debug_draw is not None and self._live and self.debug_draw.is_batch
-        for remark in [f"outlines: {outlined}"] * bool(outlined) + [BATCH] * is_batch + [PLAIN] * self.plain:
+            left = write(surface, words, line, hue, height, bold=bold) + height
+            line = Rect(left, place.y, max(0, place.right - left), place.height)
+        remarks = [f"outlines: {outlined}"] if outlined else []
+        if self.debug_draw and self._live:
+            remarks += [BATCH] * self.debug_draw.is_batch + [PLAIN] * self.plain
+        for remark in remarks:
             width = text_width(remark, height)
             if line.left + width <= place.right:
                 write(surface, remark, Rect(place.right - width, place.y, width + 1, place.height), theme.dim, height)
@@ -210,9 +208,8 @@ class SessionView:
             return
         for pane in self.panes:
             is_there = pane.name in moment.engines or (pane.name in moment.suspended and moment.engines)
-            shown, runner = moment if is_there else completed, runners.get(pane.name)
-            if live != self._live or not pane.shows(shown):
-                pane.show(shown, runner.engine if runner else None, live=live)
+            runner = runners.get(pane.name)
+            pane.show(moment if is_there else completed, runner.engine if runner else None, live=live)
         self.moment, self._live = moment, live
         self.charts.moment = completed
 

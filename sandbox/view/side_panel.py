@@ -135,7 +135,7 @@ class ScenePage:
         self._title, self._about, self._facts = Words("", bold=True), Words(""), Words("")
 
         def gravity() -> float:
-            return editor.gravity() * self._playback.scene.units.factor(Dimension.ACCELERATION)
+            return playback.scene.gravity[1] * self._playback.scene.units.factor(Dimension.ACCELERATION)
 
         def set_gravity(value: float) -> None:
             editor.set_gravity(value / self._playback.scene.units.factor(Dimension.ACCELERATION))
@@ -144,7 +144,7 @@ class ScenePage:
         self._elasticity = Slider(
             "elasticity", ELASTICITIES, editor.elasticity, editor.set_elasticity, "of any two that meet"
         )
-        self._steps = Slider("steps", RATES, editor.rate, editor.set_rate, unit=" per second")
+        self._steps = Slider("steps", RATES, lambda: playback.scene.rate, editor.set_rate, unit=" per second")
         runs, saves = (
             [action_button(action, do) for action in actions]
             for actions in ((Action.RESTART, Action.DISCARD_EDITS, Action.NEXT_SEED), SAVES)

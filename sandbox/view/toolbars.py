@@ -84,8 +84,8 @@ class Toolbars:
     def _tab(self, instrument: Instrument) -> TextButton:
         name = instrument.name.capitalize()
         return TextButton(
-            name, lambda: self._charts.show(instrument), f"{name}: {instrument.meaning}  (1: the next chart)",
-            lambda: self._charts.instrument is instrument,
+            name.partition(" ")[0], lambda: self._charts.show(instrument),
+            f"{name}: {instrument.meaning}  (1: the next chart)", lambda: self._charts.instrument is instrument,
         )  # fmt: skip
 
     # Places and drawing

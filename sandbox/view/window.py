@@ -358,7 +358,7 @@ class Window:
     def draw(self) -> None:
         """Draw everything."""
         self._drawn = self.view.moment, self.view.charts.moment, self.messages.text
-        self._outdated = self.scenes.picker is not None and not self.scenes.picker.is_complete
+        self._outdated = False  # also if the drawing fails, or it would fail again and again
         over_panes = not self.scenes.picker and self.widgets.over is None
         cursor = self.mouse.cursor if over_panes else pygame.SYSTEM_CURSOR_ARROW
         if cursor != self._cursor:
@@ -371,6 +371,7 @@ class Window:
         if whole is not self.screen:
             self.screen.blit(whole, (0, 0))
         pygame.display.set_caption(caption(self.scene))
+        self._outdated = self.scenes.picker is not None and not self.scenes.picker.is_complete
 
     def _draw_on(self, surface: Surface, layout: Layout) -> None:
         """Draw everything on a surface of the layout's size."""

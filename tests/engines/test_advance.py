@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from conftest import scene_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -9,27 +10,38 @@ from sandbox.engines import advance, create
 from sandbox.engines.exact import engine as exact
 from sandbox.engines.stepped import SteppedEngine
 from sandbox.scene.files import load
+from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import Contacts, Floats, States
 
-SCENES = {
-    "article": ["article", "gas-100"],
-    "impulse": ["article", "funnel", "gas-100"],
-    "exact": ["funnel", "gas-100"],
-    "pymunk": ["gas-100"],
+ROUGH = scene_of(
+    "count = 30\nradius = 15\ninside = [[0, 300], [400, 600]]\nspeed = 200\nfriction = 0.8\nelasticity = 0.6",
+    more="gravity = [0, 900]\n[[walls]]\nfrom = [0, 400]\nto = [300, 560]\nthickness = 10\nfriction = 0.5\n",
+)  # a pile with friction on a slope: contacts that rest, part and touch again
+ARTICLE, GAS, FUNNEL = load("article"), load("gas-100"), load("funnel")
+CASES = {
+    "article, few": ("article", ARTICLE),
+    "article": ("article", GAS),
+    "impulse, few": ("impulse", ARTICLE),
+    "impulse, walls": ("impulse", FUNNEL),
+    "impulse": ("impulse", GAS),
+    "exact, heap": ("exact", FUNNEL),
+    "exact, friction": ("exact", ROUGH),
+    "exact": ("exact", GAS),
+    "pymunk": ("pymunk", GAS),
+    "pymunk, friction": ("pymunk", ROUGH),
 }
 
 
-def play(name: str, scene: str, blocks: list[int], kick: int) -> list[Floats | Contacts]:
+def play(name: str, scene: Scene, blocks: list[int], kick: int) -> list[Floats | Contacts]:
     """Run an engine in blocks of steps, with a kick before the block of that number."""
-    loaded = load(scene)
-    engine = create(name, loaded, spawn(loaded))
+    engine = create(name, scene, spawn(scene))
     engine.record_contacts()
     parts = []
     for number, steps in enumerate(blocks):
         if number == kick:
             engine.kick(1, (40.0, -300.0))
-        states = States.empty(steps, len(loaded.bodies))
+        states = States.empty(steps, len(scene.bodies))
         states.position[:] = states.velocity[:] = np.nan
         advance(engine, states)
         for rows, now in zip(states, States.of(engine.state()), strict=True):
@@ -38,16 +50,33 @@ def play(name: str, scene: str, blocks: list[int], kick: int) -> list[Floats | C
     return [np.concatenate(part) for part in zip(*parts, strict=True)]
 
 
-@pytest.mark.parametrize(("name", "scene"), [(name, scene) for name, scenes in SCENES.items() for scene in scenes])
+@pytest.mark.parametrize(("name", "scene"), CASES.values(), ids=CASES)
 @settings(max_examples=5)
-@given(blocks=st.lists(st.integers(1, 90), min_size=2, max_size=4), rows=st.sampled_from([1, 2, 64]), data=st.data())
+@given(
+    blocks=st.lists(st.integers(1, 90), min_size=2, max_size=4),
+    rows=st.sampled_from([1, 2, 64]),
+    substeps=st.integers(1, 3),
+    persistence=st.sampled_from([1, 3, 10]),
+    states_bytes=st.sampled_from([1, 40_000, 500_000]),
+    data=st.data(),
+)
 def test_a_block_of_steps_is_so_many_single_steps(
-    name: str, scene: str, blocks: list[int], rows: int, data: st.DataObject
+    name: str,
+    scene: Scene,
+    blocks: list[int],
+    rows: int,
+    substeps: int,
+    persistence: int,
+    states_bytes: int,
+    data: st.DataObject,
 ) -> None:
-    """rows: of the contact log at first, so that it is full now and then."""
+    """rows: of the contact log at first, so that it is full now and then; states_bytes: of Pymunk's, read together."""
     kick = data.draw(st.integers(0, len(blocks) - 1))
+    if name == "pymunk":
+        scene = scene.changed(pymunk={"substeps": substeps, "collision_persistence": persistence})
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("sandbox.engines.stepped.LOG_ROWS", rows)
+        patch.setattr("sandbox.engines.pymunk.STATES_BYTES", states_bytes)
         patch.setattr(exact, "LOG_ROWS", rows)
         whole = play(name, scene, blocks, kick)
     singles = [1] * sum(blocks)

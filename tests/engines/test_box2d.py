@@ -17,7 +17,6 @@ from sandbox.state import Floats
 if not LIBRARIES_REQUIRED:
     pytest.importorskip("pyb2d3")
 
-from sandbox.engines.box2d import Box2DEngine
 
 FLOAT32 = 2e-7  # relative: two units in the last place
 
@@ -101,13 +100,6 @@ def test_more_elasticities_than_filters_are_refused_by_name() -> None:
     scene = scene_of(*balls)
     with pytest.raises(Refused, match=r"^box2d: 9 different elasticities are more than its filters can tell apart"):
         create("box2d", scene, spawn(scene))
-
-
-def test_a_kick_adds_to_the_velocity() -> None:
-    scene = scene_of("radius = 20\nposition = [200, 300]\nvelocity = [60, -30]")
-    engine = Box2DEngine(scene, spawn(scene))
-    engine.kick(0, (30.0, 0.1))
-    assert engine.state().velocity[0] == pytest.approx([90, -29.9], rel=FLOAT32)
 
 
 @pytest.mark.parametrize("thickness", [0, 4])

@@ -307,17 +307,6 @@ def test_rate_of_stepping_changes_no_event() -> None:
     assert len(set(logs)) == 1
 
 
-def test_same_scene_and_kicks_give_the_same_bytes() -> None:
-    def run() -> bytes:
-        engine = engine_of(gas())
-        for _ in range(120):
-            engine.kick(5, (3.0, -4.0))
-            engine.step()
-        return engine.state().position.tobytes()
-
-    assert run() == run()
-
-
 def test_kick_changes_the_velocity_at_once() -> None:
     engine = engine_of(box_of(ball([100, 300], [60, 0]), ball([300, 300])))
     play(engine, 60)

@@ -343,19 +343,6 @@ def test_contacts_account_for_all_velocities_and_spins(balls: list[Any], seed: i
             assert kinetic[0] - kinetic[-1] == pytest.approx(lost.sum(), rel=1e-9, abs=1e-9 * kinetic[0])
 
 
-def test_states_do_not_depend_on_the_number_of_steps_per_call() -> None:
-    scene = random_scene([(8, 1, 0.6, 0.9), (12, 2, 0.9, 0.4), (6, 0.5, 0.2, 1.0)], 5, FALLING)
-    one, many = engine_of(scene), engine_of(scene)
-    states = States.empty(300, 3)
-    many.advance(300, *states)
-    for step in range(300):
-        one.step()
-        state = one.state()
-        for name in States._fields:
-            assert getattr(state, name).tobytes() == getattr(states, name)[step].tobytes()
-    assert one.contacts().tobytes() == many.contacts().tobytes()
-
-
 @pytest.mark.parametrize("elasticity", [0.3, 0.5, 0.7, 0.9])
 @pytest.mark.parametrize("first", [(0.1, 0.0), (0.05, -0.05), (10.0, 9.9), (100.0, 99.9)])
 def test_rolling_balls_that_meet_slowly_never_part_faster(first: tuple[float, float], elasticity: float) -> None:

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from sandbox.engines.exact.heaps.statics import Columns, columns_of, equilibrium, loose
 from sandbox.engines.exact.records import NONE
-from sandbox.engines.exact.statics import Columns, columns_of, equilibrium, loose
 from sandbox.state import Bools, Floats
 
 G = 900.0  # px/s²

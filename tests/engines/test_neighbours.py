@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sandbox.compiled import compiled
-from sandbox.engines import article, impulse, neighbours
+from sandbox.engines import article, impulse
 from sandbox.engines.contact_log import empty_log
 from sandbox.engines.neighbours import NeighbourGrid, new_grid
 from sandbox.engines.stepped import BALL, balls_of
@@ -146,7 +146,7 @@ def test_a_ball_pushed_through_a_heap_meets_what_was_out_of_sight_at_first() -> 
     state = [np.maximum(position, 5), np.column_stack([np.linspace(-4, 4, n), np.zeros(n)])]
     positions = assert_equal_to_the_bit(article_frames(n, (400, 200)), state, 6, article_grid(n, (400, 200)))
     pushed = np.abs(positions[0] - state[0] - state[1]).max(axis=1)
-    assert pushed.max() > 10 * 2 * neighbours.SLACK  # so it had to look again
+    assert pushed.max() > 2  # so it had to look again
 
 
 @pytest.mark.parametrize("place", [math.nan, math.inf, -math.inf, 1e300, -5.0])
@@ -163,4 +163,4 @@ def test_the_number_of_cells_is_bounded_by_the_number_of_balls(size: tuple[float
     """In a channel of 1e9 px, cells as wide as a ball would be 1e8."""
     grid = new_grid(100, 10.0, size)
     assert grid is not None
-    assert len(grid.first) < 2000
+    assert len(grid.grid.cell) < 2000

@@ -5,16 +5,14 @@ from typing import Any
 import numpy as np
 import pymunk
 import pytest
-from conftest import sample, scene_of
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from conftest import scene_of
 from recorded import recorded
 
 from sandbox.engines.pymunk import WALL_HALF_THICKNESS, PymunkEngine, _chains
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene, Wall
 from sandbox.scene.spawn import spawn
-from sandbox.state import Contacts, Floats, States
+from sandbox.state import Floats, States
 
 
 def plain_pymunk(scene: Scene, steps: int) -> tuple[Floats, list[tuple[int, int, float]]]:
@@ -173,68 +171,6 @@ def test_an_oblique_contact_found_late_is_off_by_six_per_cent() -> None:
     for _ in range(60):
         engine.step()
     assert engine.state().velocity[:, 0] == pytest.approx([105.882353, 94.117647], abs=1e-6)
-
-
-ROUGH = scene_of(
-    "count = 30\nradius = 15\ninside = [[0, 300], [400, 600]]\nspeed = 200\nfriction = 0.8\nelasticity = 0.6",
-    more="gravity = [0, 900]\n[[walls]]\nfrom = [0, 400]\nto = [300, 560]\nthickness = 10\nfriction = 0.5\n",
-)  # a pile with friction on a slope: contacts that rest, part and touch again
-
-
-def run_in_blocks(scene: Scene, blocks: list[int], kicked: int) -> tuple[Floats, Floats, Contacts]:
-    """Run a scene in blocks of steps, with a kick before the block of a number: all states and contacts."""
-    engine = PymunkEngine(scene, spawn(scene))
-    engine.record_contacts()
-    states, contacts = [], []
-    for number, steps in enumerate(blocks):
-        if number == kicked:
-            engine.kick(0, (50.0, -400.0))
-        block = States.empty(steps, len(scene.bodies))
-        engine.advance(steps, *block)
-        states.append(block)
-        contacts.append(engine.contacts())
-        assert np.array_equal(engine.state().position, block.position[-1])
-    position, velocity, _, _ = (np.concatenate(part) for part in zip(*states, strict=True))
-    return position, velocity, np.concatenate(contacts)
-
-
-def run_in_steps(scene: Scene, steps: int, kicked: int) -> tuple[Floats, Floats, Contacts]:
-    """Run a scene step by step, with a kick before the step of a number: all states and contacts."""
-    engine = PymunkEngine(scene, spawn(scene))
-    engine.record_contacts()
-    states, contacts = [], []
-    for step in range(steps):
-        if step == kicked:
-            engine.kick(0, (50.0, -400.0))
-        engine.step()
-        states.append(engine.state())
-        contacts.append(engine.contacts())
-    position, velocity = (np.array([getattr(state, key) for state in states]) for key in ("position", "velocity"))
-    return position, velocity, np.concatenate(contacts)
-
-
-@pytest.mark.parametrize(
-    "scene", sample([load("gas-100"), load("funnel"), ROUGH], 3), ids=["gas-100", "funnel", "rough"]
-)
-@settings(max_examples=12)
-@given(
-    blocks=st.lists(st.integers(1, 70), min_size=2, max_size=5),
-    substeps=st.integers(1, 3),
-    persistence=st.sampled_from([1, 3, 10]),
-    states_bytes=st.sampled_from([1, 40_000, 500_000]),
-    data=st.data(),
-)
-def test_a_block_of_steps_is_so_many_single_steps(
-    scene: Scene, blocks: list[int], substeps: int, persistence: int, states_bytes: int, data: st.DataObject
-) -> None:
-    """states_bytes: of the states that are decoded together."""
-    scene = scene.changed(pymunk={"substeps": substeps, "collision_persistence": persistence})
-    kicked = data.draw(st.integers(0, len(blocks) - 1))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("sandbox.engines.pymunk.STATES_BYTES", states_bytes)
-        whole = run_in_blocks(scene, blocks, kicked)
-    for part, single in zip(whole, run_in_steps(scene, sum(blocks), sum(blocks[:kicked])), strict=True):
-        assert part.tobytes() == single.tobytes()
 
 
 @pytest.mark.parametrize(("joined", "turned"), [(False, True), (True, False)])

@@ -91,7 +91,7 @@ def forgotten_shape(space: pymunk.Space) -> None:
     KEPT.append(shape)
 
 
-KEPT: list[pymunk.Shape] = []  # a shape that is in no Space is kept alive by its program only
+KEPT: list[Any] = []  # what is in no Space is kept alive by its program only
 
 
 def overlapping(space: pymunk.Space) -> None:
@@ -119,7 +119,8 @@ def motor_of_any_torque(space: pymunk.Space) -> None:
 
 
 def removed_without_its_shape(space: pymunk.Space) -> None:
-    space.remove(body_of(disc(space, 200)))
+    KEPT.append(body_of(disc(space, 200)))
+    space.remove(KEPT[-1])
 
 
 def joint_to_nothing(space: pymunk.Space) -> None:

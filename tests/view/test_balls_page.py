@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 
-import numpy as np
 import pygame
 import pytest
 from conftest import scene_of
@@ -184,22 +183,13 @@ def test_while_time_passes_the_mouse_pulls_and_typing_pauses(desk: Window) -> No
     assert position(desk, 2)[0] == 300
 
 
-def test_the_table_has_every_ball_sorts_and_selects(desk: Window) -> None:
+def test_a_row_of_the_table_selects_its_ball_and_a_button_shows_another_engine(desk: Window) -> None:
     run(desk, 10)
-    [table] = [widget for widget, _ in widgets(desk) if isinstance(widget, BallTable)]
     desk.draw()
+    [(table, place)] = [(widget, place) for widget, place in desk._placed if isinstance(widget, BallTable)]
     line = round(1.5 * desk.layout.text_height)
-    place = next(place for widget, place in desk._placed if widget is table)
     click(desk, (place.x + 60, place.y + round(4.5 * line)))
     assert desk.editor.selected == 1
-    place = next(place for widget, place in desk._placed if widget is table)
-    click(desk, (place.right - 10, place.y + line // 2))
-    speeds = np.linalg.norm(desk.view.panes[0].state.velocity, axis=1)
-    assert list(table.order) == np.argsort(-speeds).tolist()
-    click(desk, (place.right - 10, place.y + line // 2))
-    assert list(table.order) == np.argsort(speeds, kind="stable").tolist()
-    click(desk, (place.right - 10, place.y + round(1.5 * line)))
-    assert table.sorted_by == "spin"
     push(desk, "impulse")
     assert table.shown()[0] is desk.view.panes[1].state
 
@@ -330,18 +320,25 @@ def test_a_click_that_trembles_moves_nothing(desk: Window) -> None:
 
 
 def test_the_pointer_shows_what_can_be_moved(desk: Window) -> None:
+    def pointer() -> int:
+        desk.draw()
+        return desk._cursor
+
     for (x, y), cursor in (
         ((300, 400), pygame.SYSTEM_CURSOR_HAND),
         ((600, 100), pygame.SYSTEM_CURSOR_HAND),
         ((300, 100), pygame.SYSTEM_CURSOR_ARROW),
     ):
         hover(desk, point(desk, x, y))
-        assert desk.mouse.cursor == cursor
+        assert pointer() == cursor
     push(desk, "Wall")
     hover(desk, point(desk, 300, 100))
-    assert desk.mouse.cursor == pygame.SYSTEM_CURSOR_CROSSHAIR
+    assert pointer() == pygame.SYSTEM_CURSOR_CROSSHAIR
+    press(desk, "/")
+    assert pointer() == pygame.SYSTEM_CURSOR_ARROW
+    press(desk, "Esc")
     mouse(desk, pygame.MOUSEBUTTONDOWN, point(desk, 300, 100))
-    assert desk.mouse.cursor == pygame.SYSTEM_CURSOR_SIZEALL
+    assert pointer() == pygame.SYSTEM_CURSOR_SIZEALL
     desk.on_event(Event(pygame.WINDOWFOCUSLOST))
     assert given(desk) == []
 

@@ -168,7 +168,7 @@ def test_a_restart_keeps_edits_or_discards_them_and_undo_comes_back(shift: bool,
     run(window, 10)
     before = shown(window)
     window.on_event(Event(pygame.KEYDOWN, key=pygame.K_r, unicode="rR"[shift], mod=pygame.KMOD_LSHIFT * shift))
-    assert (step(window), window.editor.gravity(), len(given(window))) == (0, gravity, 1 - shift)
+    assert (step(window), window.playback.scene.gravity[1], len(given(window))) == (0, gravity, 1 - shift)
     run(window, 5)
     press(window, "u")
     assert (step(window), shown(window)) == (30, before)

@@ -39,17 +39,26 @@ from sandbox.view.window import Window
 pytestmark = pytest.mark.usefixtures("memory_screen")
 
 
+def zoom(window: Window, at: tuple[int, int], notches: int) -> None:
+    hover(window, at)
+    window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=notches, flipped=False))
+
+
+@pytest.mark.parametrize("notches", [0, 5])
 @pytest.mark.parametrize("pane", [0, 1])
-def test_a_drag_in_either_pane_pulls_the_ball_in_every_engine(window: Window, pane: int) -> None:
+def test_a_drag_in_either_pane_pulls_the_ball_in_every_engine_where_it_is_seen(
+    window: Window, pane: int, notches: int
+) -> None:
+    zoom(window, point(window, 600, 100, pane), notches)
     x, y = point(window, 600, 110, pane)
-    there = point(window, 500, 60, pane)
+    there = point(window, 560, 60, pane)
     mouse(window, pygame.MOUSEBUTTONDOWN, (x, y + 4))  # just outside of the ball
     mouse(window, pygame.MOUSEMOTION, there)
     run(window, 60)
     window.draw()
     for drawn in (0, 1):
-        assert window.view.panes[drawn].state.position[2] == pytest.approx([500, 60], abs=1 / window.layout.scale)
-        assert colour_at(window, 500, 68, drawn) == rgb(window.scene.colors[2])
+        assert window.view.panes[drawn].state.position[2] == pytest.approx([560, 60], abs=1 / window.layout.scale)
+        assert colour_at(window, 560, 68, drawn) == rgb(window.scene.colors[2])
     mouse(window, pygame.MOUSEBUTTONUP, there)
     kinds: list[type[Input]] = [Grab, Move, Release]
     assert [type(one) for one in given(window)] == kinds
@@ -153,6 +162,12 @@ def test_a_dragged_velocity_is_drawn_from_each_copy_as_what_the_copy_gets(window
     assert aimed == pytest.approx((-1000, 0), abs=10 / window.layout.scale)
     mouse(window, pygame.MOUSEBUTTONUP, point(window, x - 200, y, pane=1))
     assert [tuple(pane.state.velocity[2].tolist()) for pane in window.view.panes] == [aimed] * 2
+    before = given(window)
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, apart[1][0], apart[1][1], pane=1))
+    mouse(window, pygame.MOUSEMOTION, point(window, 700, 500, pane=1))
+    assert window.mouse.aimed
+    window.on_event(Event(pygame.WINDOWFOCUSLOST))
+    assert (window.mouse.holds, given(window)) == (False, before)
 
 
 def test_a_tip_leaves_at_a_press_and_after_4_s_and_does_not_appear_in_a_drag(
@@ -280,11 +295,6 @@ def test_the_card_of_a_ball_under_the_mouse_shows_its_values_in_every_engine(
     assert places == [card]
 
 
-def zoom(window: Window, at: tuple[int, int], notches: int) -> None:
-    hover(window, at)
-    window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=notches, flipped=False))
-
-
 def test_the_wheel_zooms_all_panes_about_the_pointer_and_a_key_shows_all(window: Window) -> None:
     run(window, 1)
     whole = window.layout
@@ -339,18 +349,6 @@ def test_the_wheel_zooms_the_panes_and_not_the_chart(window: Window) -> None:
     assert window.mouse.lens == lens
 
 
-@pytest.mark.parametrize("pane", [0, 1])
-def test_a_ball_is_grabbed_and_pulled_where_it_is_seen_when_zoomed(window: Window, pane: int) -> None:
-    zoom(window, point(window, 600, 100, pane), 5)
-    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100, pane))
-    mouse(window, pygame.MOUSEMOTION, point(window, 560, 120, pane))
-    run(window, 60)
-    window.draw()
-    for drawn in (0, 1):
-        assert window.view.panes[drawn].state.position[2] == pytest.approx([560, 120], abs=1)
-        assert colour_at(window, 560, 125, drawn) == rgb(window.scene.colors[2])
-
-
 def test_every_layer_follows_the_zoom(window: Window) -> None:
     """What is drawn of a part is the same as what an enlarged window draws there."""
     run(window, 20)
@@ -366,22 +364,6 @@ def test_every_layer_follows_the_zoom(window: Window) -> None:
     pane.draw(whole, large, 0, window.showing, Color("white"), window.view.trail(pane), ghosts, "")
     part = pygame.Rect(0, layout.arenas[0].height // 2, *layout.arenas[0].size).move(large.arenas[0].topleft)
     assert (pixels(zoomed.subsurface(layout.arenas[0])) != pixels(whole.subsurface(part))).any(axis=2).mean() < 0.02
-
-
-def test_the_pointer_changes_over_what_can_be_grabbed(window: Window) -> None:
-    def shown() -> int:
-        window.draw()
-        return window._cursor
-
-    hover(window, point(window, 400, 500))
-    assert shown() == pygame.SYSTEM_CURSOR_ARROW
-    hover(window, point(window, 600, 100))
-    assert shown() == pygame.SYSTEM_CURSOR_HAND
-    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
-    assert shown() == pygame.SYSTEM_CURSOR_SIZEALL
-    mouse(window, pygame.MOUSEBUTTONUP, point(window, 600, 100))
-    press(window, "/")
-    assert shown() == pygame.SYSTEM_CURSOR_ARROW
 
 
 WALL: Final = "walls = [{ from = [300, 200], to = [300, 400], thickness = 10 }]"
@@ -419,20 +401,6 @@ def test_the_line_to_the_pointer_is_drawn_in_every_pane(window: Window) -> None:
     window.draw()
     for pane in (0, 1):
         assert colour_at(window, 600, 180, pane) == (0, 0, 0)
-
-
-def test_a_dragged_velocity_is_drawn_and_dropped_when_the_focus_is_lost(window: Window) -> None:
-    press(window, "p")
-    start, end = point(window, 600, 100), point(window, 700, 100)
-    mouse(window, pygame.MOUSEBUTTONDOWN, start)
-    mouse(window, pygame.MOUSEMOTION, end)
-    window.draw()
-    for pane in (0, 1):
-        assert colour_at(window, 660, 100, pane) == (0, 0, 0)
-    window.on_event(Event(pygame.WINDOWFOCUSLOST))
-    assert given(window) == []
-    window.draw()
-    assert colour_at(window, 660, 100) == (255, 255, 255)
 
 
 def test_an_arrow_that_leaves_its_pane_is_not_clipped(window: Window) -> None:

@@ -1,11 +1,13 @@
 """Event-driven hard discs: from impact to impact, with no time step and no error but rounding.
 
-Between impacts a disc flies on a parabola, or slides or rolls along a wall with constant acceleration (`friction`), so
-the time of the next impact is known in closed form (`impact`). Each disc has one event: its earliest predicted contact,
-or its crossing into the next cell of the `grid`, whichever comes first. The earliest event of all is next
-(`event_queue`). `prediction` finds the events of a disc, `contact` has the law of contact, `event_loop` processes the
-events in order, and `engine` runs it; `world` and `records` hold the data. A heap that stands still has no events:
-`touching` finds its contacts, `statics` their forces and whether it stands, and `islands` freezes and wakes it.
+Read `event_loop` first: it processes one event after another. Each disc has one event: its earliest predicted contact,
+or its crossing into the next cell of the `grid`, whichever comes first (`prediction`). The earliest event of all is
+next (`event_queue`). `contact` has the law of contact, with `friction`, and `support` is for discs that walls carry.
+`world` and `records` hold the data, and `engine` runs the loop. Discs that touch each other, in sequences of impacts
+without end and in heaps that stand still, come last: `heaps`.
+
+Between impacts a disc flies on a parabola, or slides or rolls along a wall with constant acceleration, so the time of
+the next impact is known in closed form (`sandbox.engines.laws`).
 
 Only the discs that an event concerns are moved (delayed states: B. D. Lubachevsky, J. Comput. Phys. 94 (1991) 255). A
 predicted contact with a disc that has since changed course is recognised when it comes up, by that disc's serial

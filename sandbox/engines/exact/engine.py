@@ -9,7 +9,7 @@ import numpy as np
 
 from sandbox.compiled import Function, as_python, compiled, write_back
 from sandbox.engines.contact_log import ContactLog, empty_log
-from sandbox.engines.exact.collapse import Collapses
+from sandbox.engines.engine import RunningEngine
 from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.event_loop import (
     COLLAPSE,
@@ -21,13 +21,14 @@ from sandbox.engines.exact.event_loop import (
     simulate,
 )
 from sandbox.engines.exact.event_queue import NO_PARTNER, empty_queue
-from sandbox.engines.exact.grid import cell_at, enter, grid_for, morton_order
-from sandbox.engines.exact.islands import Islands
+from sandbox.engines.exact.heaps.collapse import Collapses
+from sandbox.engines.exact.heaps.islands import Islands
+from sandbox.engines.exact.heaps.touching import is_any_restless
 from sandbox.engines.exact.prediction import predict_each
 from sandbox.engines.exact.records import ABSORBED, BODY, DISC, EVENT, NONE, TURN, aligned
 from sandbox.engines.exact.support import MAX_SUPPORTS, report_supports
-from sandbox.engines.exact.touching import is_any_restless
 from sandbox.engines.exact.world import World, move_to_now, release, write_state
+from sandbox.engines.grid import cell_at, enter, grid_for, morton_order
 from sandbox.engines.machine_code import MachineCode
 from sandbox.errors import LimitReached
 from sandbox.scene.fields import Vector
@@ -40,11 +41,11 @@ MAX_LOGGED_CONTACTS: Final = 5_000_000  # not yet read: half a GB, and five time
 LOG_ROWS: Final = 64  # of a new engine's log, besides those of what walls carry; it doubles when it is full
 ROUNDING: Final = 1e-9  # of gravity; a weaker pull is rounding
 MAX_EVENTS: Final = (50_000, 300)  # as machine code and Python: about 50 ms, so that Ctrl-C can end an endless step
-FALLING: Final = 4  # events without gravity that take as long as one with it
-CODE: Final = MachineCode("exact", compiling=120_000, loading=60_000, many=400)  # events; discs
+FALLING: Final = 4  # events without gravity, or discs, that take as long as one with it
+CODE: Final = MachineCode("exact", compiling=120_000, loading=20_000, many=400)  # events; discs
 
 
-class ExactEngine:
+class ExactEngine(RunningEngine):
     """Hard discs, event by event. `collisions` counts the contacts between balls.
 
     hop_time: s, for which discs that lean on each other are apart; where a result depends on it, it is not exact.
@@ -69,7 +70,8 @@ class ExactEngine:
 
     def _change_over(self, work: int) -> None:
         """Change over to machine code, if that is due after more work (events)."""
-        if self._runs_python and CODE.is_due(work, len(self._world.disc)):
+        weight = FALLING if self._world.has_gravity else 1
+        if self._runs_python and CODE.is_due(weight * work, weight * len(self._world.disc)):
             write_back(self._world, self._arrays)
             self._world, self._runs_python = self._arrays, False
             self._islands.world = self._collapses.world = self._world
@@ -125,7 +127,7 @@ class ExactEngine:
             self._do(done, stop.time)
             if jams and stop.time >= self._islands.jams_from:
                 self._examine(since, stop.time)
-        self._change_over(stop.events * (FALLING if self._world.has_gravity else 1))
+        self._change_over(stop.events)
         return stop
 
     def _examine(self, since: float, now: float, *, is_start: bool = False) -> None:

@@ -12,9 +12,9 @@ from sandbox.engines.exact.contact import (
     parting,
 )
 from sandbox.engines.exact.event_queue import NO_PARTNER, rank, schedule
-from sandbox.engines.exact.grid import extent
 from sandbox.engines.exact.records import NONE, STATIC
 from sandbox.engines.exact.world import COINCIDENT, Motion, World, meet, motion
+from sandbox.engines.grid import extent
 from sandbox.engines.laws import NEVER, time_to_close, time_to_face, time_to_leave, time_to_touch
 from sandbox.scene.walls import ARENA_COUNT
 

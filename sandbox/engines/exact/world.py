@@ -3,8 +3,8 @@
 from typing import Any, Final, NamedTuple
 
 from sandbox.compiled import Records, kernel
-from sandbox.engines.exact.grid import Grid
 from sandbox.engines.exact.records import NONE
+from sandbox.engines.grid import Grid
 from sandbox.engines.laws import NEVER
 from sandbox.quantity import pass_through
 from sandbox.state import Floats

@@ -22,8 +22,7 @@ class Field(Widget):
     """Shows a value by its name. A press begins typing, and so does Enter or a digit while the keyboard is on it.
 
     Enter or Tab chooses what was typed, and keys are the window's again; Esc, or going elsewhere, leaves the value as
-    it was. refusal: why it cannot be typed into, or nothing. typed: so far; None while nothing is being typed. begin:
-    called when typing begins.
+    it was. typed: so far; None while nothing is being typed. begin: called when typing begins.
     """
 
     name: str
@@ -31,7 +30,6 @@ class Field(Widget):
     choose: Callable[[str], None]
     does: str = ""
     unit: str = ""
-    refusal: Callable[[], str] = str
     typed: str | None = None
     begin: Callable[[], None] | None = None
 
@@ -47,7 +45,7 @@ class Field(Widget):
         height = fitting(width, line.width, text_height)
         end = write(surface, self.name, line, theme.dim, height)
         x = max(end + gap, line.right - text_width(text, height))
-        ink = theme.dim if self.refusal() or self.typed == "" else theme.ink
+        ink = theme.dim if self.typed == "" else theme.ink
         right = write(surface, text, Rect(x, line.y, line.right - x, line.height), ink, height)
         if self.typed is not None:
             left = min(right + 1, line.right)
@@ -55,12 +53,11 @@ class Field(Widget):
 
     def press(self, place: Rect, point: tuple[int, int]) -> None:
         """Begin to type."""
-        if not self.refusal():
-            self._begin()
+        self._begin()
 
     def key(self, event: Event) -> bool:
         """Type a character, or choose what was typed."""
-        if self.refusal() or event.mod & (pygame.KMOD_CTRL | pygame.KMOD_ALT | pygame.KMOD_META):
+        if event.mod & (pygame.KMOD_CTRL | pygame.KMOD_ALT | pygame.KMOD_META):
             return False
         if self.typed is None:
             if event.key not in ENTER and (not event.unicode or event.unicode not in FIRST_CHARACTERS):

@@ -13,14 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.compiled import Record, Records, kernel
-from sandbox.engines.exact.records import NONE
 from sandbox.scene.walls import segment_distance
 from sandbox.state import Floats
 
 # Discs and wall pieces per cell, on average, if the discs are small enough to leave the choice. Fewer means crossing
 # empty cells, more means testing discs that are far away.
 ITEMS_PER_CELL: Final = 0.6
+MAX_CELLS: Final = 4  # along a side, for each disc and piece: most of a channel's are empty
 CELL_MARGIN: Final = 1e-9  # relative, of the cells' width and the walls' reach: far above rounding
+NONE: Final = -1  # instead of a disc, at the end of a cell's list
 FAR: Final = 1e30  # px, where the cells at the arena's edge end: no disc gets there, and its square does not overflow
 
 CELL: Final = np.dtype(
@@ -47,7 +48,8 @@ class Grid(NamedTuple):
 def grid_for(count: int, widest: float, size: Sequence[float], pieces: NDArray[np.void]) -> Grid:
     """Return a grid without discs. count: of discs; widest: diameter of the largest, px; size: of the arena, px."""
     width = max(widest * (1 + CELL_MARGIN), math.sqrt(size[0] * size[1] * ITEMS_PER_CELL / (count + len(pieces))))
-    columns, rows = (max(1, int(side / width)) for side in size)
+    most = MAX_CELLS * (count + len(pieces))
+    columns, rows = (max(1, int(min(side / width, most))) for side in size)
     width, height = size[0] / columns, size[1] / rows
     cell = np.empty((columns + 2) * (rows + 2) + 1, CELL).view(np.recarray)
     x, y = (np.arange(columns) + 0.5) * width, (np.arange(rows) + 0.5) * height

@@ -34,11 +34,11 @@ from sandbox.engines.exact.contact import (
     hop_round_end,
     lean_until,
 )
-from sandbox.engines.exact.islands import products
+from sandbox.engines.exact.heaps.islands import products
+from sandbox.engines.exact.heaps.statics import columns_of, equilibrium
+from sandbox.engines.exact.heaps.touching import Touching, find_touching, motions
 from sandbox.engines.exact.records import NONE, STATIC
-from sandbox.engines.exact.statics import columns_of, equilibrium
 from sandbox.engines.exact.support import report_support
-from sandbox.engines.exact.touching import Touching, find_touching, motions
 from sandbox.engines.exact.world import World, move_to_now, release
 from sandbox.engines.laws import friction_impulse
 from sandbox.state import CONTACT, Contacts, Floats, Integers
@@ -97,8 +97,6 @@ class Group:
             self.tangent[c, 3 * end[c] + 2] = 1.0
         self._concerns = self.normal != 0
         self._per_mass = (self.normal**2 @ self.yields[:, None])[:, 0]
-        self._row_law: Law | None = None
-        self._row: list[Any] = []
         self.still = REST * max(np.abs(self.v).max(), world.hop_speed)
 
     def fastest(self) -> float:
@@ -110,11 +108,11 @@ class Group:
 
         None if they show neither, and are slower than `slow` (px/s) or very many.
         """
-        level, last, sweeps = 0, np.zeros_like(self.slip), 0
+        level, last, sweeps, rows = 0, np.zeros_like(self.slip), 0, self._rows(law)
         while sweeps < MAX_SWEEPS and (sweeps < MANY_SWEEPS or self.fastest() >= slow):
             block, sweeps = np.zeros_like(self.impulse), sweeps + SWEEPS_PER_BLOCK
             for _ in range(SWEEPS_PER_BLOCK):
-                if not self._sweep(law, block):
+                if not self._sweep(rows, block):
                     return True
             ratio, is_steady = self._ratio(block[0], last)
             level = level + 1 if abs(1 - ratio) < LEVEL and not is_steady else 0
@@ -126,10 +124,10 @@ class Group:
             last = np.zeros_like(last) if is_steady else block[0]
         return None
 
-    def _sweep(self, law: Law, block: Floats) -> bool:
+    def _sweep(self, rows: list[Any], block: Floats) -> bool:
         """Do the impacts of a sweep over the contacts, add them to `block`, and return whether there was one."""
         v, closes = self.v.tolist(), False
-        for c, ((nx, ny), ends, per_mass, e, mu, hop) in enumerate(self._rows(law)):
+        for c, ((nx, ny), ends, per_mass, e, mu, hop) in enumerate(rows):
             closing = slip = speed = 0.0
             for k, sign, _ in ends:
                 closing += sign * (v[k] * nx + v[k + 1] * ny)
@@ -153,15 +151,13 @@ class Group:
 
     def _rows(self, law: Law) -> list[Any]:
         """Return each contact's normal, the ends that move, the sum of their inverse masses, and its law."""
-        if self._row_law is not law:
-            per = (1 / self.mass).tolist()
-            ends = [
-                [(3 * k, sign, per[k]) for k, sign in ((i, 1.0), (j, -1.0)) if k != NONE]
-                for i, j in zip(self.first.tolist(), self.second.tolist(), strict=True)
-            ]
-            parts = (self.touching.normal.tolist(), ends, self._per_mass.tolist(), *(part.tolist() for part in law))
-            self._row_law, self._row = law, list(zip(*parts, strict=True))
-        return self._row
+        per = (1 / self.mass).tolist()
+        ends = [
+            [(3 * k, sign, per[k]) for k, sign in ((i, 1.0), (j, -1.0)) if k != NONE]
+            for i, j in zip(self.first.tolist(), self.second.tolist(), strict=True)
+        ]
+        parts = (self.touching.normal.tolist(), ends, self._per_mass.tolist(), *(part.tolist() for part in law))
+        return list(zip(*parts, strict=True))
 
     def _ratio(self, block: Floats, last: Floats) -> tuple[float, bool]:
         """Return the ratio of the impulses to those of the block before, 0 if there was none; whether all have it."""

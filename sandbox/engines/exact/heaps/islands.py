@@ -20,9 +20,9 @@ import numpy as np
 
 from sandbox.compiled import column
 from sandbox.engines.exact.contact import JAMMED_CONTACTS
+from sandbox.engines.exact.heaps.statics import Columns, columns_of, equilibrium, loose, pushed
+from sandbox.engines.exact.heaps.touching import Touching, find_restless
 from sandbox.engines.exact.records import NONE, STATIC
-from sandbox.engines.exact.statics import Columns, columns_of, equilibrium, loose, pushed
-from sandbox.engines.exact.touching import Touching, find_restless
 from sandbox.engines.exact.world import World, move_to_now, release
 from sandbox.engines.laws import NEVER
 from sandbox.state import CONTACT, Bools, Contacts, Floats, Integers, no_contacts

@@ -9,7 +9,7 @@ from sandbox.compiled import column, kernel
 from sandbox.engines.exact.contact import SLOW_HOPS, is_jammed, is_slow
 from sandbox.engines.exact.records import NONE, STATIC
 from sandbox.engines.exact.world import Motion, World
-from sandbox.quantity import passing
+from sandbox.quantity import overlaps
 from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Bools, Floats, Integers
 
@@ -43,16 +43,14 @@ class Touching(NamedTuple):
 
     def groups(self, count: int) -> Integers:
         """Return a number for each disc, (count,), the least of the discs that touch it, directly or through others."""
-        group, pairs = list(range(count)), self.second >= 0
-        for a, b in zip(self.first[pairs].tolist(), self.second[pairs].tolist(), strict=True):
-            while group[a] != a:
-                a = group[a]  # noqa: PLW2901
-            while group[b] != b:
-                b = group[b]  # noqa: PLW2901
-            group[max(a, b)] = min(a, b)
-        for i in range(count):
-            group[i] = group[group[i]]  # whose own is final, as it is not larger than i
-        return np.array(group)
+        group, pairs = np.arange(count), self.second >= 0
+        first, second = self.first[pairs], self.second[pairs]
+        while (group[first] != group[second]).any():
+            lower = np.minimum(group[first], group[second])
+            for side in (first, second):
+                np.minimum.at(group, group[side], lower)
+            group = group[group]
+        return group
 
 
 def motions(world: World, now: float) -> Any:
@@ -66,13 +64,12 @@ def motions(world: World, now: float) -> Any:
 
 def find_touching(world: World, m: Any, among: Bools, gap: float) -> Touching:
     """Return the contacts of some discs, (n,), with each other and with walls, up to a gap (px). m: of all discs."""
-    radius, ball = column(world.disc, "radius"), column(world.event, "ball")
-    first, second = _near(column(world.event, "cell"), world.grid.stride, np.flatnonzero(among))
+    radius, ball, disc = column(world.disc, "radius"), column(world.event, "ball"), np.flatnonzero(among)
+    filters = np.array(world.filters)[disc] if world.is_filtered else None
+    near = overlaps(np.stack([m.x, m.y], axis=1)[None, disc], radius[disc] + gap, filters) if len(disc) else ()
+    first, second = np.concatenate([np.empty((2, 0), np.int64), *(disc[[a, b]] for _, a, b in near)], axis=1)
     swap = ball[first] > ball[second]
     first, second = np.where(swap, second, first), np.where(swap, first, second)
-    if world.is_filtered:
-        meets = ~passing(np.array(world.filters), first, second)
-        first, second = first[meets], second[meets]
     r = np.stack([m.x[second] - m.x[first], m.y[second] - m.y[first]], axis=1)
     distance = np.sqrt((r**2).sum(axis=1))
     pairs = Touching(first, second, _unit(r, distance), distance - radius[first] - radius[second])
@@ -80,20 +77,6 @@ def find_touching(world: World, m: Any, among: Bools, gap: float) -> Touching:
     contacts = Touching(*map(np.concatenate, zip(*both, strict=True)))
     number = np.where(contacts.second < 0, contacts.second, ball[contacts.partner])
     return contacts.where(np.lexsort((number, ball[contacts.first])))
-
-
-def _near(cell: Integers, stride: int, disc: Integers) -> tuple[Integers, Integers]:
-    """Return the pairs of some discs in cells next to each other. cell: (n,); disc: numbers."""
-    disc = disc[np.argsort(cell[disc], kind="stable")]
-    own, pairs = cell[disc], [np.empty((2, 0), np.int64)]
-    for offset in (0, 1, stride - 1, stride, stride + 1):  # half of the cells around: the others have the pair too
-        begin = np.arange(1, len(own) + 1) if offset == 0 else np.searchsorted(own, own + offset)
-        end = np.searchsorted(own, own + offset, "right")
-        for shift in range(int((end - begin).max(initial=0))):
-            has = begin + shift < end
-            pairs.append(np.stack([disc[has], disc[begin[has] + shift]]))
-    first, second = np.concatenate(pairs, axis=1)
-    return first, second
 
 
 def _at_walls(world: World, m: Any, radius: Floats, among: Bools, gap: float) -> Touching:
