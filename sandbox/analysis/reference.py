@@ -21,7 +21,7 @@ SHIFTED_TWINS: Final = 3  # one may happen not to grow: a contact can absorb a s
 MAX_SHIFT: Final = 8  # units in the last place, of every coordinate of a shifted twin
 PARTED: Final = 1e-9  # of a radius or a speed, by which a twin is elsewhere, and not only rounded otherwise
 ORDER_MATTERS: Final = 1e-3  # of a speed: in one step, chaos does not make it of PARTED, but another order does
-PIECE: Final = 32  # steps that twins do at once: after the horizon, they do no more
+PIECE: Final = 6_000  # steps of a ball that twins do at once, about: after the horizon, they do no more
 RESTING: Final = 10  # times what gravity does between two contacts of bodies at rest: a change up to this is no hit
 
 
@@ -93,8 +93,9 @@ class Twins:
 
     def follow(self, original: States, time: Floats) -> None:
         """Do the steps that the original has done since the last call, at some times (s), and compare the states."""
-        for begin in range(0, len(time), PIECE):
-            rows = slice(begin, begin + PIECE)
+        piece = 1 + PIECE // len(self._radius)
+        for begin in range(0, len(time), piece):
+            rows = slice(begin, begin + piece)
             if self.runners:
                 self._follow(original.rows(rows), time[rows])
 

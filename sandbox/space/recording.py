@@ -373,10 +373,7 @@ def listed(of_step: Sequence[Rows], kind: np.dtype[Any]) -> tuple[Numbers, Rows]
 class Run:
     """The columns of K recorded steps, until one leaves a number that is not finite or too large.
 
-    first: the Space before all steps; broken: the step after them, if it is such a one.
-    contacts, joints: (number of the step, CONTACT or JOINT).
-    moved: the bodies before and after each step.
-    set: the bodies after the step before and before each step, where the program changed something.
+    first: the Space before all steps; broken: the step after them, if it is such a one; time: (K + 1,) s; dt: (K,) s.
     """
 
     def __init__(self, recording: Recording) -> None:
@@ -388,19 +385,23 @@ class Run:
         self.dt = np.array([step.dt for step in self.steps])
 
     @cached_property
-    def contacts(self) -> tuple[Numbers, Rows]:  # noqa: D102
+    def contacts(self) -> tuple[Numbers, Rows]:
+        """The number of the step of each contact, and (k,) CONTACT."""
         return listed([step.after.contacts for step in self.steps], CONTACT)
 
     @cached_property
-    def joints(self) -> tuple[Numbers, Rows]:  # noqa: D102
+    def joints(self) -> tuple[Numbers, Rows]:
+        """The number of the step of each joint, and (j,) JOINT."""
         return listed([step.after.joints for step in self.steps], JOINT)
 
     @cached_property
-    def moved(self) -> Pairs:  # noqa: D102
+    def moved(self) -> Pairs:
+        """The bodies before and after each step."""
         return pairs_of((step.before, step.after) for step in self.steps)
 
     @cached_property
-    def set(self) -> Pairs:  # noqa: D102
+    def set(self) -> Pairs:
+        """The bodies after the step before and before each step, where the program changed something."""
         befores = [step.before for step in self.steps]
         return pairs_of(zip([*befores[:1], *(step.after for step in self.steps)], befores, strict=False))
 
@@ -419,6 +420,6 @@ class Run:
         body = np.searchsorted(ids, bodies)
         wanted = step * len(ids) + body
         place = np.searchsorted(keys, wanted)
-        is_there = np.append(ids, 0)[body] == bodies
+        is_there = np.append(ids, np.uint64(0))[body] == bodies
         is_there &= np.append(keys, -1)[place] == wanted
         return np.where(is_there, np.append(order, len(order))[place], len(order))
