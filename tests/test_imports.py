@@ -44,7 +44,6 @@ LIBRARIES: Final = {  # library -> the modules and folders that may import it; n
     "jinja2": ("report",),
     "pygame": ("view", "bench.window", "scripting.program"),
     "av": ("view",),
-    "pytest": ("scripting.pytest_plugin",),
     "rich": ("cli", "report", "text"),
     "typer": ("cli",),
 }

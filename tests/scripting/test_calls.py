@@ -2,7 +2,12 @@
 
 import csv
 import json
+import os
 import re
+import shutil
+import subprocess
+import sys
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,6 +20,7 @@ import sandbox
 from sandbox.analysis import comparison
 from sandbox.run.inputs import INPUT_KINDS, Grab, Input, Release, Start, write_inputs
 
+PACKAGE = Path(__file__).parents[2] / "docs" / "examples" / "engine_package"
 FREE = "radius = 5\nposition = [400, 300]\nvelocity = [60, -30]"
 DRAG: list[Input] = [Grab(step=2, ball=0, at=(100, 100)), Release(step=20)]
 
@@ -302,3 +308,21 @@ def test_load_and_dump_are_a_pair(tmp_path: Path) -> None:
     sandbox.dump(scene, tmp_path / "mine.toml")
     assert sandbox.load(tmp_path / "mine.toml") == scene
     assert sandbox.write is sandbox.dump
+
+
+@pytest.mark.wide
+def test_the_package_of_the_documents_is_found_and_passes_its_tests(tmp_path: Path) -> None:
+    for file in PACKAGE.glob("*.*"):
+        shutil.copy(file, tmp_path)
+    project = tomllib.loads((tmp_path / "pyproject.toml").read_text())["project"]
+    installed = tmp_path / f"{project['name']}-{project['version']}.dist-info"
+    installed.mkdir()  # as if it were installed
+    (installed / "METADATA").write_text(f"Name: {project['name']}\nVersion: {project['version']}\n")
+    [(group, engines)] = project["entry-points"].items()
+    points = "".join(f"{name} = {place}\n" for name, place in engines.items())
+    (installed / "entry_points.txt").write_text(f"[{group}]\n{points}")
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-W", "error", str(tmp_path)]
+    environment = os.environ | {"PYTHONPATH": str(tmp_path)}
+    run = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert "4 passed" in run.stdout
