@@ -42,7 +42,7 @@ SETTINGS: Final = {
         ("--iterations", str(TIMES)), f"{TIMES} times the iterations", f"space.iterations = {10 * TIMES}."
     ),
 }
-UNITS: Final = {"passed-through": "", "jitters": " %"}  # of the other figures: px
+UNITS: Final = {"passed-through": " passages", "jitters": " %"}  # of the other figures: px
 
 
 def tried(program: Program, diagnoses: Sequence[Diagnosis], seconds: float) -> list[Diagnosis]:
@@ -124,9 +124,9 @@ def _outcome(
         return
     setting, unit = SETTINGS[name], UNITS.get(finding.rule, " px")
     before, after = unchanged[number]["figures"][finding.rule], run[number]["figures"][finding.rule]
-    become = f"{before:.3g}{unit} become {after:.3g}{unit}"
+    change = f"from {before:.3g} to {after:.3g}{unit}"
     if after > ENOUGH * before:
-        yield f"{setting.name} do not help: {become}; something else is the cause", ""
+        yield f"{setting.name} do not help: {change}; something else is the cause", ""
     else:
         cost = run[number]["cost"] / (unchanged[number]["cost"] or 1.0)
-        yield f"with {setting.name}, {become}; steps cost {cost:.1f} times as much", setting.cure
+        yield f"with {setting.name}, {change}; steps cost {cost:.1f} times as much", setting.cure
