@@ -3,6 +3,7 @@
 import re
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -199,18 +200,15 @@ Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", help="Run on t
 
 
 def scene_and_inputs(scene: str, inputs: Path | None, **changes: object) -> "tuple[Scene, Sequence[Input]]":
-    """Load a scene and apply the changes that are not None; recorded inputs bring their own seed and rate."""
+    """Load a scene and apply the changes that are not None; recorded inputs bring their own seed and rate.
+
+    Prints what its author may not have meant. Raises SandboxError if its balls do not fit.
+    """
+    from sandbox.scene.spawn import spawn, warnings
     from sandbox.scripting.arguments import replay
 
-    chosen, recorded, warning = replay(scene, inputs, **changes)
-    if warning:
-        print(warning, file=sys.stderr)
+    warn = partial(print, file=sys.stderr)
+    chosen, recorded = replay(scene, inputs, warn, **changes)
+    for warning in warnings(chosen, spawn(chosen)):
+        warn(warning)
     return chosen, recorded
-
-
-def print_warnings(scene: "Scene") -> None:
-    """Print what the author of a scene may not have meant. Raises SandboxError if its balls do not fit."""
-    from sandbox.scene.spawn import spawn, warnings
-
-    for warning in warnings(scene, spawn(scene)):
-        print(warning, file=sys.stderr)
