@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import IO, TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -26,13 +26,6 @@ class OptionError(typer.BadParameter):
         """Print the message to standard error."""
         option = f"{self.param.opts[0]} " if self.param else ""
         typer.echo(printable(f"{option}{self.message}"), file=file, err=True)
-
-
-class Setting(NamedTuple):
-    """A setting of Pymunk, elasticity or friction, and the values to run it with."""
-
-    key: str
-    values: "Sequence[Value]"
 
 
 def parse_names(text: str) -> Sequence[str]:
@@ -106,17 +99,17 @@ def parse_rates(text: str) -> Sequence[int]:
     return [int(first) << k for k in range((int(last) // int(first)).bit_length())]
 
 
-def parse_setting(text: str) -> Setting:
-    """Parse "substeps=1,4".
+def parse_setting(text: str) -> "tuple[str, Sequence[Value]]":
+    """Parse "substeps=1,4": a setting of Pymunk, elasticity or friction, and the values to run it with.
 
     >>> parse_setting("collision_bias=0.5,1")
-    Setting(key='collision_bias', values=[0.5, 1])
+    ('collision_bias', [0.5, 1])
     """
     from sandbox.engines.specs import parse_value, split_values
 
     key, _, values = text.partition("=")
     try:
-        return Setting(key.strip(), [parse_value(value) for value in split_values(values)])
+        return key.strip(), [parse_value(value) for value in split_values(values)]
     except (ValueError, TypeError):
         raise OptionError(
             f"{text}: must be a setting of Pymunk, elasticity or friction, and its values, such as substeps=1,4 or "
@@ -124,9 +117,9 @@ def parse_setting(text: str) -> Setting:
         ) from None
 
 
-def settings_by_key(settings: Sequence[Setting]) -> "dict[str, Sequence[Value]]":
+def settings_by_key(settings: "Sequence[tuple[str, Sequence[Value]]]") -> "dict[str, Sequence[Value]]":
     """Return the values of each setting. Raises SandboxError if one is given twice; a parser sees one --set only."""
-    keys = [setting.key for setting in settings]
+    keys = [key for key, _ in settings]
     for key in keys:
         if keys.count(key) > 1:
             raise SandboxError(f"--set {key}: is given twice; write all its values in one, separated by commas")
@@ -187,7 +180,7 @@ Rates = Annotated[
     typer.Option(metavar="R,R,...", parser=parse_rates, help="Steps per second; A:B doubles them from A to B."),
 ]
 Settings = Annotated[
-    list[Setting] | None,
+    list[Any] | None,
     typer.Option(
         "--set",
         metavar="KEY=V,V,...",
