@@ -9,7 +9,8 @@ import numpy as np
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.expectations import overlap_in, worst
 from sandbox.analysis.figures import Figures, Run
-from sandbox.engines import REFERENCE, TUNED, settings_in
+from sandbox.engines import REFERENCE
+from sandbox.engines.specs import TUNED, settings_in
 from sandbox.judge.causes import Cause
 from sandbox.judge.thresholds import NEGLIGIBLE
 from sandbox.judge.words import OF_STEPS

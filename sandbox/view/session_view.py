@@ -9,7 +9,8 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.engines import REFERENCE, RunningEngine, default_engines
+from sandbox.engines import REFERENCE, default_engines
+from sandbox.engines.engine import RunningEngine
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
