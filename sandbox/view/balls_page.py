@@ -21,8 +21,7 @@ from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import dot, fitting, shortened, text_width, write
 from sandbox.view.theme import chart_palette, theme
-from sandbox.view.widgets import Widget, Words
-from sandbox.view.widgets.buttons import TextButton
+from sandbox.view.widgets import TextButton, Widget, Words
 from sandbox.view.widgets.fields import Field
 from sandbox.view.widgets.group import rows_of
 

@@ -12,8 +12,7 @@ from sandbox.scene.model import PymunkSettings, Scene
 from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.playback import Playback
 from sandbox.view.theme import chart_palette
-from sandbox.view.widgets import Widget, Words
-from sandbox.view.widgets.buttons import TextButton
+from sandbox.view.widgets import TextButton, Widget, Words
 from sandbox.view.widgets.fields import Field, Slider
 from sandbox.view.widgets.group import rows_of
 

@@ -16,8 +16,7 @@ from sandbox.view.playback import Playback, speed_text
 from sandbox.view.primitives import write
 from sandbox.view.theme import chart_palette, theme
 from sandbox.view.video import Recorder
-from sandbox.view.widgets import Words
-from sandbox.view.widgets.buttons import TextButton
+from sandbox.view.widgets import TextButton, Words
 from sandbox.view.widgets.group import Placed, WidgetRow
 
 THICKNESS: Final = 4  # px, of the track

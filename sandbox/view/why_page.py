@@ -18,8 +18,7 @@ from sandbox.view.run_so_far import Marks
 from sandbox.view.session_view import energy_in_words
 from sandbox.view.theme import chart_palette, palette, theme
 from sandbox.view.toolbars import action_button
-from sandbox.view.widgets import Bar, Widget, Words
-from sandbox.view.widgets.buttons import TextButton
+from sandbox.view.widgets import Bar, TextButton, Widget, Words
 from sandbox.view.widgets.group import rows_of
 
 LISTED: Final = 12  # contacts at once: the newest, or those around the one that is shown
