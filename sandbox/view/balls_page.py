@@ -20,7 +20,7 @@ from sandbox.view.instruments import ROUNDING
 from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import dot, fitting, shortened, text_width, write
-from sandbox.view.theme import chart_palette, theme
+from sandbox.view.theme import theme
 from sandbox.view.widgets import TextButton, Widget, Words
 from sandbox.view.widgets.fields import Field
 from sandbox.view.widgets.group import rows_of
@@ -174,10 +174,9 @@ class BallsPage:
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets."""
         names = [pane.name for pane in self._playback.view.panes]
-        colours = chart_palette().engines([*names, self._playback.session.reference])
         engines = [self._engine(pane, name) for pane, name in enumerate(names)]
         for button in engines:
-            button.colour = colours[button.text]
+            button.colour = self._playback.view.charts.colours[button.text]
         for field, dimension in self._dimensions.items():
             field.unit = self._playback.scene.units.name(dimension)
         ball, wall = self._editor.selected, self._editor.selected_wall

@@ -297,11 +297,6 @@ class Window:
         """Let Pymunk draw as it does by itself, or with smooth edges."""
         self.view.plain = not self.view.plain
 
-    def toggle_theme(self) -> None:
-        """Use the other theme."""
-        theme.use(dark=not theme.is_dark)
-        self.view.recolour()
-
     def change_text(self, by: int) -> None:
         """Make the text larger by some px, or smaller."""
         low, high = TEXT_HEIGHTS
