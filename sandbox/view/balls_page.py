@@ -194,11 +194,7 @@ class BallsPage:
         return TextButton(name, partial(editor.show_in, pane), f"the balls in {name}", lambda: editor.pane == pane)
 
     def _field(self, name: str, value: Callable[[], str], choose: Callable[[str], None], does: str) -> Field:
-        def choose_or_say(text: str) -> None:
-            with self._notice.reporting():
-                choose(text)
-
-        return Field(name, value, choose_or_say, does, begin=self._pause)
+        return Field(name, value, self._notice.reporting()(choose), does, begin=self._pause)
 
     def _pause(self) -> None:
         self._playback.paused = True

@@ -9,7 +9,7 @@ from sandbox.engines import BUILT_IN, TUNED, check_name, known, refusal, resolve
 from sandbox.engines.pymunk import settings_of
 from sandbox.errors import SandboxError
 from sandbox.scene.model import PymunkSettings, Scene
-from sandbox.view.notice import Notice, NoticeKind
+from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
 from sandbox.view.theme import chart_palette
 from sandbox.view.widgets import TextButton, Widget, Words
@@ -133,18 +133,16 @@ class EnginesPage:
         """Put an engine in place of as many from a pane on."""
         others = [*self.names]
         del others[pane : pane + replaced]
-        try:
+        with self._notice.reporting():
             check_name(spec := spec.strip())
             spec = normal(spec, self.scene)
-        except SandboxError as error:
-            self._notice.show(str(error), NoticeKind.ERROR)
-            return
-        if settings_in(spec) in [settings_in(normal(name, self.scene)) for name in others]:
-            self._notice.show(f"{spec} runs already, in another pane", NoticeKind.ERROR)
-        elif len(others) == MAX_PANES:
-            self._notice.show(FULL, NoticeKind.ERROR)
-        elif [*others[:pane], spec, *others[pane:]] != self.names:
-            self._use([*others[:pane], spec, *others[pane:]])
+            if settings_in(spec) in [settings_in(normal(name, self.scene)) for name in others]:
+                raise SandboxError(f"{spec} runs already, in another pane")
+            if len(others) == MAX_PANES:
+                raise SandboxError(FULL)
+            others.insert(pane, spec)
+            if others != self.names:
+                self._use(others)
 
     # Choices
 
