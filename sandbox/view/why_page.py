@@ -4,15 +4,14 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache, lru_cache, partial
 from typing import Final
 
-from pygame import Color, Surface
+from pygame import Color
 
 from sandbox.analysis.difference import MAX_DIFFERENCES, Difference
 from sandbox.judge.causes import Cause
 from sandbox.scene.fields import rgb
 from sandbox.view.case_so_far import Case, CaseSoFar, LedgerLine, OtherContact
-from sandbox.view.contact_mark import ContactPicture, draw_contact
+from sandbox.view.contact_mark import ContactPicture
 from sandbox.view.controls import RIGHT, Action
-from sandbox.view.layout import Layout
 from sandbox.view.playback import Playback
 from sandbox.view.run_so_far import Marks
 from sandbox.view.session_view import energy_in_words
@@ -203,14 +202,7 @@ class WhyPage:
         does = f"what differs in {engine}"
         return TextButton(engine, partial(self.choose, engine), does, lambda: engine == self.engine)
 
-    # In the panes
-
     def _picture(self, difference: Difference) -> ContactPicture:
         moment = self._playback.view.moment
         colour = palette(moment.scene.arena.background).engines(self._playback.view.charts.colours)[self.engine]
         return ContactPicture(moment.scene, moment.states[self.engine], difference, colour)
-
-    def draw_contact(self, surface: Surface, layout: Layout) -> None:
-        """Draw the contact that was gone to in every pane, while its step is shown."""
-        if self.contact:
-            draw_contact(surface, layout, self._playback.view.panes, self.contact.difference, self.engine)
