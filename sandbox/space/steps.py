@@ -174,8 +174,7 @@ class Evidence:
 
         what: is wrong with it, where `{}` is the name of the body that is left; since: s, by default the step's end.
         """
-        static = self.contents.space.static_body
-        bodies = [self.recording.bodies.get(body, static) for body in ids]
+        bodies = [self.recording.bodies.get(body) or self.contents.space.static_body for body in ids]
         first, *rest = sorted(bodies, key=lambda body: not is_dynamic(body))
         report = self.contents.report(first, what.format(*map(self.contents.name, rest)))
         rows = step.after.bodies

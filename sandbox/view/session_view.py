@@ -1,4 +1,4 @@
-"""A session on the screen: a pane for each engine, with its balls, walls, layers and title, and charts."""
+"""A session on the screen: a pane for each engine, with its balls, walls, layers and title, and the chart."""
 
 import math
 from collections.abc import Collection, Sequence
@@ -173,7 +173,7 @@ def amount_text(error: float) -> str:
 
 
 class SessionView:
-    """A session with its panes and charts.
+    """A session with its panes and its chart.
 
     engines: by default, Pymunk and a textbook engine. `exact` runs along, hidden, unless it has a pane or there are
     more than MAX_BALLS_BESIDE balls. beside: whether nothing waits for it, see `Session`: its pane, the outlines and
