@@ -194,8 +194,8 @@ class Singles(Bodies):
         off[~np.isfinite(off)] = np.inf
         return off
 
-    def near_end(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return of the exact contact the impulse, friction, and the energy that restitution and friction take.
+    def near_end(self) -> tuple[Vectors, Floats, Floats, Floats]:
+        """Return what the exact contact changes, (2, k) px/s, its friction, and what that and restitution take.
 
         Of contacts that are not due in the step, these are 0, but restitution takes what it takes where they are found.
         """
@@ -204,7 +204,7 @@ class Singles(Bodies):
         u = np.where(has, met.u, np.where(end.depth > 0, np.maximum(end.u, 0), 0.0))
         heat = (1 - self.e**2) * self.red * u**2 / 2
         rubbed = np.where(has, np.abs(rub * met.slip) - 1.5 * rub**2 / self.red, 0.0)
-        return impulse, rub, heat, rubbed
+        return SIGN * self.inverse * (impulse * met.n + rub * 1j * met.n), rub, heat, rubbed
 
 
 def turn_of(six: Six) -> Floats:
