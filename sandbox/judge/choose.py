@@ -179,7 +179,6 @@ def _right(s: Singles, case: Case) -> Iterator[Candidate]:
         laws.append((UNTOUCHED, six_of(0 * c.due, 0 * c.due), np.ones(len(c.due), bool)))
     for law, six, may in laws:
         right = c.is_valid & may & (s.miss(c.six, six) <= s.tol + c.slack)
-        right &= (c.depth > -s.run.tiny) | (c.when != When.END_PUSHED)
         for place, fits in case.places if right.any() else ():
             causes = case.by_depth if place.cause is None else np.full(len(fits), place.cause)
             if law:

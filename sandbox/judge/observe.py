@@ -26,7 +26,6 @@ class When(StrEnum):
 
     TOUCH = "touch"  # in time
     END = "end"  # after the flight of the step
-    END_PUSHED = "end, pushed"  # after it, where an overlap of before is pushed apart
     START = "start"  # before the flight
     FIRST_MOVED = "first moved"  # balls move one by one, and the second has not yet
     SHOWN = "shown"  # at the time that places show
@@ -130,7 +129,6 @@ class Singles(Bodies):
         self.turned = run.w[k + 1, ball] / later - self.w
         for part in (self.x, self.v, self.h, self.hv, self.dx, self.dv, self.w, self.turned):
             part[1] = np.where(self.pair, part[1], 0.0)
-        self.depth_before = run.geometry(at.i, at.j, *self.x)[1]
         size = np.abs(self.dv).max(axis=0)
         self.per_number = np.reshape([1, 1, 2], (3, 1, 1)) / self.m  # px/s for each kg px/s of the six numbers
         self.tol = 3 * run.floor / self.dt + 2e-6 * size  # px/s: rounding, and that of a near graze
@@ -138,22 +136,19 @@ class Singles(Bodies):
 
     def met(self, when: When) -> Met:
         """Return where contacts are if they are resolved at one of the times that no number is fitted for."""
-        run, pull = self.run, self.run.pull
         match when:
             case When.TOUCH:
                 return self._flown(when, self.touch)
             case When.END:
                 return self._at(when, self.dt, self.h, self.hv)
-            case When.END_PUSHED:
-                return self._at(when, self.dt, run.x[self.at.k + 1, [self.at.i, self.at.other]], self.hv)
             case When.FIRST_MOVED:
-                x, v = np.stack([self.h[0], self.x[1]]), np.stack([self.hv[0], self.v[1] + pull * self.dt])
+                x, v = np.stack([self.h[0], self.x[1]]), np.stack([self.hv[0], self.v[1] + self.run.pull * self.dt])
                 return self._at(when, self.dt, x, v)
         return self._at(When.START, 0 * self.dt, self.x, self.v)
 
     def all_met(self) -> Iterator[Met]:
         """Yield where contacts may be resolved: where rules do, and then where the motion shows it."""
-        for when in (When.TOUCH, When.END, When.END_PUSHED, When.START, When.FIRST_MOVED):
+        for when in (When.TOUCH, When.END, When.START, When.FIRST_MOVED):
             yield self.met(when)
         u, dt = self.v[0] - self.v[1], self.dt
         with np.errstate(all="ignore"):
