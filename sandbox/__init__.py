@@ -4,8 +4,7 @@
     from_space  returns the scene of a live pymunk.Space
     to_space    returns the pymunk.Space of a scene
     lint        returns what is wrong in how a live pymunk.Space is set up
-    write       writes a scene file
-    dump        does the same as write: what it writes, load reads
+    dump        writes a scene file
     simulate    runs a scene in one engine or several, and returns trajectories
     Simulation  runs a scene step by step, in a loop of your own
     compare     runs a scene in several engines, and returns how far they are apart, since when, and why
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
     from sandbox.engines.support import engines
     from sandbox.errors import Refused, SandboxError, SpaceWarning
     from sandbox.run.trajectory import Trajectory
-    from sandbox.scene import Scene, dump, load, scenes, write
+    from sandbox.scene import Scene, dump, load, scenes
     from sandbox.scripting.calls import advise, compare, simulate, sweep, verify
     from sandbox.scripting.comparison_result import Comparison
     from sandbox.scripting.results import Advice, Scores, SweepTable
@@ -75,7 +74,6 @@ __all__ = [
     "to_space",
     "verify",
     "watch",
-    "write",
 ]
 
 _MODULES: Final = {
@@ -85,7 +83,7 @@ _MODULES: Final = {
         "engines.support": "engines",
         "errors": "Refused SandboxError SpaceWarning",
         "run.trajectory": "Trajectory",
-        "scene": "Scene dump load scenes write",
+        "scene": "Scene dump load scenes",
         "scripting.calls": "advise compare simulate sweep verify",
         "scripting.comparison_result": "Comparison",
         "scripting.results": "Advice Scores SweepTable",

@@ -20,7 +20,7 @@ from sandbox.scene.spawn import spawn
 
 VERBS = (
     *("advise", "compare", "dump", "engines", "from_space", "lint", "load", "scenes"),
-    *("simulate", "sweep", "to_space", "verify", "watch", "write"),
+    *("simulate", "sweep", "to_space", "verify", "watch"),
 )
 CLASSES = (
     "Advice",
@@ -57,7 +57,7 @@ def test_help_lists_the_verbs_and_the_classes() -> None:
     text = pydoc.plain(pydoc.render_doc(sandbox))
     functions = text[text.index("\nFUNCTIONS\n") : text.index("\nDATA\n")]
     for verb in VERBS:
-        # Two are not shown as such: dump is there as write, and engines is a module that can be called.
+        # One is not shown as such: engines is a module that can be called.
         assert f"\n    {verb}" in functions or verb == "engines"
         assert f"    {verb} " in text[: text.index("\nPACKAGE CONTENTS\n")]
     for name in CLASSES:
@@ -173,7 +173,7 @@ class Soft(Mine):
 
 def kept(space: pymunk.Space) -> None:
     warnings.simplefilter("ignore", sandbox.SpaceWarning)
-    sandbox.write(sandbox.from_space(space, skip=True), "level.toml")
+    sandbox.dump(sandbox.from_space(space, skip=True), "level.toml")
 
 
 def after_a_step(engine: Engine) -> State:

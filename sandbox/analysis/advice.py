@@ -10,8 +10,8 @@ import numpy as np
 from sandbox.analysis.comparison import Comparison, compare
 from sandbox.analysis.documents import TrialFigures
 from sandbox.analysis.verdict import NEGLIGIBLE_ENERGY, percent
-from sandbox.engines import REFERENCE, TUNED, with_settings
-from sandbox.engines.specs import format_settings
+from sandbox.engines import REFERENCE
+from sandbox.engines.specs import TUNED, format_settings, with_settings
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import Grab, Input
 from sandbox.scene.model import Scene

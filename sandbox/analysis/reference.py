@@ -8,7 +8,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.engines import REFERENCE, RunningEngine
+from sandbox.engines import REFERENCE
+from sandbox.engines.engine import RunningEngine
 from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.engine import ExactEngine
 from sandbox.engines.stand_ins import RenumberedEngine

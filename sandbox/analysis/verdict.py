@@ -9,7 +9,8 @@ import numpy as np
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.expectations import overlap_in, worst
 from sandbox.analysis.figures import Figures, Run
-from sandbox.engines import REFERENCE, TUNED, settings_in
+from sandbox.engines import REFERENCE
+from sandbox.engines.specs import TUNED, settings_in
 from sandbox.judge.causes import Cause
 from sandbox.judge.thresholds import NEGLIGIBLE
 from sandbox.judge.words import OF_STEPS
@@ -196,9 +197,9 @@ def _besides(comparison: Comparison, name: str) -> Iterator[str]:
         furthest = worst(missed)
         deviation, dimension = furthest.missed[0], furthest.missed[0].quantity.dimension
         off = scene.units.text(dimension, "{:.4g}", deviation.error)
-        [tolerance] = scene.units.scaled(dimension, furthest.expect.tolerance)
+        tolerance = scene.units.text(dimension, "{:g}", furthest.expect.tolerance)
         whole = counted(run.figures.expected, "expectation")
-        yield f"Misses {len(missed)} of {whole}: {deviation.quantity.label} by up to {off} (tolerance {tolerance:g})."
+        yield f"Misses {len(missed)} of {whole}: {deviation.quantity.label} by up to {off} (tolerance {tolerance})."
     if escape := run.escape:
         at_end = f", {escape.left} still outside at the end" if escape.left else ""
         by = scene.units.text(Dimension.LENGTH, "{:.4g}", escape.furthest)

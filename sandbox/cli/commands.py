@@ -7,7 +7,7 @@ import faulthandler
 import math
 import os
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext, redirect_stdout, suppress
 from enum import StrEnum
 from functools import partial
@@ -20,7 +20,7 @@ from typer.core import TyperGroup
 from sandbox import __version__
 from sandbox.cli import options
 from sandbox.cli.exit import exit_codes, print_error
-from sandbox.cli.options import file_option, print_warnings, scene_and_inputs, settings_by_key
+from sandbox.cli.options import file_option, scene_and_inputs, settings_by_key
 from sandbox.cli.progress import progress_bar, sweep_with_bar, terminal_bar
 from sandbox.errors import EngineError, SandboxError, suggestion
 from sandbox.files import STANDARD_OUTPUT, check_outputs, write_text
@@ -132,7 +132,6 @@ def run(
     check_outputs({"--save-inputs": save_inputs}, [scene])
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed)
     if has_display():
-        print_warnings(chosen)
         window = Window(chosen, engines, replayed, beside=True)
         try:
             window.run()
@@ -142,7 +141,6 @@ def run(
                 write_run(window.scene, session.given(), session.step, save_inputs)
     else:
         print("No display: comparing instead of opening the window.")
-        print_warnings(chosen)
         if save_inputs:
             write_run(chosen, replayed, chosen.steps, save_inputs)
         _compare_and_draw(chosen, engines, replayed)
@@ -170,7 +168,6 @@ def record(
     check_outputs({"--out": out}, [scene, inputs])
     check_recording(out, size)
     chosen, replayed = scene_and_inputs(scene, inputs, seconds=seconds, seed=seed, rate=rate)
-    print_warnings(chosen)
     bar = terminal_bar()
     with bar:
         track = partial(bar.track, description="Recording")
@@ -201,6 +198,7 @@ def compare(
 
     FILE may be -, for standard output. Exit code 1: a limit was exceeded; 2: an engine of your own failed.
     """
+    from sandbox.analysis.advice import as_json as advice_as_json
     from sandbox.report.tables import print_advice, print_comparison
 
     if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
@@ -208,7 +206,6 @@ def compare(
     outputs = {"--json": json_file, "--csv": csv_file, "--report": report}
     check_outputs(outputs, [scene, inputs])
     chosen, replayed = scene_and_inputs(scene, inputs, seconds=seconds, seed=seed, rate=rate)
-    print_warnings(chosen)
     with _printed_beside(outputs.values()):
         comparison = _compare(chosen, engines, against, replayed)
         trials: Sequence[TriedSettings] = ()
@@ -217,7 +214,14 @@ def compare(
 
             with progress_bar("Trying other settings") as progress:
                 trials = try_settings(chosen, comparison.against, replayed, progress)
-    _write_comparison(comparison, trials, outputs)
+    if json_file:
+        write_text(json_file, json_text(comparison.as_json() | advice_as_json(trials)))
+    if csv_file:
+        write_text(csv_file, comparison.as_csv())
+    if report:
+        from sandbox.report.comparison_page import page
+
+        write_text(report, page(comparison, trials))
     if not _has_document(outputs.values()):
         print_comparison(comparison, console(), all_rows=all_rows, first=first, contacts=contacts)
         if trials:
@@ -239,22 +243,6 @@ def _compare(
 
     with progress_bar(scene.title or scene.name) as progress:
         return compare_engines(scene, names, against=against, inputs=inputs, progress=progress)
-
-
-def _write_comparison(
-    comparison: "Comparison", trials: "Sequence[TriedSettings]", outputs: Mapping[str, str | None]
-) -> None:
-    """Write a comparison into a file for each option."""
-    from sandbox.analysis.advice import as_json as advice_as_json
-
-    if file := outputs.get("--json"):
-        write_text(file, json_text(comparison.as_json() | advice_as_json(trials)))
-    if file := outputs.get("--csv"):
-        write_text(file, comparison.as_csv())
-    if file := outputs.get("--report"):
-        from sandbox.report.comparison_page import page
-
-        write_text(file, page(comparison, trials))
 
 
 def _has_document(files: Iterable[str | None]) -> bool:
@@ -326,7 +314,6 @@ def trace(
     check_outputs({"--out": out}, [scene, inputs])
     trace_writer(out)  # rejects an unknown ending before anything runs
     chosen, replayed = scene_and_inputs(scene, inputs, seconds=seconds, seed=seed, rate=rate)
-    print_warnings(chosen)
     with _printed_beside([out]):
         trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
     trajectory.save(out)
@@ -450,7 +437,6 @@ def converge(
 
     check_outputs({"--json": json_file}, [scene])
     chosen, _ = scene_and_inputs(scene, None, seed=seed, seconds=seconds)
-    print_warnings(chosen)
     names = engines or default_engines(chosen)
     with _printed_beside([json_file]), progress_bar(chosen.title or chosen.name) as progress:
         convergence = measure_order(chosen, names, rates or DEFAULT_RATES, starts, progress)

@@ -3,8 +3,9 @@
 import re
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import IO, TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -25,13 +26,6 @@ class OptionError(typer.BadParameter):
         """Print the message to standard error."""
         option = f"{self.param.opts[0]} " if self.param else ""
         typer.echo(printable(f"{option}{self.message}"), file=file, err=True)
-
-
-class Setting(NamedTuple):
-    """A setting of Pymunk, elasticity or friction, and the values to run it with."""
-
-    key: str
-    values: "Sequence[Value]"
 
 
 def parse_names(text: str) -> Sequence[str]:
@@ -105,17 +99,17 @@ def parse_rates(text: str) -> Sequence[int]:
     return [int(first) << k for k in range((int(last) // int(first)).bit_length())]
 
 
-def parse_setting(text: str) -> Setting:
-    """Parse "substeps=1,4".
+def parse_setting(text: str) -> "tuple[str, Sequence[Value]]":
+    """Parse "substeps=1,4": a setting of Pymunk, elasticity or friction, and the values to run it with.
 
     >>> parse_setting("collision_bias=0.5,1")
-    Setting(key='collision_bias', values=[0.5, 1])
+    ('collision_bias', [0.5, 1])
     """
     from sandbox.engines.specs import parse_value, split_values
 
     key, _, values = text.partition("=")
     try:
-        return Setting(key.strip(), [parse_value(value) for value in split_values(values)])
+        return key.strip(), [parse_value(value) for value in split_values(values)]
     except (ValueError, TypeError):
         raise OptionError(
             f"{text}: must be a setting of Pymunk, elasticity or friction, and its values, such as substeps=1,4 or "
@@ -123,9 +117,9 @@ def parse_setting(text: str) -> Setting:
         ) from None
 
 
-def settings_by_key(settings: Sequence[Setting]) -> "dict[str, Sequence[Value]]":
+def settings_by_key(settings: "Sequence[tuple[str, Sequence[Value]]]") -> "dict[str, Sequence[Value]]":
     """Return the values of each setting. Raises SandboxError if one is given twice; a parser sees one --set only."""
-    keys = [setting.key for setting in settings]
+    keys = [key for key, _ in settings]
     for key in keys:
         if keys.count(key) > 1:
             raise SandboxError(f"--set {key}: is given twice; write all its values in one, separated by commas")
@@ -186,7 +180,7 @@ Rates = Annotated[
     typer.Option(metavar="R,R,...", parser=parse_rates, help="Steps per second; A:B doubles them from A to B."),
 ]
 Settings = Annotated[
-    list[Setting] | None,
+    list[Any] | None,
     typer.Option(
         "--set",
         metavar="KEY=V,V,...",
@@ -199,18 +193,15 @@ Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", help="Run on t
 
 
 def scene_and_inputs(scene: str, inputs: Path | None, **changes: object) -> "tuple[Scene, Sequence[Input]]":
-    """Load a scene and apply the changes that are not None; recorded inputs bring their own seed and rate."""
+    """Load a scene and apply the changes that are not None; recorded inputs bring their own seed and rate.
+
+    Prints what its author may not have meant. Raises SandboxError if its balls do not fit.
+    """
+    from sandbox.scene.spawn import spawn, warnings
     from sandbox.scripting.arguments import replay
 
-    chosen, recorded, warning = replay(scene, inputs, **changes)
-    if warning:
-        print(warning, file=sys.stderr)
+    warn = partial(print, file=sys.stderr)
+    chosen, recorded = replay(scene, inputs, warn, **changes)
+    for warning in warnings(chosen, spawn(chosen)):
+        warn(warning)
     return chosen, recorded
-
-
-def print_warnings(scene: "Scene") -> None:
-    """Print what the author of a scene may not have meant. Raises SandboxError if its balls do not fit."""
-    from sandbox.scene.spawn import spawn, warnings
-
-    for warning in warnings(scene, spawn(scene)):
-        print(warning, file=sys.stderr)

@@ -20,34 +20,12 @@ from importlib.util import find_spec
 from types import ModuleType
 from typing import Any, Final, cast
 
-from sandbox.engines.engine import RunningEngine, advance
-from sandbox.engines.specs import TUNED, file_and_name, load_from_file, settings_in, with_settings
+from sandbox.engines.engine import RunningEngine
+from sandbox.engines.specs import TUNED, file_and_name, load_from_file, settings_in
 from sandbox.errors import EngineError, MissingLibrary, Refused, SandboxError, shown, suggestion
 from sandbox.scene.model import Scene
 from sandbox.state import State
 from sandbox.text import printable
-
-__all__ = [
-    "BUILT_IN",
-    "REFERENCE",
-    "TEXTBOOK_ENGINES",
-    "TUNED",
-    "Engines",
-    "RunningEngine",
-    "Source",
-    "advance",
-    "can_run",
-    "check_name",
-    "create",
-    "default_engines",
-    "known",
-    "named",
-    "refusal",
-    "registry",
-    "resolved",
-    "settings_in",
-    "with_settings",
-]
 
 ENTRY_POINTS: Final = "sandbox.engines"
 _BUILT_IN: Final = {

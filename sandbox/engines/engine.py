@@ -1,11 +1,11 @@
 """The interface of an engine: one solver running one scene."""
 
 from dataclasses import dataclass, replace
-from typing import Protocol, cast
+from typing import Protocol
 
 from sandbox.errors import SandboxError, shown
 from sandbox.scene.fields import Vector
-from sandbox.state import NO_DAMPING, Contacts, Damping, Floats, State, States
+from sandbox.state import NO_DAMPING, Contacts, Damping, State, States
 from sandbox.text import counted
 
 
@@ -67,17 +67,6 @@ class RunningEngine(Engine, Protocol):
         """Add dv (px/s) to a ball's velocity."""
 
 
-class BlockEngine(RunningEngine, Protocol):
-    """An engine that can also do many steps in one call, which saves the time to return each state."""
-
-    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        """Do some steps, and write the state after each into the rows of arrays.
-
-        position, velocity: (steps, n, 2) px, px/s; angle, spin: (steps, n) rad, rad/s, zeros until then. States and
-        contacts are to the byte those of as many calls of `step`, `state` and `contacts`.
-        """
-
-
 class SubsteppingEngine(RunningEngine, Protocol):
     """An engine whose steps have substeps, each of which is judged as a step of its own: its damping says how many."""
 
@@ -96,10 +85,14 @@ def traits_of(engine: RunningEngine) -> Traits:
 
 
 def advance(engine: RunningEngine, states: States) -> None:
-    """Do as many steps as there are rows, and write the state after each into them, in any engine."""
+    """Do as many steps as there are rows, and write the state after each into them; angles and spins are zeros so far.
+
+    An engine with a method `advance(steps, position, velocity, angle, spin)` does so in one call. States and contacts
+    are to the byte those of as many calls of `step`, `state` and `contacts`.
+    """
     steps = len(states.position)
-    if hasattr(engine, "advance"):
-        cast("BlockEngine", engine).advance(steps, *states)
+    if in_one_call := getattr(engine, "advance", None):
+        in_one_call(steps, *states)
         return
     for step in range(steps):
         engine.step()

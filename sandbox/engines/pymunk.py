@@ -43,15 +43,7 @@ class PymunkEngine(RunningEngine):
             _add_circles(self.space, scene, self._bodies)
             walls = _add_walls(self.space, scene)
         carriers = {wall: body for wall in scene.wall_numbers if (body := walls[wall].body)}
-        self._reader = SpaceReader(
-            self.space,
-            self._bodies,
-            scene.bodies.radius,
-            carriers,
-            walls_of(scene, WALL_HALF_THICKNESS),
-            scene.rate,
-            self._substeps,
-        )
+        self._reader = SpaceReader(self.space, self._bodies, scene.bodies.radius, carriers, scene.rate, self._substeps)
         self.traits = Traits(damping=self._reader.damping)
         self._substates: list[States] | None = None  # since the last call, if they are asked for
         self._steps_per_read = max(1, STATES_BYTES // (STATE_BYTES * self._reader.bodies * self._substeps))

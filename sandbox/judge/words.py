@@ -14,7 +14,7 @@ from sandbox.scene.units import Dimension, Units
 from sandbox.state import Floats
 
 OF_STEPS: Final = {  # what no law of contacts is the cause of; {v} is how fast or how far a ball flies
-    "passed": "Two balls passed through each other without a contact; one flew {v} in the step.",
+    "passed": "Two balls met within the step without a contact; one flew {v} in it.",
     "through": "A ball went through a wall without a contact: it flew {v} in the step.",
     "several": "Several contacts at once, which are not judged.",
     "soft": "Contacts push over several steps, as springs do.",

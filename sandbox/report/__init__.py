@@ -1,1 +1,1 @@
-"""Pages in one HTML file: of a comparison, of a sweep."""
+"""Comparisons, advice and scores as text; a comparison as a page in one HTML file."""

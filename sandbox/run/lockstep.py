@@ -10,9 +10,9 @@ from typing import Final, cast
 
 import numpy as np
 
-from sandbox.engines import Engines, RunningEngine, Source, advance, create, named
+from sandbox.engines import Engines, Source, create, named
 from sandbox.engines.checked import CheckedEngine
-from sandbox.engines.engine import SubsteppingEngine, Traits, traits_of
+from sandbox.engines.engine import RunningEngine, SubsteppingEngine, Traits, advance, traits_of
 from sandbox.engines.stand_ins import StoppingEngine
 from sandbox.errors import LimitReached, Refused, SandboxError
 from sandbox.quantity import dot, energy

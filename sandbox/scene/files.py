@@ -109,7 +109,7 @@ def _document(text: str, name: str) -> dict[str, Any]:
 
 
 def dump(scene: Scene, path: str | Path, state: State | None = None) -> None:
-    """Write a scene file, which `load` reads as an equal scene. `write` is another name of this function.
+    """Write a scene file, which `load` reads as an equal scene.
 
     With a state, its balls start in that state, to the bit but for their angles, and expectations are left out.
     Raises SandboxError if the path does not end in .toml, or if the file would not load again or cannot be written.
@@ -127,9 +127,6 @@ def dump(scene: Scene, path: str | Path, state: State | None = None) -> None:
         )
     parse(text, str(path))
     write_text(path, text)
-
-
-write = dump
 
 
 def _document_of(scene: Scene, state: State | None) -> dict[str, Any]:

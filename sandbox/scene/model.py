@@ -164,7 +164,7 @@ class Expect(Model):
     """A prediction of a law of physics for a time: for one ball, or for all together."""
 
     at: NotNegative
-    """Time, s; between two steps, the state of the nearer one is flown there."""
+    """Time, s; if it is between two steps, the expectation is skipped."""
     ball: Index | None = None
     """Number of the ball, from 0 in scene order; requires position, velocity or spin."""
     position: Vector | None = None

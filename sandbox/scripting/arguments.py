@@ -2,9 +2,11 @@
 
 import math
 import os
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -19,14 +21,7 @@ from sandbox.text import printable
 T = TypeVar("T")
 AnyScene = Scene | str | os.PathLike[str]  # a scene, the name of a bundled one, or a file
 AnyInputs = Sequence[Input | Mapping[str, object]] | str | os.PathLike[str]  # or a file of them
-
-
-class Replay(NamedTuple):
-    """A scene, and the recorded inputs to replay on it. warning: empty, or that they are of another scene."""
-
-    scene: Scene
-    inputs: list[Input]
-    warning: str
+_WARN: Final = partial(warnings.warn, stacklevel=3)  # at the call of the function that replays
 
 
 def scene_of(scene: AnyScene) -> Scene:
@@ -34,20 +29,23 @@ def scene_of(scene: AnyScene) -> Scene:
     return scene if isinstance(scene, Scene) else load(scene)
 
 
-def replay(scene: AnyScene, inputs: AnyInputs | None = None, **changes: object) -> Replay:
+def replay(
+    scene: AnyScene, inputs: AnyInputs | None, warn: Callable[[str], object] = _WARN, **changes: object
+) -> tuple[Scene, list[Input]]:
     """Return a scene with the changes that are not None, and inputs, which bring their own seed and rate.
 
-    Raises SandboxError if the scene, the inputs or a change is not valid.
+    warn: is told if the inputs are of another scene. Raises SandboxError if the scene, the inputs or a change is not
+    valid.
     """
-    chosen, warning = scene_of(scene), ""
+    chosen = scene_of(scene)
     recorded = [] if inputs is None else _inputs_of(inputs, chosen)
     if recorded and isinstance(start := recorded[0], Start):
         if start.scene != chosen.name:
             file = printable(str(inputs)) if isinstance(inputs, str | os.PathLike) else "inputs"
-            warning = f"{file}: warning: recorded on {shown(start.scene)}, not on {chosen.name}"
+            warn(f"{file}: warning: recorded on {shown(start.scene)}, not on {chosen.name}")
         chosen = start.change_scene(chosen)
     made = {key: _plain(value) for key, value in changes.items() if value is not None}
-    return Replay(chosen.changed(**made), recorded, warning)
+    return chosen.changed(**made), recorded
 
 
 def _inputs_of(inputs: AnyInputs, scene: Scene) -> list[Input]:

@@ -4,7 +4,6 @@ Every wrong argument raises SandboxError.
 """
 
 import math
-import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TypedDict, Unpack, overload
 
@@ -14,7 +13,6 @@ from sandbox.engines import REFERENCE, Engines, Source, default_engines, named, 
 from sandbox.engines.specs import Value
 from sandbox.errors import SandboxError, shown
 from sandbox.run import trajectory
-from sandbox.run.inputs import Input
 from sandbox.run.trajectory import Trajectory
 from sandbox.scene.files import bundled
 from sandbox.scene.model import Scene
@@ -59,7 +57,7 @@ def compare(
     Raises SandboxError if an argument is wrong, Refused if an engine cannot run the scene.
     """
     reference = reference_of(against)
-    chosen, replayed = _replay(scene, inputs, seconds=seconds, seed=seed, rate=rate)
+    chosen, replayed = replay(scene, inputs, seconds=seconds, seed=seed, rate=rate)
     return Comparison.of(comparison.compare(chosen, engines, against=reference, inputs=replayed, progress=progress))
 
 
@@ -100,7 +98,7 @@ def simulate(
         raise SandboxError(f"engine must name one or several, got {shown(engine)}")
     if seconds is not None and steps is not None:
         raise SandboxError("seconds and steps exclude each other: a run ends after either")
-    chosen, replayed = _replay(scene, inputs, seed=seed, rate=rate)
+    chosen, replayed = replay(scene, inputs, seed=seed, rate=rate)
     seconds = None if seconds is None else number("seconds", seconds)
     steps = None if steps is None else whole_number("steps", steps)
     runs = {
@@ -108,14 +106,6 @@ def simulate(
         for name, source in sources.items()
     }
     return next(iter(runs.values())) if isinstance(engine, str) or callable(engine) else runs
-
-
-def _replay(scene: AnyScene, inputs: AnyInputs, **changes: object) -> tuple[Scene, list[Input]]:
-    """Return the scene and inputs that `replay` does, and warn if the inputs are of another scene."""
-    chosen, replayed, warning = replay(scene, inputs, **changes)
-    if warning:
-        warnings.warn(warning, stacklevel=3)
-    return chosen, replayed
 
 
 def advise(
@@ -134,7 +124,7 @@ def advise(
     Raises SandboxError if an argument is wrong, Refused if the reference cannot run the scene.
     """
     reference = reference_of(against) or REFERENCE
-    chosen, replayed = _replay(scene, inputs, seconds=seconds, seed=seed, rate=rate)
+    chosen, replayed = replay(scene, inputs, seconds=seconds, seed=seed, rate=rate)
     return Advice(try_settings(chosen, reference, replayed, progress))
 
 
@@ -187,7 +177,7 @@ def sweep(
     Raises SandboxError if an argument is wrong, Refused if an engine cannot run the scene.
     """
     names, reference = names_of(engines), reference_of(against)
-    chosen, _ = _replay(scene, (), seconds=seconds)
+    chosen, _ = replay(scene, (), seconds=seconds)
     planned = plan(
         chosen,
         [chosen.seed] if seeds is None else [whole_number("seeds", seed) for seed in several("seeds", seeds)],

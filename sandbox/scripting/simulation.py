@@ -37,7 +37,7 @@ class Simulation:
             raise SandboxError(f"engine must be a name, a class or a function, got {shown(engine)}")
         self._engine = engine
         self._callbacks: list[Callable[[np.void], object]] = []
-        self._begin(replay(scene, seed=seed, rate=rate).scene)
+        self._begin(replay(scene, None, seed=seed, rate=rate)[0])
 
     def _begin(self, scene: Scene) -> None:
         self._lockstep = Lockstep(scene, self._engine)
@@ -102,7 +102,7 @@ class Simulation:
 
     def reset(self, seed: int | None = None) -> None:
         """Go back to the start, with another seed if one is given. Raises SandboxError if the seed is wrong."""
-        self._begin(replay(self.scene, seed=seed).scene)
+        self._begin(replay(self.scene, None, seed=seed)[0])
 
     def on_contact(self, callback: OnContact) -> OnContact:
         """Call a function with each contact, an entry of `contacts`, after its step. Return the function.

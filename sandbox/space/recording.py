@@ -256,7 +256,7 @@ class Recording:
         self.joints |= {address(joint._constraint): joint for joint in joints}
         used = [*space.bodies, *(shape.body for shape in shapes)]
         used += [body for joint in joints for body in (joint.a, joint.b)]
-        self.bodies |= {body.id: body for body in used if body and body is not space.static_body}
+        self.bodies |= {body.id: body for body in used if body and body is not space._static_body}
 
     def _bodies(self) -> Rows:
         """Return all bodies."""

@@ -135,10 +135,19 @@ class Evidence:
 
     @cached_property
     def too_deep(self) -> dict[str, list[Fault]]:
-        """The overlaps that are too deep, by the rules for why."""
+        """The overlaps that are too deep, by the rules for why: impacts unless of what sank in before.
+
+        What is crushed is thrown about then, and its impacts are no cause.
+        """
+        found = [(each.ends, *deep) for each in self.overlaps if (deep := _deep_overlap(self, each))]
         faults: dict[str, list[Fault]] = defaultdict(list)
-        for rule, fault in filter(None, (_deep_overlap(self, overlap) for overlap in self.overlaps)):
-            faults[rule].append(fault)
+        sunk: set[int] = set()
+        for ends, rule, fault in sorted(found, key=lambda each: each[2].since or 0.0):
+            moving = {body.id for body in self.bodies(*ends) if is_dynamic(body)}
+            if rule == "sinks-in":
+                sunk |= moving
+            if rule == "sinks-in" or not moving & sunk:
+                faults[rule].append(fault)
         return faults
 
     def placed(self, number: int, ends: tuple[int, int]) -> float:
@@ -146,6 +155,12 @@ class Evidence:
         step, old, new = self.run.set
         at = (step == number) & np.isin(old["id"], ends)
         return float(np.hypot(*(new["position"] - old["position"])[at].T).max(initial=0.0))
+
+    def driven(self, steps: Numbers, ends: tuple[int, int]) -> int:
+        """Return before how many of some steps, by their numbers, the program changed the velocity of two bodies."""
+        step, old, new = self.run.set
+        is_changed = (old["velocity"] != new["velocity"]).any(axis=1)
+        return len(np.unique(step[is_changed & np.isin(step, steps) & np.isin(new["id"], ends)]))
 
     def lasts(self, steps: Numbers) -> bool:
         """Return whether some steps, by their numbers, follow so closely that they are more than an impact."""
@@ -174,8 +189,7 @@ class Evidence:
 
         what: is wrong with it, where `{}` is the name of the body that is left; since: s, by default the step's end.
         """
-        static = self.contents.space.static_body
-        bodies = [self.recording.bodies.get(body, static) for body in ids]
+        bodies = [self.recording.bodies.get(body) or self.contents.space.static_body for body in ids]
         first, *rest = sorted(bodies, key=lambda body: not is_dynamic(body))
         report = self.contents.report(first, what.format(*map(self.contents.name, rest)))
         rows = step.after.bodies
@@ -273,7 +287,9 @@ def _deep_overlap(evidence: Evidence, overlap: Series) -> tuple[str, Fault] | No
     if is_impact and evidence.placed(deep[0], ends) > depth / 2:
         return None  # the program put one into the other
     worst, since = evidence.run.steps[number], evidence.run.steps[deep[0]].end
-    what = f"{depth:.3g} px deep in {{}} at {worst.end:.3f} s"
+    times = evidence.driven(deep, ends)
+    driven = f"; the program changed its velocity before {times} of the steps" if times > MOST * len(deep) else ""
+    what = f"{depth:.3g} px deep in {{}} at {worst.end:.3f} s{driven}"
     return "deep-at-once" if is_impact else "sinks-in", evidence.fault(
         ends, worst, what, depth / half, f"{depth:.3g} px", since
     )

@@ -13,7 +13,9 @@ import numpy as np
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.verdict import why_it_ends
-from sandbox.engines import REFERENCE, TUNED, advance, create, resolved
+from sandbox.engines import REFERENCE, create, resolved
+from sandbox.engines.engine import advance
+from sandbox.engines.specs import TUNED
 from sandbox.errors import SandboxError
 from sandbox.judge.thresholds import DOUBLE
 from sandbox.scene.model import Scene

@@ -14,9 +14,9 @@ from typing import Any, Final, NamedTuple
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.documents import figure_columns
-from sandbox.engines import REFERENCE, TUNED, create, settings_in, with_settings
+from sandbox.engines import REFERENCE, create
 from sandbox.engines.article import pow_variant
-from sandbox.engines.specs import Value, format_settings, parse_settings
+from sandbox.engines.specs import TUNED, Value, format_settings, parse_settings, settings_in, with_settings
 from sandbox.errors import EngineError, SandboxError, suggestion
 from sandbox.run.edits import with_every_contact
 from sandbox.scene.model import PymunkSettings, Scene

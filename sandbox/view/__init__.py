@@ -1,4 +1,7 @@
-"""The window, pictures of what it shows, and the layers of both. Only this package imports pygame."""
+"""The window, pictures of what it shows, and the layers of both.
+
+Beside this package, only `bench.window` and `scripting.program` import pygame.
+"""
 
 import math
 import os

@@ -5,8 +5,9 @@ from functools import cache, partial
 from itertools import chain, count
 from typing import Final
 
-from sandbox.engines import BUILT_IN, TUNED, check_name, known, refusal, resolved, settings_in, with_settings
+from sandbox.engines import BUILT_IN, check_name, known, refusal, resolved
 from sandbox.engines.pymunk import settings_of
+from sandbox.engines.specs import TUNED, settings_in, with_settings
 from sandbox.errors import SandboxError
 from sandbox.scene.model import PymunkSettings, Scene
 from sandbox.view.notice import Notice, NoticeKind

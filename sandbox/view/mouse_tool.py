@@ -1,4 +1,4 @@
-"""What the mouse does in the panes and in the charts: a table of its tools, and what a press begins."""
+"""What the mouse does in the panes and in the chart: a table of its tools, and what a press begins."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -76,7 +76,7 @@ TOOLS: Final = (
 
 
 class MouseTool:
-    """The mouse over the panes and the charts.
+    """The mouse over the panes and the chart.
 
     tool: what a press in a pane does. drag: what the mouse holds. point: of the screen, while the mouse is over the
     window. lens: what the panes show. timeline_share: of the window's height.

@@ -15,7 +15,7 @@ from pygame import Surface
 from sandbox.files import whole_file
 from sandbox.report.pymunk_program import pymunk_code
 from sandbox.run.inputs import Input, write_run
-from sandbox.scene.files import TRUTHS, bundled, write
+from sandbox.scene.files import TRUTHS, bundled, dump
 from sandbox.scene.model import Scene
 from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.offscreen import save_picture
@@ -37,7 +37,7 @@ class Saver:
         self._playback.settle()
         view, name = self._playback.view, self.free_name(".toml")
         with self._notice.reporting():
-            write(view.moment.scene, name, view.panes[pane].state)
+            dump(view.moment.scene, name, view.panes[pane].state)
             self.saved = list(view.session.inputs)
             self._notice.show_saved(name, f": the balls as in {view.panes[pane].name}")
 

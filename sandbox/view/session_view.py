@@ -1,4 +1,4 @@
-"""A session on the screen: a pane for each engine, with its balls, walls, layers and title, and charts."""
+"""A session on the screen: a pane for each engine, with its balls, walls, layers and title, and the chart."""
 
 import math
 from collections.abc import Collection, Sequence
@@ -9,7 +9,8 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.engines import REFERENCE, RunningEngine, default_engines
+from sandbox.engines import REFERENCE, default_engines
+from sandbox.engines.engine import RunningEngine
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
@@ -177,7 +178,7 @@ def amount_text(error: float) -> str:
 
 
 class SessionView:
-    """A session with its panes and charts.
+    """A session with its panes and its chart.
 
     engines: by default, Pymunk and a textbook engine. `exact` runs along, hidden, unless it has a pane or there are
     more than MAX_BALLS_BESIDE balls. beside: whether nothing waits for it, see `Session`: its pane, the outlines and

@@ -108,7 +108,7 @@ class Window:
 
     @property
     def view(self) -> SessionView:
-        """The session that runs, with its panes and charts."""
+        """The session that runs, with its panes and its chart."""
         return self.playback.view
 
     @property

@@ -11,7 +11,8 @@ from conftest import scene_of
 
 from sandbox.analysis.comparison import Comparison, compare
 from sandbox.analysis.verdict import verdict
-from sandbox.engines import RunningEngine, advance, can_run
+from sandbox.engines import can_run
+from sandbox.engines.engine import RunningEngine, advance
 from sandbox.errors import SandboxError
 from sandbox.judge.causes import Cause
 from sandbox.run.edits import AddBall, DeleteBall, SetGravity, SetVelocity

@@ -25,8 +25,7 @@ from sandbox.files import check_outputs, whole_file
 from sandbox.report.comparison_page import page
 from sandbox.run.inputs import Grab, Release, write_inputs
 from sandbox.run.trajectory import simulate
-from sandbox.scene.files import load
-from sandbox.scene.files import write as write_scene
+from sandbox.scene.files import dump, load
 from sandbox.scene.spawn import spawn
 from sandbox.sweeps import as_csv, plan
 from sandbox.sweeps.workers import run_here
@@ -69,7 +68,7 @@ def writers() -> Mapping[str, Write]:
             "end.png": partial(save_picture, surface, "end.png"),
             "page.html": partial(write_text, page(comparison), "page.html"),
             "figures.csv": partial(write_text, comparison.as_csv(), "figures.csv"),
-            "scene.toml": partial(write_scene, scene, "scene.toml", spawn(scene)),
+            "scene.toml": partial(dump, scene, "scene.toml", spawn(scene)),
             "mouse.jsonl": partial(write_inputs, [Grab(step=1, ball=0, at=(1, 1)), Release(step=9)], "mouse.jsonl"),
             "table.csv": partial(write_text, as_csv(rows), "table.csv"),
         }

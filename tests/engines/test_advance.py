@@ -6,7 +6,8 @@ from conftest import scene_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sandbox.engines import advance, create
+from sandbox.engines import create
+from sandbox.engines.engine import advance
 from sandbox.engines.exact import engine as exact
 from sandbox.engines.stepped import SteppedEngine
 from sandbox.scene.files import load

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from conftest import LIBRARIES_REQUIRED, scene_of
 
-from sandbox.engines import RunningEngine, create, registry
+from sandbox.engines import create, registry
+from sandbox.engines.engine import RunningEngine
 from sandbox.errors import Refused, SandboxError
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load

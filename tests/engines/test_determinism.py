@@ -14,8 +14,9 @@ import pytest
 from conftest import bundled_scenes, without_fma
 from numba import njit
 
-from sandbox.engines import advance, can_run, create, registry
+from sandbox.engines import can_run, create, registry
 from sandbox.engines.article import POW_PROBES, SQUARE, pow_variant
+from sandbox.engines.engine import advance
 from sandbox.engines.machine_code import compile_engines
 from sandbox.errors import Refused
 from sandbox.run.trajectory import simulate

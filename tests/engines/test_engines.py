@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from conftest import scene_of
 
-from sandbox.engines import RunningEngine, create, default_engines, refusal, registry, settings_in
+from sandbox.engines import create, default_engines, refusal, registry
 from sandbox.engines.article import ArticleEngine
-from sandbox.engines.engine import traits_of
+from sandbox.engines.engine import RunningEngine, traits_of
+from sandbox.engines.specs import settings_in
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import End, Grab, Input, Move, Release
 from sandbox.run.trajectory import simulate

@@ -16,7 +16,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sandbox import compiled
-from sandbox.engines import advance, can_run, create
+from sandbox.engines import can_run, create
+from sandbox.engines.engine import advance
 from sandbox.engines.machine_code import KERNEL_ENGINES, MachineCode, _all, compile_engines
 from sandbox.scene.files import bundled, load, parse
 from sandbox.scene.model import Scene

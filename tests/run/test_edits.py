@@ -29,7 +29,7 @@ from sandbox.run.edits import (
 from sandbox.run.inputs import Grab, Input, Move, Release, load_inputs, write_inputs
 from sandbox.run.lockstep import Lockstep
 from sandbox.run.trajectory import Trajectory, simulate
-from sandbox.scene.files import dump, load, write
+from sandbox.scene.files import dump, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.session.session import Session
@@ -472,7 +472,7 @@ def test_a_comparison_after_changes_finds_what_it_finds_in_the_scene_saved_there
     lockstep.apply_due()
     states = lockstep.states()
     assert all(state.position.tobytes() == states["exact"].position.tobytes() for state in states.values())
-    write(lockstep.scene, tmp_path / "saved.toml", states["exact"])
+    dump(lockstep.scene, tmp_path / "saved.toml", states["exact"])
     saved = load(tmp_path / "saved.toml").changed(seconds=2 - 25 / 60)
     edited, fresh = compare(scene, ENGINES, inputs=ALL_AT_ONCE), compare(saved, ENGINES)
     for name, run in edited.runs.items():
@@ -542,7 +542,7 @@ def test_edits_are_undone_replayed_and_saved_to_the_byte(
     for name, state in session.shown.states.items():
         replay = simulate(scene, name, steps=session.step, inputs=inputs)
         assert replay.position[-1, lockstep.balls].tobytes() == state.position.tobytes()
-        write(lockstep.scene, folder / "saved.toml", state)
+        dump(lockstep.scene, folder / "saved.toml", state)
         saved = load(folder / "saved.toml")
         assert saved.walls == lockstep.scene.walls
         [start] = Lockstep(saved, [name]).states().values()

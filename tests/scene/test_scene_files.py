@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from sandbox.errors import SandboxError
 from sandbox.scene.balls import BallGroup
-from sandbox.scene.files import dump, load, parse, write
+from sandbox.scene.files import dump, load, parse
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.session.session import Session
@@ -73,7 +73,7 @@ because = "of the start"
 
 
 def reloaded(scene: Scene, state: State, folder: Path) -> Scene:
-    write(scene, folder / "saved.toml", state)
+    dump(scene, folder / "saved.toml", state)
     return load(folder / "saved.toml")
 
 
@@ -81,7 +81,7 @@ def test_what_is_no_scene_file_is_refused_and_nothing_is_written(tmp_path: Path)
     scene = scene_of("radius = 20\nposition = [100, 100]")
     for name in ("a.json", "a", "a.toml.txt"):
         with pytest.raises(SandboxError, match=rf"{name}: a scene file must end in \.toml$"):
-            write(scene, tmp_path / name)
+            dump(scene, tmp_path / name)
     with pytest.raises(SandboxError, match=r'^only a Scene can be written, as load returns it, got "article"$'):
         dump("article", tmp_path / "a.toml")  # type: ignore[arg-type]
     assert list(tmp_path.iterdir()) == []
@@ -137,7 +137,7 @@ def test_balls_of_one_kind_are_one_group_and_the_file_is_readable(tmp_path: Path
         'radius = 20\ngrid = [4, 1]\nspacing = 50\ncolors = ["red", "blue"]\nvelocity = [-0.0, 1e-7]',
         "radius = 20\nmass = 2\nposition = [99.5, 30]",
     )
-    write(scene, tmp_path / "saved.toml", spawn(scene))
+    dump(scene, tmp_path / "saved.toml", spawn(scene))
     assert (tmp_path / "saved.toml").read_text() == (
         "[arena]\nsize = [800, 600]\n\n"
         '[[balls]]\nradius = 20\ncolors = ["red", "blue"]\n'
@@ -175,16 +175,16 @@ def test_too_many_balls_for_a_file_are_not_written(most: int, tmp_path: Path, mo
     scene = scene_of("radius = 20\ngrid = [4, 1]\nspacing = 50.125")
     monkeypatch.setattr("sandbox.scene.files.MAX_TEXT_FILE_BYTES", most)
     with pytest.raises(SandboxError, match=f"saved.toml: 4 balls do not fit in the {most} bytes of a scene file"):
-        write(scene, tmp_path / "saved.toml", spawn(scene))
+        dump(scene, tmp_path / "saved.toml", spawn(scene))
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_scene_that_would_not_load_is_not_written(tmp_path: Path) -> None:
     scene = scene_of("radius = 20\nposition = [100, 100]")
     with pytest.raises(SandboxError, match=r"saved.toml:\d+: balls\[0\].velocity\[0\] must be at most 1e\+09"):
-        write(scene, tmp_path / "saved.toml", State(0.0, np.array([[50.0, 50.0]]), np.array([[2e9, 0.0]])))
+        dump(scene, tmp_path / "saved.toml", State(0.0, np.array([[50.0, 50.0]]), np.array([[2e9, 0.0]])))
     with pytest.raises(SandboxError, match="cannot be written"):
-        write(scene, tmp_path / "no-such-folder" / "saved.toml")
+        dump(scene, tmp_path / "no-such-folder" / "saved.toml")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -16,7 +16,7 @@ from sandbox.quantity import deepest_overlap
 from sandbox.scene import spawn as spawn_module
 from sandbox.scene.balls import BallGroup
 from sandbox.scene.fields import Vector
-from sandbox.scene.files import load, parse, write
+from sandbox.scene.files import dump, load, parse
 from sandbox.scene.model import Arena, Scene, Wall
 from sandbox.scene.spawn import spawn, warnings
 from sandbox.state import Floats, State
@@ -344,7 +344,7 @@ def test_a_scene_saved_with_a_ball_in_a_wall_of_its_own_loads_again(walls: bool,
         walls=[{"start": (100, 200), "to": (300, 200), "thickness": 4}],
     )
     state = State(0.0, np.array([[200.0, 190.5]]), np.zeros((1, 2)))
-    write(scene, tmp_path / "saved.toml", state)
+    dump(scene, tmp_path / "saved.toml", state)
     saved = load(tmp_path / "saved.toml")
     assert saved.arena.overlap == pytest.approx(2.5, abs=1e-3)
     assert spawn(saved).position.tolist() == [[200.0, 190.5]]

@@ -307,7 +307,6 @@ def test_load_and_dump_are_a_pair(tmp_path: Path) -> None:
     scene = sandbox.load("marble-run")
     sandbox.dump(scene, tmp_path / "mine.toml")
     assert sandbox.load(tmp_path / "mine.toml") == scene
-    assert sandbox.write is sandbox.dump
 
 
 @pytest.mark.wide

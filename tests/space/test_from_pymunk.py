@@ -321,7 +321,7 @@ def test_filters_between_balls_are_those_of_the_scene(tmp_path: Path) -> None:
     assert scene.bodies.filters.tolist()[-4:] == [
         [name, *rest] for name, (_, *rest) in zip(names, filters, strict=True)
     ]
-    sandbox.write(scene, tmp_path / "mine.toml")
+    sandbox.dump(scene, tmp_path / "mine.toml")
     assert sandbox.load(tmp_path / "mine.toml").bodies.filters.tolist() == scene.bodies.filters.tolist()
     shapes = [
         shape.filter for shape in PymunkEngine(scene, spawn(scene)).space.shapes if isinstance(shape, pymunk.Circle)
@@ -377,7 +377,7 @@ def test_what_is_no_space_is_refused() -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_the_scene_of_a_space_is_written_and_loads_to_an_equal_one(seed: int, tmp_path: Path) -> None:
     scene = from_space(random_space(seed), title="Mine")
-    sandbox.write(scene, tmp_path / "mine.toml")
+    sandbox.dump(scene, tmp_path / "mine.toml")
     loaded = sandbox.load(tmp_path / "mine.toml")
     assert loaded == scene
     assert loaded != scene.changed(gravity=(1, 1))

@@ -6,8 +6,10 @@ import pymunk
 import pytest
 from spaces import ball, world
 
+from sandbox.run.trajectory import simulate
+from sandbox.scene.files import load
 from sandbox.space.energy import Cause
-from sandbox.space.watch import watch
+from sandbox.space.watch import Trials, watch
 
 RATE = 60
 
@@ -43,3 +45,11 @@ def test_what_is_added_while_a_space_is_watched_has_the_line_that_added_it() -> 
     assert "add" not in vars(space)
     finding = next(finding for finding in watched.findings if finding.rule.startswith("moment"))
     assert re.fullmatch(r".*test_watch\.py:\d+", finding.bodies[0].line)
+
+
+def test_a_watched_run_of_the_engine_pymunk_is_the_run_itself() -> None:
+    """`Space.static_body` makes a body, which would be one more than the engine has balls."""
+    scene = load("article")
+    with Trials():
+        watched = simulate(scene, "pymunk", steps=90)
+    assert watched.position.tobytes() == simulate(scene, "pymunk", steps=90).position.tobytes()

@@ -12,8 +12,9 @@ from conftest import scene_of
 from hypothesis import strategies as st
 from window_driver import given, mouse, point, press, pull, run, shown, step
 
-from sandbox.engines import create, settings_in, with_settings
+from sandbox.engines import create
 from sandbox.engines.pymunk import PymunkEngine
+from sandbox.engines.specs import settings_in, with_settings
 from sandbox.run.edits import DeleteBall, SetGravity, SetRate
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
