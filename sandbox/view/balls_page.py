@@ -20,9 +20,8 @@ from sandbox.view.instruments import ROUNDING
 from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import dot, fitting, shortened, text_width, write
-from sandbox.view.theme import chart_palette, theme
-from sandbox.view.widgets import Widget, Words
-from sandbox.view.widgets.buttons import TextButton
+from sandbox.view.theme import theme
+from sandbox.view.widgets import TextButton, Widget, Words
 from sandbox.view.widgets.fields import Field
 from sandbox.view.widgets.group import rows_of
 
@@ -175,10 +174,9 @@ class BallsPage:
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets."""
         names = [pane.name for pane in self._playback.view.panes]
-        colours = chart_palette().engines([*names, self._playback.session.reference])
         engines = [self._engine(pane, name) for pane, name in enumerate(names)]
         for button in engines:
-            button.colour = colours[button.text]
+            button.colour = self._playback.view.charts.colours[button.text]
         for field, dimension in self._dimensions.items():
             field.unit = self._playback.scene.units.name(dimension)
         ball, wall = self._editor.selected, self._editor.selected_wall
@@ -196,11 +194,7 @@ class BallsPage:
         return TextButton(name, partial(editor.show_in, pane), f"the balls in {name}", lambda: editor.pane == pane)
 
     def _field(self, name: str, value: Callable[[], str], choose: Callable[[str], None], does: str) -> Field:
-        def choose_or_say(text: str) -> None:
-            with self._notice.reporting():
-                choose(text)
-
-        return Field(name, value, choose_or_say, does, begin=self._pause)
+        return Field(name, value, self._notice.reporting()(choose), does, begin=self._pause)
 
     def _pause(self) -> None:
         self._playback.paused = True

@@ -185,10 +185,7 @@ class MassSlider(Slider):
         def mass() -> float:
             return float(playback.scene.bodies.mass[editor.selected or 0])
 
-        def choose(mass: float) -> None:
-            with notice.reporting():
-                editor.change(mass=mass)
-
+        choose = notice.reporting()(lambda mass: editor.change(mass=mass))
         super().__init__("mass", MASSES, mass, choose, "", " kg")
         self._playback, self._editor = playback, editor
 

@@ -195,9 +195,9 @@ class Charts:
         return end
 
     @property
-    def _colours(self) -> dict[str, Color]:
-        palette = chart_palette()
-        return palette.engines(self.samples.engines) | {LAW: palette.law}
+    def colours(self) -> dict[str, Color]:
+        """The colour of each engine in charts and titles, the reference's too."""
+        return chart_palette().engines(self.samples.engines)
 
     @property
     def _heading(self) -> str:
@@ -229,7 +229,7 @@ class Charts:
 
     def _marks(self) -> list[Mark]:
         """Return the note, first differences, the end of the reference's trust, and of the reference."""
-        ink, colours, reference, marks = chart_palette().ink, self._colours, self.samples.reference, self.marks
+        ink, colours, reference, marks = chart_palette().ink, self.colours, self.samples.reference, self.marks
         found = [Mark(None, self.note, ink, "")] if self.note else []
         for name, time in marks.differences.items():
             found.append(Mark(time, f"{name} differs", colours[name], f"first contact unlike {reference}'s"))
@@ -282,12 +282,12 @@ class Charts:
         if not place.height:
             return
         ground, plot, height = surface.subsurface(place), self.plot(place, text_height), small(text_height)
-        width, colours, samples = max(2, round(text_height / 6)), self._colours, self.samples
+        width, colours, samples = max(2, round(text_height / 6)), self.colours, self.samples
         if self.instrument.values is None:
             if self.moment:
                 self._draw_speeds(ground, plot, height, self.moment)
             return
-        values, times, columns = self._values, samples.times, self.instrument.columns(samples)
+        values, columns = self.instrument.scaled(samples, self._units), self.instrument.columns(samples)
         known = values[:, list(columns.values())]
         known = known[np.isfinite(known)]
         logarithmic = self.instrument.logarithmic if self.is_logarithmic else None
@@ -297,10 +297,10 @@ class Charts:
         axes.draw(self._heading, "s")
         for name in sorted(columns, key=lambda name: name != samples.reference):  # whose line is below the others
             thinner = int(name == samples.reference)
-            axes.draw_line(colours[name], times, values[:, columns[name]], width - thinner)
+            axes.draw_line(colours[name], samples.times, values[:, columns[name]], width - thinner)
         last = {name: np.flatnonzero(np.isfinite(values[:, k]))[-1:].tolist() for name, k in columns.items()}
         axes.write_names(
-            {name: (times[k], values[k, columns[name]]) for name, rows in last.items() for k in rows}, colours
+            {name: (samples.times[k], values[k, columns[name]]) for name, rows in last.items() for k in rows}, colours
         )
         self._draw_marks(ground, place, text_height)
         x = self._column(plot, time)
@@ -310,21 +310,14 @@ class Charts:
 
     def _draw_speeds(self, surface: Surface, plot: Rect, height: int, moment: Moment) -> None:
         """Draw the histogram of a moment's speeds, beside the law of Maxwell and Boltzmann."""
-        histogram, colours, units = histogram_of(moment, self.samples.reference), self._colours, self._units
-        factor = units.factor(Dimension.VELOCITY)
+        histogram, units = histogram_of(moment, self.samples.reference), self._units
+        colours, factor = self.colours | {LAW: chart_palette().law}, units.factor(Dimension.VELOCITY)
         axes = Axes(surface, plot, height, chart_palette(), factor * histogram.end, Even(), (0.0, histogram.top))
         axes.draw(f"{self._heading}    {histogram.refusal}", units.name(Dimension.VELOCITY))
         for name, (speed, count) in histogram.lines.items():
             axes.draw_line(colours[name], factor * speed, count, max(3, height // 4) if name == LAW else 2)
         ends = {name: (factor * histogram.end, float(count[-1])) for name, (_, count) in histogram.lines.items()}
         axes.write_names(ends, colours)
-
-    # Values
-
-    @property
-    def _values(self) -> Floats:
-        """The values in all samples: (samples, engines)."""
-        return self.instrument.scaled(self.samples, self._units)
 
     def _draw_card(self, surface: Surface, place: Rect, text_height: int, point: ScreenPoint) -> None:
         """Draw the values at a point, or what the mark there means."""
@@ -340,6 +333,9 @@ class Charts:
     def values_at(self, time: float) -> list[list[str]]:
         """Return the rows of a table of each engine's value in the sample nearest to a time (s)."""
         row = int(np.abs(self.samples.times - time).argmin())
-        values, columns = self._values[row], self.instrument.columns(self.samples)
-        texts = [[name, self.instrument.text(values[k], self._units)] for name, k in columns.items()]
+        values = self.instrument.scaled(self.samples, self._units)[row]
+        texts = [
+            [name, self.instrument.text(values[k], self._units)]
+            for name, k in self.instrument.columns(self.samples).items()
+        ]
         return [[f"{self.samples.times[row]:.3f} s", self._heading], *texts]

@@ -180,7 +180,9 @@ class Action(Enum):
     COLUMN = _window(
         "F8", "Panel", "show or hide the column", lambda w: w.panel.toggle(), lambda w: w.panel.open is not None
     )
-    THEME = _window("F7", "Dark", "light, or dark", lambda w: w.toggle_theme(), lambda _: theme.is_dark)
+    THEME = _window(
+        "F7", "Dark", "light, or dark", lambda _: theme.use(dark=not theme.is_dark), lambda _: theme.is_dark
+    )
     LARGER_TEXT = _window(
         "Ctrl +", "Larger text", "larger text", lambda w: w.change_text(1), more_keys=("Ctrl =", "Ctrl [+]")
     )

@@ -10,11 +10,10 @@ from sandbox.engines.pymunk import settings_of
 from sandbox.engines.specs import TUNED, settings_in, with_settings
 from sandbox.errors import SandboxError
 from sandbox.scene.model import PymunkSettings, Scene
-from sandbox.view.notice import Notice, NoticeKind
+from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
 from sandbox.view.theme import chart_palette
-from sandbox.view.widgets import Widget, Words
-from sandbox.view.widgets.buttons import TextButton
+from sandbox.view.widgets import TextButton, Widget, Words
 from sandbox.view.widgets.fields import Field, Slider
 from sandbox.view.widgets.group import rows_of
 
@@ -135,18 +134,16 @@ class EnginesPage:
         """Put an engine in place of as many from a pane on."""
         others = [*self.names]
         del others[pane : pane + replaced]
-        try:
+        with self._notice.reporting():
             check_name(spec := spec.strip())
             spec = normal(spec, self.scene)
-        except SandboxError as error:
-            self._notice.show(str(error), NoticeKind.ERROR)
-            return
-        if settings_in(spec) in [settings_in(normal(name, self.scene)) for name in others]:
-            self._notice.show(f"{spec} runs already, in another pane", NoticeKind.ERROR)
-        elif len(others) == MAX_PANES:
-            self._notice.show(FULL, NoticeKind.ERROR)
-        elif [*others[:pane], spec, *others[pane:]] != self.names:
-            self._use([*others[:pane], spec, *others[pane:]])
+            if settings_in(spec) in [settings_in(normal(name, self.scene)) for name in others]:
+                raise SandboxError(f"{spec} runs already, in another pane")
+            if len(others) == MAX_PANES:
+                raise SandboxError(FULL)
+            others.insert(pane, spec)
+            if others != self.names:
+                self._use(others)
 
     # Choices
 

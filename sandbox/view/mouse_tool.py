@@ -165,8 +165,9 @@ class MouseTool:
         if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
             self._playback.settle()
             self.drag = self._pressed(event.pos)
-        elif event.type == pygame.MOUSEWHEEL and self.point:
-            self._zoom(self.point, ZOOM_FACTOR**event.y)
+        elif event.type == pygame.MOUSEWHEEL and (position := self.position):  # about which the panes zoom
+            x, y = (at / side for at, side in zip(position, self._layout().arena, strict=True))
+            self.lens = self.lens.zoomed(ZOOM_FACTOR**event.y, (x, y))
         elif event.type == pygame.MOUSEMOTION and self.drag and event.buttons[0]:
             self.drag.move(event.pos)
         elif (event.type == pygame.MOUSEBUTTONUP and event.button == 1) or event.type == pygame.MOUSEMOTION:
@@ -199,13 +200,6 @@ class MouseTool:
                 self._panned_from = spot.point
                 return Slide(self._pan, spot.point)
         return self.tool.press(self._bench, spot)
-
-    def _zoom(self, point: ScreenPoint, factor: float) -> None:
-        """Enlarge what the panes show about a point."""
-        layout, position = self._layout(), self.position
-        if position:
-            width, height = layout.arena
-            self.lens = self.lens.zoomed(factor, (position[0] / width, position[1] / height))
 
     def _split(self, point: ScreenPoint) -> None:
         self.timeline_share = self._layout().timeline_share_at(point[1])

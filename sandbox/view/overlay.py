@@ -68,10 +68,9 @@ class Overlay(Canvas):
         """The width of lines, px."""
         return max(1, round(self.text_height / 10))
 
-    def _visible(self, colour: str) -> tuple[int, int, int]:
+    def _visible(self, colour: str) -> Color:
         """Return a ball's colour, or the nearest that is visible as a thin line."""
-        ground = self.palette.ground
-        return _line_colour(rgb(colour), (ground.r, ground.g, ground.b))
+        return _line_colour(colour, tuple(self.palette.ground))
 
     def grid(self) -> None:
         """Draw lines at round distances, with their positions in px of the scene."""
@@ -166,7 +165,6 @@ ABOVE_BALLS: Final[Mapping[Layer, Callable[[Overlay], None]]] = {
 
 
 @lru_cache(maxsize=256)
-def _line_colour(colour: tuple[int, int, int], ground: tuple[int, int, int]) -> tuple[int, int, int]:
+def _line_colour(colour: str, ground: tuple[int, ...]) -> Color:
     """Return a ball's colour, or the nearest that is visible as a thin line on a ground."""
-    visible = readable(Color(*colour), Color(*ground), MIN_CONTRAST)
-    return visible.r, visible.g, visible.b
+    return readable(Color(*rgb(colour)), Color(*ground), MIN_CONTRAST)

@@ -32,10 +32,6 @@ class RunSoFar:
         engines = tuple(dict.fromkeys([*session.names, session.reference]))  # the reference too if it is hidden
         return cls(session.start, engines, session.reference, inputs, session.end)
 
-    def is_part_of(self, session: Session) -> bool:
-        """Return whether a session's run began like this, and has come as far."""
-        return self.is_beginning_of(RunSoFar.of(session))
-
     def is_beginning_of(self, later: "RunSoFar") -> bool:
         """Return whether a run began like this, and has come as far."""
         return self.steps <= later.steps and self._before(self.steps) == later._before(self.steps)

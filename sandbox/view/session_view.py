@@ -24,7 +24,7 @@ from sandbox.view.layout import EDGE, Layout, ScreenPoint
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, NO_TRAIL, Overlay
 from sandbox.view.primitives import Discs, card, draw_walls, fill, first_lines, shortened, text_width, write
 from sandbox.view.run_so_far import Marks
-from sandbox.view.theme import chart_palette, palette, theme
+from sandbox.view.theme import palette, theme
 
 AS_IT_SHOULD_BE: Final = "energy as it should be"
 IT_SHOULD_HAVE: Final = "it should have"
@@ -84,11 +84,6 @@ class Pane:
         """How the engine's energy compares with what it should have, in words; nothing while that is not known."""
         return "" if self.error is None else energy_in_words(self.error, self.beside)
 
-    def recolour(self) -> None:
-        """Draw in the colours of the theme."""
-        if self.debug_draw:
-            self.debug_draw.recolour(palette(self.scene.arena.background).wall)
-
     def draw(
         self,
         surface: Surface,
@@ -116,6 +111,7 @@ class Pane:
                 draw(overlay)
         if self.debug_draw and self._live:
             self.debug_draw.plain = self.plain
+            self.debug_draw.recolour(overlay.palette.wall)
             self.debug_draw.draw(inside, scale, origin)
         else:
             draw_walls(inside, self.scene, scale, origin)
@@ -241,11 +237,10 @@ class SessionView:
     def draw_panes(self, surface: Surface, layout: Layout, showing: Collection[Layer]) -> None:
         """Draw the panes."""
         errors, reference, outlined = self.energy_errors, self.session.reference, self._outlined
-        colours = chart_palette().engines([*(pane.name for pane in self.panes), reference])
         for index, pane in enumerate(self.panes):
             pane.plain, pane.error, pane.beside = self.plain, errors.get(pane.name), self.beside
             pane.is_reference = pane.name == reference and len(self.panes) > 1
-            layers, colour = ((), theme.dim) if pane.is_suspended else (showing, colours[pane.name])
+            layers, colour = ((), theme.dim) if pane.is_suspended else (showing, self.charts.colours[pane.name])
             ghosts = outlined if pane.name != reference else None
             named = reference if ghosts is not None and Layer.GHOSTS in layers else ""
             trail = self.trail(pane) if Layer.TRAILS in layers else NO_TRAIL
@@ -284,8 +279,3 @@ class SessionView:
         """By how much energies are off at the step shown, as far as that is known, %."""
         errors = self.session.samples.error_at(self.moment.step)
         return {name: error for name, error in errors.items() if math.isfinite(error)}
-
-    def recolour(self) -> None:
-        """Draw in the colours of the theme."""
-        for pane in self.panes:
-            pane.recolour()

@@ -13,8 +13,7 @@ from sandbox.view.editor import Editor
 from sandbox.view.playback import Playback
 from sandbox.view.theme import theme
 from sandbox.view.toolbars import Do, action_button
-from sandbox.view.widgets import Widget, Words
-from sandbox.view.widgets.buttons import TextButton
+from sandbox.view.widgets import TextButton, Widget, Words
 from sandbox.view.widgets.fields import Slider
 from sandbox.view.widgets.group import Placed, WidgetGroup, draw_scroll_bar, rows_of, stacked
 

@@ -14,10 +14,9 @@ from sandbox.view.layout import GAP, TIME_LETTERS, Layout
 from sandbox.view.mouse_tool import MouseTool, Tool
 from sandbox.view.playback import Playback, speed_text
 from sandbox.view.primitives import write
-from sandbox.view.theme import chart_palette, theme
+from sandbox.view.theme import theme
 from sandbox.view.video import Recorder
-from sandbox.view.widgets import Words
-from sandbox.view.widgets.buttons import TextButton
+from sandbox.view.widgets import TextButton, Words
 from sandbox.view.widgets.group import Placed, WidgetRow
 
 THICKNESS: Final = 4  # px, of the track
@@ -122,7 +121,7 @@ class Toolbars:
         for step, colour in ends.items():
             line.width = column(step) - track.x
             pygame.draw.rect(surface, colour, line, border_radius=2)
-        colours = chart_palette().engines([*session.names, session.reference])
+        colours = self._charts.colours
         for name, time in self._charts.marks.differences.items():
             if name in colours:
                 x = column(session.step_at(time))

@@ -4,22 +4,20 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache, lru_cache, partial
 from typing import Final
 
-from pygame import Color, Surface
+from pygame import Color
 
 from sandbox.analysis.difference import MAX_DIFFERENCES, Difference
 from sandbox.judge.causes import Cause
 from sandbox.scene.fields import rgb
 from sandbox.view.case_so_far import Case, CaseSoFar, LedgerLine, OtherContact
-from sandbox.view.contact_mark import ContactPicture, draw_contact
+from sandbox.view.contact_mark import ContactPicture
 from sandbox.view.controls import RIGHT, Action
-from sandbox.view.layout import Layout
 from sandbox.view.playback import Playback
 from sandbox.view.run_so_far import Marks
 from sandbox.view.session_view import energy_in_words
-from sandbox.view.theme import chart_palette, palette, theme
+from sandbox.view.theme import palette, theme
 from sandbox.view.toolbars import action_button
-from sandbox.view.widgets import Bar, Widget, Words
-from sandbox.view.widgets.buttons import TextButton
+from sandbox.view.widgets import Bar, TextButton, Widget, Words
 from sandbox.view.widgets.group import rows_of
 
 LISTED: Final = 12  # contacts at once: the newest, or those around the one that is shown
@@ -180,7 +178,7 @@ class WhyPage:
             yield from ([self._say(title, theme.dim)] if some else [])
             for line in some:
                 text = f"{100 * line.share:+.2f} %" if abs(line.share) >= MIN_SHARE else line.text
-                yield [Bar(line.cause, text, line.share / largest, self._colours[self.engine])]
+                yield [Bar(line.cause, text, line.share / largest, self._playback.view.charts.colours[self.engine])]
 
     @property
     def _status(self) -> str:
@@ -197,26 +195,14 @@ class WhyPage:
     def _choices(self, engines: Iterable[str]) -> list[Row]:
         buttons = [self._button(name) for name in engines]
         for button in buttons:
-            button.colour = self._colours[button.text]
+            button.colour = self._playback.view.charts.colours[button.text]
         return rows_of(buttons, BUTTONS_IN_ROW)
 
     def _make_button(self, engine: str) -> TextButton:
         does = f"what differs in {engine}"
         return TextButton(engine, partial(self.choose, engine), does, lambda: engine == self.engine)
 
-    @property
-    def _colours(self) -> dict[str, Color]:
-        session = self._playback.session
-        return chart_palette().engines([*session.names, session.reference])
-
-    # In the panes
-
     def _picture(self, difference: Difference) -> ContactPicture:
         moment = self._playback.view.moment
-        colour = palette(moment.scene.arena.background).engines(self._colours)[self.engine]
+        colour = palette(moment.scene.arena.background).engines(self._playback.view.charts.colours)[self.engine]
         return ContactPicture(moment.scene, moment.states[self.engine], difference, colour)
-
-    def draw_contact(self, surface: Surface, layout: Layout) -> None:
-        """Draw the contact that was gone to in every pane, while its step is shown."""
-        if self.contact:
-            draw_contact(surface, layout, self._playback.view.panes, self.contact.difference, self.engine)

@@ -20,6 +20,7 @@ from sandbox.view import Layer, opens_with
 from sandbox.view.balls_page import BallsPage
 from sandbox.view.cards import Cards, MassSlider, Messages
 from sandbox.view.case_so_far import CaseSoFar
+from sandbox.view.contact_mark import draw_contact
 from sandbox.view.controls import Action, Panel, Topic, action_of
 from sandbox.view.display import PendingEvents, Stopped, caption, open_window
 from sandbox.view.editor import Editor
@@ -297,11 +298,6 @@ class Window:
         """Let Pymunk draw as it does by itself, or with smooth edges."""
         self.view.plain = not self.view.plain
 
-    def toggle_theme(self) -> None:
-        """Use the other theme."""
-        theme.use(dark=not theme.is_dark)
-        self.view.recolour()
-
     def change_text(self, by: int) -> None:
         """Make the text larger by some px, or smaller."""
         low, high = TEXT_HEIGHTS
@@ -378,8 +374,8 @@ class Window:
         self._drawn_places = placed = self._placed
         fill(surface, theme.ground)
         self.view.draw_panes(surface, layout, self.showing)
-        if self.panel.open is Panel.WHY:
-            self.why.draw_contact(surface, layout)
+        if self.panel.open is Panel.WHY and (contact := self.why.contact):
+            draw_contact(surface, layout, self.view.panes, contact.difference, self.why.engine)
         self.mouse.draw(surface)
         self.toolbars.draw_timeline(surface, layout)
         self.panel.draw(surface, layout.panel, layout.text_height)

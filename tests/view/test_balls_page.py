@@ -31,8 +31,7 @@ from sandbox.scene.units import PIXELS, Dimension
 from sandbox.view.balls_page import NUMBER, PER_LINE, BallTable, _cell_text
 from sandbox.view.controls import Action, Panel
 from sandbox.view.theme import theme
-from sandbox.view.widgets import Widget, Words
-from sandbox.view.widgets.buttons import TextButton
+from sandbox.view.widgets import TextButton, Widget, Words
 from sandbox.view.widgets.fields import Field
 from sandbox.view.window import Window
 

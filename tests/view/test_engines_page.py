@@ -10,8 +10,7 @@ from window_driver import THREE_BALLS, click, colours, mouse, press, run
 from sandbox.view.engines_page import FULL
 from sandbox.view.session_view import SessionView
 from sandbox.view.theme import chart_palette
-from sandbox.view.widgets import Widget, Words
-from sandbox.view.widgets.buttons import TextButton
+from sandbox.view.widgets import TextButton, Widget, Words
 from sandbox.view.widgets.fields import Field, Slider
 from sandbox.view.window import Window
 

@@ -15,8 +15,7 @@ from sandbox.view.layout import Layout
 from sandbox.view.primitives import SMALLEST_TEXT, text_width
 from sandbox.view.side_panel import SidePanel
 from sandbox.view.theme import theme
-from sandbox.view.widgets import Bar, Widget, Words
-from sandbox.view.widgets.buttons import TextButton
+from sandbox.view.widgets import Bar, TextButton, Widget, Words
 from sandbox.view.widgets.fields import Field
 from sandbox.view.widgets.group import WidgetGroup
 

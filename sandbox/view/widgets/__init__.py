@@ -1,15 +1,15 @@
-"""What the rows and the column are made of: what every widget can do; texts; a file for each other kind."""
+"""What the rows and the column are made of: what every widget can do; texts and buttons; a file for other kinds."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import Final
 
 import pygame
 from pygame import Color, Rect, Surface
 from pygame.event import Event
 
-from sandbox.view.primitives import dot, first_lines, text_width, wrapped, write
-from sandbox.view.theme import theme
+from sandbox.view.primitives import dot, first_lines, fitting, text_width, wrapped, write
+from sandbox.view.theme import readable, theme
 
 ENTER: Final = (pygame.K_RETURN, pygame.K_KP_ENTER)
 ARROWS: Final = {pygame.K_LEFT: -1, pygame.K_DOWN: -1, pygame.K_RIGHT: 1, pygame.K_UP: 1}
@@ -63,17 +63,23 @@ class Widget:
         """Handle that the keyboard goes elsewhere."""
 
 
+@dataclass(eq=False)
 class Pressable(Widget):
-    """A widget that does something when it is pressed, or when Enter is while the keyboard is on it.
+    """A text that does something when it is pressed, or when Enter is while the keyboard is on it.
 
-    text: on it; said: returns it, if it changes. widest: the longest text that it will have in a row of the window, so
-    that it does not move its neighbours.
+    said: returns the text, if it changes. widest: the longest text that it will have in a row of the window, so that it
+    does not move its neighbours.
     """
 
     text: str
-    do: Callable[[], object] | None
-    said: Callable[[], str] | None
-    widest: str
+    do: Callable[[], object] | None = None
+    does: str = ""
+    _: KW_ONLY
+    refusal: Callable[[], str] = str
+    colour: Color | None = None
+    width: float = 5.0
+    said: Callable[[], str] | None = None
+    widest: str = ""
 
     @property
     def label(self) -> str:
@@ -108,21 +114,14 @@ def draw_ground(surface: Surface, place: Rect, colour: Color, text_height: int, 
 class Words(Pressable):
     """A text: in the column of as many lines as it needs, in a row of the window one line.
 
-    do: what a click on it does; marked: it stands out as the chosen one. colour: by default, that of all text. scale:
-    of the text. dots: colours of the balls or the engine that it is about.
+    marked: it stands out as the chosen one. colour: by default, that of all text. scale: of the text. dots: colours of
+    the balls or the engine that it is about.
     """
 
-    text: str
-    colour: Color | None = None
-    do: Callable[[], object] | None = None
     marked: bool = False
     bold: bool = False
     scale: float = 1.0
     dots: tuple[Color, ...] = ()
-    width: float = 5.0
-    said: Callable[[], str] | None = None
-    widest: str = ""
-    does: str = ""
 
     @property
     def takes_keys(self) -> bool:  # type: ignore[override]
@@ -160,6 +159,38 @@ class Words(Pressable):
         for text in lines:
             write(surface, text, line, self.colour or theme.ink, height, bold=self.bold)
             line.y += step
+
+
+@dataclass(eq=False)
+class TextButton(Pressable):
+    """A button. is_on: whether what it turns on is on. colour: of a mark before the text, such as an engine's."""
+
+    is_on: Callable[[], bool] = bool
+
+    def natural_width(self, text_height: int) -> int:
+        """Return the width of its text with room round it, px."""
+        text = text_width(self.widest or self.label, text_height)
+        return max(text + round(1.5 * text_height), 2 * text_height) + (text_height if self.colour else 0)
+
+    def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
+        """Draw the text in the middle, smaller if need be; on the accent while on, grey if it is refused."""
+        on, text = self.is_on(), self.label
+        ink = theme.on_accent if on else theme.ink
+        draw_ground(surface, place, theme.accent if on else theme.raised, text_height, hot=hot)
+        mark = text_height if self.colour else 0
+        width, room = text_width(text, text_height), place.width - text_height // 2 - mark
+        height = fitting(width, room, text_height)
+        pad = max(text_height // 4, (place.width - text_width(text, height) - mark) // 2)
+        line = Rect(place.x + pad, place.y, place.width - pad, place.height)
+        if self.colour:
+            swatch = Rect(0, 0, 2 * text_height // 3, 2 * text_height // 3)
+            swatch.center = (line.x + text_height // 3, line.centery) if text else place.center
+            if on:
+                pygame.draw.rect(surface, theme.on_accent, swatch.inflate(4, 4), border_radius=3)
+            pygame.draw.rect(surface, self.colour, swatch, border_radius=2)
+            line = Rect(line.x + mark, line.y, line.width - mark, line.height)
+        refused = readable(theme.line, theme.raised)
+        write(surface, text, line, refused if self.refusal() else ink, height)
 
 
 @dataclass(eq=False)
