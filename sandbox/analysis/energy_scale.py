@@ -7,10 +7,9 @@ import numpy as np
 
 from sandbox.engines.exact.contact import HOP_TIME, MAX_LOAD
 from sandbox.judge.thresholds import NEGLIGIBLE
-from sandbox.quantity import dot, kinetic_energy, length, spin_energy
-from sandbox.scene.clock import Clock
+from sandbox.quantity import dot, energy, kinetic_energy, length, spin_energy
 from sandbox.scene.model import Scene
-from sandbox.state import Bodies, Bools, Contacts, Floats, Integers, State, States
+from sandbox.state import Bools, Contacts, Integers, State, States
 
 LONGEST_HOP: Final = MAX_LOAD * HOP_TIME  # s, which discs at rest can be in the air in the exact engine
 
@@ -23,7 +22,7 @@ class EnergyScale:
 
     def __init__(self, scene: Scene, start: State) -> None:
         self._scene = scene
-        self._largest = float(_moving_energy(start, scene.bodies))
+        self._largest = float(energy(start, scene.bodies, (), ()))  # without heights
         self._given = 0.0
 
     @property
@@ -34,12 +33,12 @@ class EnergyScale:
         fall = float(pull * (mass * self._scene.bodies.radius).sum())
         return max(self._largest if self._largest > hopping else fall, self._given)
 
-    def follow(self, scene: Scene, states: States, contacts: Contacts, before: int, clock: Clock | None = None) -> None:
-        """Enter steps and the contacts in them, by time. before: steps before the first state; clock: of the steps."""
+    def follow(self, scene: Scene, states: States, contacts: Contacts, before: int) -> None:
+        """Enter steps and the contacts in them, by time. before: steps before the first state."""
         self._scene = scene
         if any(scene.gravity):
-            kinetic = float(_moving_energy(states, scene.bodies).max())
-            at_contacts = _largest_at_contacts(scene, states, contacts, before, clock or scene.clock)
+            kinetic = float(energy(states, scene.bodies, (), ()).max())
+            at_contacts = _largest_at_contacts(scene, states, contacts, before)
             self._largest = max(self._largest, kinetic, at_contacts)
 
     def give(self, work: float) -> None:
@@ -47,15 +46,11 @@ class EnergyScale:
         self._given = max(self._given, work)
 
 
-def _moving_energy(moving: State | States, bodies: Bodies) -> Floats:
-    """Return the kinetic energy of flight and spin, kg px²/s²: (...)."""
-    return kinetic_energy(moving.velocity, bodies.mass) + spin_energy(moving.spin, bodies.moment)
-
-
-def _largest_at_contacts(scene: Scene, states: States, contacts: Contacts, before: int, clock: Clock) -> float:
+def _largest_at_contacts(scene: Scene, states: States, contacts: Contacts, before: int) -> float:
     """Return the largest kinetic energy just before the first contact of a step, where falling balls are fastest."""
     if not len(contacts):
         return 0.0
+    clock = scene.clock
     step_of = np.clip(clock.steps_containing(contacts["time"]) - before, 1, len(states.spin) - 1)
     step, first = np.unique(step_of, return_index=True)
     fallen = np.clip(contacts["time"][first] - clock.times(before + step - 1), 0.0, 1 / clock.rates(before + step))

@@ -42,7 +42,7 @@ class Measurement:
         self.start = state = runner.engine.state()
         self.states.fill(0, state)
         runner.engine.record_contacts()
-        self.stride = path_stride(scene, steps)
+        self.stride = max(1, 8 * n * (steps + 1) // MAX_PATH_BYTES)
         self._substeps = self._traits.damping.substeps
         if self._substeps > 1:
             runner.substates()  # starts recording
@@ -141,11 +141,6 @@ class Measurement:
             dt = np.repeat(dt / self._substeps, self._substeps)
         self._judged.add(states, pushes, dt)
 
-    @property
-    def contacts(self) -> Contacts:
-        """The contacts as reported, of all steps that are entered, by time."""
-        return np.concatenate(self._contacts)
-
     def run(
         self, reference: Run | None, trusted_until: float | None, expects: Sequence[Expect], *, disturbed: bool
     ) -> Run:
@@ -154,7 +149,7 @@ class Measurement:
         reference: None for its own; trusted_until: s, when its paths mean nothing; expects: to be scored; disturbed: if
         balls were pushed.
         """
-        scene, course, contacts = self._scene, Course.joined(self._courses), self.contacts
+        scene, course, contacts = self._scene, Course.joined(self._courses), np.concatenate(self._contacts)
         verdict = self._judged.verdict().of_steps(self._substeps)
         changes_in_flight = any(law != OF_PLACE for law in verdict.flights)
         final = self.states.state(0, scene.clock.time(self._entered)).copy()
@@ -212,8 +207,3 @@ class Measurement:
         if not self._obeys_laws or not self._traits.reports_contacts:
             return ()
         return measure_gas(self._scene, contacts, np.concatenate(self._velocities), seconds)
-
-
-def path_stride(scene: Scene, steps: int) -> int:
-    """Return the number of steps between two frames of the path of so many steps."""
-    return max(1, 8 * len(scene.bodies) * (steps + 1) // MAX_PATH_BYTES)

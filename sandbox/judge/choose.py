@@ -6,7 +6,7 @@ single contact shows with as many free numbers as it has. What is right wins eve
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,16 +57,6 @@ class Candidate(NamedTuple):
     value: Floats
     fits: Bools
     depth: Floats
-
-    def among(self, rows: Bools) -> "Candidate":
-        """Return it as one of more contacts. rows: which of them it is of."""
-
-        def spread(column: Any) -> Any:
-            many = np.zeros(len(rows), column.dtype)
-            many[rows] = column
-            return many
-
-        return Candidate(self.free, self.key, *map(spread, self[2:]))
 
     @property
     def is_constant(self) -> bool:
@@ -171,14 +161,14 @@ def choose(s: Singles, chosen: Chosen, rows: Integers) -> None:
     """Find what explains contacts, for some rows of what is chosen: each law, at each time, with each place."""
     candidates = [candidate for case in _cases(s) for candidate in _right(s, case)]
     left = ~np.any([c.fits for c in candidates if c.free < DOUBTFUL] or [np.zeros(len(rows), bool)], axis=0)
+    _decide(candidates, chosen, rows)
     if left.any():
-        part = s.part(left)
+        part, candidates = s.part(left), []
         for case in _cases(part):
+            candidates += _right(part, case)
             if case.met.when != When.TURNED and case.met.is_valid.any():
-                wrong = (candidate for law in LAWS for candidate in _wrong(part, law, case))
-                candidates += [candidate.among(left) for candidate in wrong]
-    if candidates:
-        _decide(candidates, chosen, rows)
+                candidates += (candidate for law in LAWS for candidate in _wrong(part, law, case))
+        _decide(candidates, chosen, rows[left])
 
 
 def _right(s: Singles, case: Case) -> Iterator[Candidate]:
@@ -189,7 +179,6 @@ def _right(s: Singles, case: Case) -> Iterator[Candidate]:
         laws.append((UNTOUCHED, six_of(0 * c.due, 0 * c.due), np.ones(len(c.due), bool)))
     for law, six, may in laws:
         right = c.is_valid & may & (s.miss(c.six, six) <= s.tol + c.slack)
-        right &= (c.depth > -s.run.tiny) | (c.when != When.END_PUSHED)
         for place, fits in case.places if right.any() else ():
             causes = case.by_depth if place.cause is None else np.full(len(fits), place.cause)
             if law:
@@ -226,6 +215,8 @@ def _wrong(s: Singles, law: Law, case: Case) -> Iterator[Candidate]:
 
 def _decide(candidates: list[Candidate], chosen: Chosen, rows: Integers) -> None:
     """Choose for each contact the candidate with the fewest free numbers, and of these the most frequent."""
+    if not candidates:
+        return
     fits, cause, value, depth = (
         np.array([getattr(c, name) for c in candidates]) for name in ("fits", "cause", "value", "depth")
     )

@@ -197,15 +197,14 @@ class _Block:
         known = found & (~crowded | (cause == RIGHT) | often | usual)  # else another contact may have done it
         self.done[c.part(known).ends] = True
         self._note_rules(chosen, known, c.pair)
-        impulse, rub, heat, rubbed = s.near_end()
+        given, rub, heat, rubbed = s.near_end()
         rest = run.gain(c.k, c.i) + np.where(c.pair, run.gain(c.k, c.other), 0.0) + heat + rubbed
         ledger.rightful(Cause.ELASTICITY, -heat[known], int((heat[known] > 0).sum()))
         ledger.rightful(Cause.FRICTION, -rubbed[known], int((rubbed[known] > 0).sum()))
         ledger.rightful(Cause.ROUNDING, rest[known & (cause == RIGHT)])
         wrong = known & (cause != RIGHT)
         w, at, rows = s.part(wrong), c.part(wrong), chosen.rows[wrong]
-        met, rub, is_due = w.met(When.TOUCH), rub[wrong], w.touch < NEVER
-        given = SIGN * w.inverse * (impulse[wrong] * met.n + rub * 1j * met.n)
+        met, given, rub, is_due = w.met(When.TOUCH), given[:, wrong], rub[wrong], w.touch < NEVER
         left = np.where(is_due, w.dt - np.where(is_due, w.touch, 0.0), 0.0)
         off_v, off_x = np.abs(w.dv - given), np.abs(w.dx - left * given)
         gained = ledger.gained(at.k, at.i) + ledger.gained(at.k, at.other)
@@ -309,9 +308,7 @@ class _Block:
         near = near[np.lexsort((c.j[near], c.i[near], island[one[near]]))]
         of_near, due = island[one[near]], near[self.is_due[near]]
         s, of_due = Singles(run, self.habit, c.part(due), self.touch[due]), island[one[due]]
-        impulse, rub, heat, rubbed = s.near_end()
-        n = s.met(When.TOUCH).n
-        given = SIGN * s.inverse * (impulse * n + rub * 1j * n)
+        given, _, heat, rubbed = s.near_end()
         off_x, off_v = run.x[k + 1, i] - run.hx[k, i], run.v[k + 1, i] - run.hv[k, i]
         for at, dv in zip((one[due], two[due]), given, strict=True):
             np.add.at(off_v, at, -dv)

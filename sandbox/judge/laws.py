@@ -5,7 +5,7 @@ themselves, or given. In sentences, {v} is the parameter and {d} the same in deg
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Final, NamedTuple
 
@@ -71,8 +71,7 @@ def _sized(value: Floats) -> Integers:
 
 def _bounces(c: Met) -> Bools:
     """Return which are found at the end of a step in which gravity, or damping, has changed how fast two approach."""
-    at_end = c.when in (When.END, When.END_PUSHED)
-    return (np.abs(c.u - c.started) > DOUBLE * np.abs(c.u)) & at_end
+    return (np.abs(c.u - c.started) > DOUBLE * np.abs(c.u)) & (c.when == When.END)
 
 
 def _impulse(c: Met, k: Value) -> Says:
@@ -353,23 +352,13 @@ def places(s: Singles, c: Met) -> list[tuple[Place, Bools]]:
     each_left = np.stack([left, s.dt if c.when == When.FIRST_MOVED else left])  # the second has yet to move
     off = s.dx - each_left * s.dv
 
-    def straight(along: Vectors) -> tuple[Bools, Bools, Bools]:
-        """Return which are shifted along a normal only, which of these by the same, and by their inverse masses."""
-        a, b = dot(off, along)
-        only = (np.abs(dot(off, 1j * along)) <= tol).all(axis=0)
-        return only, only & (np.abs(a + b) <= tol), only & (np.abs(a + b * s.m[1] / s.m[0]) <= tol)
-
-    if c.when == When.END_PUSHED:  # an overlap of before is pushed apart in the step's move
-        n0, _ = s.run.geometry(s.at.i, s.at.j, *s.x)
-        only, _, by_mass = straight(n0)
-        fits = (by_mass | only & ~pair) & (dot(off[0], n0) < 0) & (s.depth_before > 0)
-        return [(replace(PLACES["pushed"], cause=None), fits)]
     found = {"": (np.abs(off) <= tol).all(axis=0)}
     if c.when in (When.END, When.FIRST_MOVED):
         for name, (shift, may) in shifts_of(c, s.dv, s.x - s.h, s.dt).items():
             found[name] = (np.abs(off - shift) <= tol).all(axis=0) & may
     if c.when != When.SHOWN:
-        _, same, by_mass = straight(n)
-        found["pushed"] = (same | by_mass) & pair & (c.depth > s.run.tiny)
-        found["apart"] = same & pair & (np.abs(c.depth) <= s.run.tiny)
+        (a, b), only = dot(off, n), (np.abs(dot(off, 1j * n)) <= tol).all(axis=0) & pair  # along the normal
+        same, by_mass = np.abs(a + b) <= tol, np.abs(a + b * s.m[1] / s.m[0]) <= tol
+        found["pushed"] = only & (same | by_mass) & (c.depth > s.run.tiny)
+        found["apart"] = only & same & (np.abs(c.depth) <= s.run.tiny)
     return [(PLACES[name], fits) for name, fits in found.items() if fits.any()]

@@ -26,7 +26,6 @@ class When(StrEnum):
 
     TOUCH = "touch"  # in time
     END = "end"  # after the flight of the step
-    END_PUSHED = "end, pushed"  # after it, where an overlap of before is pushed apart
     START = "start"  # before the flight
     FIRST_MOVED = "first moved"  # balls move one by one, and the second has not yet
     SHOWN = "shown"  # at the time that places show
@@ -130,7 +129,6 @@ class Singles(Bodies):
         self.turned = run.w[k + 1, ball] / later - self.w
         for part in (self.x, self.v, self.h, self.hv, self.dx, self.dv, self.w, self.turned):
             part[1] = np.where(self.pair, part[1], 0.0)
-        self.depth_before = run.geometry(at.i, at.j, *self.x)[1]
         size = np.abs(self.dv).max(axis=0)
         self.per_number = np.reshape([1, 1, 2], (3, 1, 1)) / self.m  # px/s for each kg px/s of the six numbers
         self.tol = 3 * run.floor / self.dt + 2e-6 * size  # px/s: rounding, and that of a near graze
@@ -138,22 +136,19 @@ class Singles(Bodies):
 
     def met(self, when: When) -> Met:
         """Return where contacts are if they are resolved at one of the times that no number is fitted for."""
-        run, pull = self.run, self.run.pull
         match when:
             case When.TOUCH:
                 return self._flown(when, self.touch)
             case When.END:
                 return self._at(when, self.dt, self.h, self.hv)
-            case When.END_PUSHED:
-                return self._at(when, self.dt, run.x[self.at.k + 1, [self.at.i, self.at.other]], self.hv)
             case When.FIRST_MOVED:
-                x, v = np.stack([self.h[0], self.x[1]]), np.stack([self.hv[0], self.v[1] + pull * self.dt])
+                x, v = np.stack([self.h[0], self.x[1]]), np.stack([self.hv[0], self.v[1] + self.run.pull * self.dt])
                 return self._at(when, self.dt, x, v)
         return self._at(When.START, 0 * self.dt, self.x, self.v)
 
     def all_met(self) -> Iterator[Met]:
         """Yield where contacts may be resolved: where rules do, and then where the motion shows it."""
-        for when in (When.TOUCH, When.END, When.END_PUSHED, When.START, When.FIRST_MOVED):
+        for when in (When.TOUCH, When.END, When.START, When.FIRST_MOVED):
             yield self.met(when)
         u, dt = self.v[0] - self.v[1], self.dt
         with np.errstate(all="ignore"):
@@ -194,8 +189,8 @@ class Singles(Bodies):
         off[~np.isfinite(off)] = np.inf
         return off
 
-    def near_end(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return of the exact contact the impulse, friction, and the energy that restitution and friction take.
+    def near_end(self) -> tuple[Vectors, Floats, Floats, Floats]:
+        """Return what the exact contact changes, (2, k) px/s, its friction, and what that and restitution take.
 
         Of contacts that are not due in the step, these are 0, but restitution takes what it takes where they are found.
         """
@@ -204,7 +199,7 @@ class Singles(Bodies):
         u = np.where(has, met.u, np.where(end.depth > 0, np.maximum(end.u, 0), 0.0))
         heat = (1 - self.e**2) * self.red * u**2 / 2
         rubbed = np.where(has, np.abs(rub * met.slip) - 1.5 * rub**2 / self.red, 0.0)
-        return impulse, rub, heat, rubbed
+        return SIGN * self.inverse * (impulse * met.n + rub * 1j * met.n), rub, heat, rubbed
 
 
 def turn_of(six: Six) -> Floats:
