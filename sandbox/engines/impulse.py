@@ -192,6 +192,6 @@ class ImpulseEngine(SteppedEngine):
         kinds = np.unique(bodies.filters, axis=0)
         collides = len(kinds) > 1 or not pass_through(kinds[0], kinds[0])
         walls, dt = _wall_records(scene), 1 / scene.rate
-        world = World(balls_of(bodies), walls, bodies.filters, collides, gravity, dt, grid)
+        world = World(balls_of(bodies), walls, bodies.filters.copy(), collides, gravity, dt, grid)
         super().__init__(scene, initial, world, step, CODE)
         self._work = len(bodies) * (1 + len(world.wall) // WALLS_AS_LONG)

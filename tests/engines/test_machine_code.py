@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,10 @@ from hypothesis import strategies as st
 
 from sandbox import compiled
 from sandbox.engines import can_run, create
+from sandbox.engines.checked import build
 from sandbox.engines.engine import advance
 from sandbox.engines.machine_code import KERNEL_ENGINES, MachineCode, _all, compile_engines
+from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load, parse
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
@@ -102,6 +105,16 @@ def test_an_engine_changes_over_in_the_middle_of_a_run(monkeypatch: pytest.Monke
             advance(runner, states.rows(slice(10, None)))
             assert not runner._runs_python  # type: ignore[attr-defined]
             assert [*(part.tobytes() for part in states), runner.contacts().tobytes()] == expected
+
+
+def test_an_engine_within_one_of_the_user_s_own_runs_machine_code() -> None:
+    """Its scene has arrays that cannot be written to."""
+    scene = load("gas-100")
+    for engine in KERNEL_ENGINES:
+        with machine_code(engine, used=True):
+            mine = build("mine", partial(create, engine), scene, spawn(scene))
+            mine.step()
+            assert mine.state().position.tobytes() == simulate(scene, engine, steps=1).position[-1].tobytes()
 
 
 def test_another_process_compiles_when_python_has_done_as_much_work(monkeypatch: pytest.MonkeyPatch) -> None:
