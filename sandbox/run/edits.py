@@ -310,7 +310,7 @@ def check_wall(wall: int, scene: Scene) -> None:
 
 
 def _split(scene: Scene, ball: int) -> tuple[list[BallGroup], BallGroup, list[BallGroup]]:
-    """Return the groups of the balls before a ball, its own, and those after it. Raises SandboxError if it is none."""
+    """Return the groups before a ball, its own, and those after it. Raises SandboxError if there is no such ball."""
     check_ball(ball, scene)
     [own] = _groups(scene, range(ball, ball + 1))
     return _groups(scene, range(ball)), own, _groups(scene, range(ball + 1, len(scene.bodies)))

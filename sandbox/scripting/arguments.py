@@ -34,8 +34,8 @@ def replay(
 ) -> tuple[Scene, list[Input]]:
     """Return a scene with the changes that are not None, and inputs, which bring their own seed and rate.
 
-    warn: is told if the inputs are of another scene. Raises SandboxError if the scene, the inputs or a change is not
-    valid.
+    warn: called with a message if the inputs were recorded on another scene. Raises SandboxError if the scene, the
+    inputs or a change is invalid.
     """
     chosen = scene_of(scene)
     recorded = [] if inputs is None else _inputs_of(inputs, chosen)

@@ -394,7 +394,7 @@ class _Work:
 
 
 def _previous(keys: Rows, step: Numbers) -> Numbers:
-    """Return the first row of the last step before in which each key was; -1 if there is none."""
+    """Return, for each row, the first row with its key in the latest earlier step that has the key, or -1: (rows,)."""
     _, key = np.unique(keys, return_inverse=True)
     count = step.max(initial=0) + 1
     codes, first, group = np.unique(key * count + step, return_index=True, return_inverse=True)

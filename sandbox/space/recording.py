@@ -415,7 +415,7 @@ class Run:
         return ids, keys[order], order
 
     def rows_of(self, step: Numbers, bodies: Rows) -> Numbers:
-        """Return the rows of `moved` with some bodies in some steps; their number where there is none."""
+        """Return the row of `moved` of each body in its step, or the number of rows if that step has no such body."""
         ids, keys, order = self._keys
         body = np.searchsorted(ids, bodies)
         wanted = step * len(ids) + body

@@ -103,7 +103,7 @@ class Histogram(NamedTuple):
     """How many balls have each speed.
 
     end, top: of the axes, px/s and balls; lines: the points of each engine, and of the law if it applies, px/s and
-    balls; refusal: why there are none, or no law.
+    balls; refusal: why there are no lines, or why there is no law, or "".
     """
 
     end: float
