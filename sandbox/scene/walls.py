@@ -11,7 +11,7 @@ from sandbox.compiled import kernel
 from sandbox.quantity import dot, length, outside
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import ARENA_WALLS, Arena, Scene, Wall
-from sandbox.state import Floats, Integers
+from sandbox.state import Floats
 
 ARENA_COUNT: Final = len(ARENA_WALLS)  # these walls come first, and are solid to any depth; others have two sides
 LEFT, TOP, RIGHT, BOTTOM = range(ARENA_COUNT)
@@ -102,20 +102,6 @@ def wall_distance(scene: Scene, position: Floats) -> Floats:
 def depths_in_wall(wall: Wall, position: Floats, radius: Floats) -> Floats:
     """Return how deep each ball is in a wall: (n,) px, negative if they are apart."""
     return radius + wall.thickness / 2 - segment_distance(position, wall.start, wall.to)
-
-
-def separation(
-    position: Floats, radius: Floats, walls: Walls, first: Integers, second: Integers
-) -> tuple[Floats, Floats]:
-    """Return the vector from each first ball to its second ball or wall, and the length at which they touch, px.
-
-    position: (n, 2) px; radius: (n,) px; first, second: (k,) as in CONTACT. The vector, (k, 2), ends at the ball's
-    centre, or at the nearest point of the wall's centre line; the length is (k,).
-    """
-    of_wall, ball, wall = second < 0, np.maximum(second, 0), np.maximum(~second, 0)
-    on_wall = nearest_on_segment(position[first], walls.start[wall], walls.end[wall])
-    away = np.where(of_wall[:, None], on_wall, position[ball]) - position[first]
-    return away, radius[first] + np.where(of_wall, walls.half_thickness[wall], radius[ball])
 
 
 def pieces_of(scene: Scene) -> NDArray[np.void]:

@@ -59,7 +59,6 @@ CONTACT: Final = np.dtype(  # a point of an arbiter; the normal points from body
         ("is_first", "?"),  # the shapes did not touch in the step before, so that no cached impulse was applied
         ("elasticity", "f8"),
         ("friction", "f8"),
-        ("surface_velocity", "f8", 2),
         ("normal", "f8", 2),
         ("arm_a", "f8", 2),  # from the centre of gravity to the point
         ("arm_b", "f8", 2),
@@ -113,16 +112,13 @@ def _struct(name: str, **kinds: Any) -> np.dtype[Any]:
     )
 
 
-_ARBITER: Final = _struct(
-    "cpArbiter", e="f8", u="f8", surface_vr="2f8", a="u8", b="u8", n="2f8", count="i4", stamp="u4", state="i4"
-)
+_ARBITER: Final = _struct("cpArbiter", e="f8", u="f8", a="u8", b="u8", n="2f8", count="i4", stamp="u4", state="i4")
 _POINT: Final = _struct("cpContact", r1="2f8", r2="2f8", jnAcc="f8", jtAcc="f8", hash="u8")
 _OF_ARBITER: Final = {
     "shape_a": "a",
     "shape_b": "b",
     "elasticity": "e",
     "friction": "u",
-    "surface_velocity": "surface_vr",
     "normal": "n",
 }
 _OF_POINT: Final = {"arm_a": "r1", "arm_b": "r2", "impulse": "jnAcc", "tangential": "jtAcc", "hash": "hash"}
