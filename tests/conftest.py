@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from sandbox.view.window import Window
 
 NO_KEY: Final = f"is not a key of sandbox {version('pymunk-sandbox')} (perhaps of a newer one)"
-hypothesis.settings.register_profile("tests", deadline=None)  # how long an example takes depends on other programs
+# How long an example takes depends on other programs; the examples are the same in each run.
+hypothesis.settings.register_profile("tests", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("tests")
 # Set by .ci/run, where a test fails that lacks a program, or a program or a library of an extra: "programs", "all".
 _NO_SKIPS = os.environ.get("SANDBOX_NO_SKIPS", "")

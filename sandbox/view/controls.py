@@ -220,14 +220,15 @@ def tip_of(action: Action) -> str:
     return f"{does[0].upper()}{does[1:]}  ({action.value.key_names})"
 
 
+LETTERS: Final = {code: chr(code + 64) for code in range(32)}  # of the control characters that Ctrl makes of them
 BY_KEY: Final = {name.upper(): action for action in Action for name in action.value.keys}
 
 
 def action_of(event: Event) -> Action | None:
     """Return the action whose key a key-down event is about: what it types, whatever key that is, or else the key."""
     ctrl, typed, key = event.mod & pygame.KMOD_CTRL, event.unicode.upper(), pygame.key.name(event.key).upper()
-    if ctrl and typed and not typed.isprintable():  # Ctrl makes control characters of letters
-        typed = chr(ord(typed) + 64)
+    if ctrl:
+        typed = typed.translate(LETTERS)
     held = "CTRL " if ctrl else "SHIFT " if event.mod & pygame.KMOD_SHIFT else ""
     names = [name for typed_or_key in (typed, key) for name in (held + typed_or_key, *([] if ctrl else [typed_or_key]))]
     return next((BY_KEY[name] for name in names if name in BY_KEY), None)
