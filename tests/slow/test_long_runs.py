@@ -20,7 +20,7 @@ from sandbox.engines.exact.engine import ExactEngine
 from sandbox.quantity import deepest_overlap, kinetic_energy, length
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import Contacts, Floats, States
+from sandbox.state import CONTACT, Contacts, Floats, States
 
 
 def gas(n: int, eta: float, *, rate: int = 60, rms_speed: float = 1000) -> Scene:
@@ -30,6 +30,7 @@ def gas(n: int, eta: float, *, rate: int = 60, rms_speed: float = 1000) -> Scene
     return scene_of(balls, size=f"[{side}, {side}]", more=f"rate = {rate}")
 
 
+@pytest.mark.wide
 def test_four_discs_have_the_pressure_of_the_virial_theorem() -> None:
     """Li 2022, as in HistoricDisks: radius 0.15 L, L = 1, kT = 1; both pressures are about 10.79."""
     scene = scene_of("grid = [2, 2]\nspacing = 0.5\nradius = 0.15\nrms_speed = 1", size="[1, 1]", more="rate = 10")
@@ -98,12 +99,12 @@ def test_collisions_lose_no_energy_and_leave_no_overlap(collisions: int) -> None
 def test_the_order_of_events_does_not_depend_on_the_rate() -> None:
     orders = []
     for rate in (7, 60, 960):
-        engine = ExactEngine(scene := gas(200, 0.5, rate=rate), spawn(scene))
+        engine = ExactEngine(scene := gas(60, 0.5, rate=rate), spawn(scene))
         engine.record_contacts()
-        for _ in range(2 * rate):
+        for _ in range(rate):
             engine.step()
         orders.append(engine.contacts().tobytes())
-    assert len(orders[0]) > 72 * 20_000
+    assert len(orders[0]) > 2_000 * CONTACT.itemsize
     assert orders[0] == orders[1] == orders[2]
 
 
@@ -113,7 +114,7 @@ def closed(corners: list[tuple[float, float]]) -> list[tuple[tuple[float, float]
 
 
 @pytest.mark.wide
-@pytest.mark.parametrize("least", sizes(100_000, slow=1_000_000))
+@pytest.mark.parametrize("least", sizes(20_000, slow=1_000_000))
 @pytest.mark.parametrize("shape", ["funnel", "comb", "polygon"])
 def test_no_ball_leaks_through_thin_walls_at_10_000_px_a_second(shape: str, least: int) -> None:
     """Ten balls enclosed by thin walls must still be inside after many impacts on these."""
