@@ -1,8 +1,7 @@
-"""The screen of a window, events that wait while engines run again, and what stops that run."""
+"""The screen of a window, and its events."""
 
 import os
 import sys
-from collections.abc import Callable
 from typing import Final
 
 import pygame
@@ -11,6 +10,8 @@ from pygame.event import Event
 
 from sandbox.scene.model import Scene
 from sandbox.view.layout import natural_size
+
+REPEAT: Final = 400, 33  # ms, until a key that is held is pressed again, and from then on
 
 
 def has_display() -> bool:
@@ -37,45 +38,14 @@ def caption(scene: Scene) -> str:
     return f"{scene.title or scene.name} - sandbox"
 
 
-REPEAT: Final = 400, 33  # ms, until a key that is held is pressed again, and from then on
-PRESSES: Final = (pygame.KEYDOWN, pygame.TEXTINPUT, pygame.MOUSEBUTTONDOWN, pygame.MOUSEWHEEL)
-
-
-class Stopped(Exception):
-    """The user stopped engines that ran again, so what was asked for is not done."""
-
-
-class PendingEvents:
-    """Events in the order of their arrival; of moves of the mouse in a row, the last, and of a held key's presses.
-
-    get: returns the new events.
-    """
-
-    def __init__(self, get: Callable[[], list[Event]] = pygame.event.get) -> None:
-        self._get = get
-        self._waiting: list[Event] = []
-
-    def take(self) -> list[Event]:
-        """Return all events, to be handled now."""
-        self._collect()
-        events, self._waiting = self._waiting, []
-        return events
-
-    def check(self) -> None:
-        """Raise Stopped if the window is being closed, or at Esc, which also discards the presses before it."""
-        self._collect()
-        events, escape = self._waiting, (pygame.KEYDOWN, pygame.K_ESCAPE)
-        after = max((k + 1 for k, e in enumerate(events) if (e.type, getattr(e, "key", None)) == escape), default=0)
-        self._waiting = [event for k, event in enumerate(events) if k >= after or event.type not in PRESSES]
-        if after or any(event.type == pygame.QUIT for event in self._waiting):
-            raise Stopped
-
-    def _collect(self) -> None:
-        for event in self._get():
-            if self._waiting and _replaces(event, self._waiting[-1]):
-                self._waiting[-1] = event
-            else:
-                self._waiting.append(event)
+def new_events() -> list[Event]:
+    """Return the events since the last call; of moves of the mouse in a row, and of a held key's presses, the last."""
+    events = list[Event]()
+    for event in pygame.event.get():
+        if events and _replaces(event, events[-1]):
+            events.pop()
+        events.append(event)
+    return events
 
 
 def _replaces(event: Event, before: Event) -> bool:

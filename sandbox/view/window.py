@@ -22,7 +22,7 @@ from sandbox.view.cards import Cards, MassSlider, Messages
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.contact_mark import draw_contact
 from sandbox.view.controls import Action, Panel, Topic, action_of
-from sandbox.view.display import PendingEvents, Stopped, caption, open_window
+from sandbox.view.display import caption, new_events, open_window
 from sandbox.view.editor import Editor
 from sandbox.view.engines_page import EnginesPage
 from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, layout_of
@@ -45,7 +45,6 @@ FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
 QUIT_HINT: Final = "Esc again quits"
 UNSAVED_HINT: Final = "the edits of this run are not saved; Esc again quits"
-STOPPED: Final = "stopped running again"
 ANYWHERE: Final = (Action.FULL_SCREEN, Action.THEME, Action.SAVE_PICTURE, Action.RECORD)  # whatever is open
 RELEASES: Final = (pygame.MOUSEBUTTONUP, pygame.WINDOWFOCUSLOST)  # handled even while the picker is open
 
@@ -77,7 +76,7 @@ class Window:
         theme.use(dark=os.environ.get(THEME) == "dark")
         self.notice = notice = Notice()
         view = SessionView(scene, engines, inputs, beside=beside)
-        self.playback = playback = Playback(view, notice, self.show_progress)
+        self.playback = playback = Playback(view, notice)
         self.editor = editor = Editor(playback, notice)
         self.mouse = MouseTool(playback, editor, lambda: self.layout)
         self.scenes = SceneLoader(scene, engines, self.begin, notice)
@@ -103,7 +102,6 @@ class Window:
         self._widths = cache(self.toolbars.widths)
         self.screen = open_window(caption(scene))
         self._fit_column()
-        self._pending = PendingEvents()
 
     # The run
 
@@ -159,11 +157,11 @@ class Window:
         before = signal.signal(signal.SIGTERM, _close)
         try:
             while self.running:
-                events = self._pending.take()
+                events = new_events()
                 for event in events:
                     self.on_event(event)
                 self._outdated = self.scenes.reload_if_edited() or self._outdated
-                idle = self.playback.paused and self.playback.shows_current_step and not events
+                idle = self.playback.rests and not events
                 self.frame(min(clock.tick(IDLE_RATE if idle else FRAME_RATE) / 1000, 4 / FRAME_RATE))
                 if self._frames % FRAME_RATE == 0:
                     self.messages.measure(clock.get_fps(), FRAME_RATE)
@@ -198,14 +196,10 @@ class Window:
     # Events
 
     def on_event(self, event: Event) -> None:
-        """Handle an event. If engines must run again for what it asks for, Esc or closing the window stops that."""
+        """Handle an event; show a notice if what it asks for is not possible."""
         self._outdated = True
-        try:
-            with self.notice.surviving():
-                self._handle(event)
-        except Stopped:
-            self.mouse.drag = None
-            self.notice.show(STOPPED)
+        with self.notice.surviving(), self.notice.reporting():
+            self._handle(event)
         self._drawn_places = None
 
     def _handle(self, event: Event) -> None:
@@ -314,14 +308,6 @@ class Window:
             self.notice.show(UNSAVED_HINT if inputs and [*self.saver.saved] != inputs else QUIT_HINT)
 
     # Drawing
-
-    def show_progress(self) -> None:
-        """Draw the window, and raise Stopped at Esc."""
-        self.messages.waits = True
-        self.draw()
-        pygame.display.flip()
-        self.messages.waits = False
-        self._pending.check()
 
     @property
     def layout(self) -> Layout:

@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Any
 
 import hypothesis
-import numpy as np
 import pygame
 import pymunk
 import pytest
@@ -233,17 +232,6 @@ def test_the_chosen_engines_run_after_a_restart_in_other_scenes_and_in_the_saved
     assert "--engines 'pymunk(iterations=30, substeps=4),impulse'" in window.notice.text
     window.scenes.try_to_run(load("oblique"))
     assert names(window) == wanted
-
-
-def test_progress_is_shown_while_the_engines_run_again(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
-    run(window, 100)
-    monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)
-    lines: list[str] = []
-    monkeypatch.setattr(pygame.display, "flip", lambda: lines.append(window.messages.text))
-    window.line_up.add("exact")
-    assert len(lines) == 99
-    assert "catching up: 99 steps to go, Esc stops" in lines[0]
-    assert np.array_equal(window.view.panes[2].state.position[0], window.view.moment.states["exact"].position[0])
 
 
 PLAIN = scene_of("radius = 20\nposition = [200, 300]")
