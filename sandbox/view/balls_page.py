@@ -84,7 +84,6 @@ class BallTable(Widget):
     selected: Callable[[], int | None]
     select: Callable[[int], None]
 
-    takes_keys = False
     _row = 1  # px, height
 
     def _rows(self) -> int:

@@ -184,8 +184,6 @@ class MassSlider(Slider):
         super().__init__("mass", MASSES, mass, choose, "", " kg")
         self._playback, self._editor = playback, editor
 
-    takes_keys = False
-
     def placed(self, layout: Layout) -> list[Placed]:
         """Return it with its place below the ball, or else above it; nothing if it is not shown."""
         ball, view, height = self._editor.selected, self._playback.view, layout.text_height

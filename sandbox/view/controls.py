@@ -202,7 +202,7 @@ BY_MOUSE: Final = {
     Topic.EDIT: ("Drag a wall", "move it; the tools below the panes do more"),
     Topic.SEE: ("Wheel, drag", "zoom in and out; move what the panes show by empty ground"),
     Topic.FILES: ("Drop a file", "run its scene, or list those of a folder"),
-    Topic.WINDOW: ("Tab, Enter, arrows", "next button, press it, move a slider"),
+    Topic.WINDOW: ("Click a value", "type another, and press Enter"),
 }
 HELP: Final = tuple(  # rows of its table: a topic, keys, and what they do
     (topic, keys, does)

@@ -38,7 +38,7 @@ from sandbox.view.theme import THEME, theme
 from sandbox.view.toolbars import Toolbars
 from sandbox.view.video import Recorder
 from sandbox.view.why_page import WhyPage
-from sandbox.view.widgets import ARROWS, ENTER
+from sandbox.view.widgets import ENTER
 from sandbox.view.widgets.group import Placed, WidgetGroup
 
 FRAME_RATE: Final = 60  # frames a second
@@ -98,7 +98,7 @@ class Window:
             Panel.WHY: self.why,
             Panel.SHOW: ShowPage(self.do, self.is_on),
         }
-        self.panel = SidePanel(pages, self.widgets)
+        self.panel = SidePanel(pages)
         self._widths = cache(self.toolbars.widths)
         self.screen = open_window(caption(scene))
         self._fit_column()
@@ -234,7 +234,7 @@ class Window:
             self._on_press(event)
 
     def _repeats(self, event: Event) -> bool:
-        if self.scenes.picker or self.widgets.is_typed_into or (self.widgets.focus and event.key in ARROWS):
+        if self.scenes.picker or self.widgets.field:
             return event.key not in (*ENTER, pygame.K_ESCAPE)
         action = action_of(event)
         return action is not None and action.value.repeats
@@ -246,9 +246,7 @@ class Window:
             self.do(action)
         elif self.scenes.picker:
             self.scenes.picker.on_event(event)
-        elif self.widgets.on_event(event, self._drawn_places or self._placed):
-            self.panel.show_focus(self.layout.panel, self.layout.text_height)
-        elif action:
+        elif not self.widgets.on_event(event, self._drawn_places or self._placed) and action:
             if action is not Action.ESCAPE:
                 self.notice.go_stale()
             self.do(action)

@@ -353,17 +353,3 @@ def test_a_contact_with_a_ball_at_rest_is_drawn() -> None:
     found = window.why.contact.difference
     assert any((0.0, 0.0) in (velocities or ()) for velocities in (found.before, found.should_after))
     window.draw()
-
-
-def test_the_keyboard_stays_on_a_contact_that_it_went_to(article: Window) -> None:
-    click(article, place_of(article, "pymunk"))
-    list_contacts(article)
-    text = expected(article).engines["pymunk"].contacts[0].sentence
-    for _ in range(200):
-        if getattr(article.widgets.focus, "text", "") == text:
-            break
-        press(article, "Tab")
-    press(article, "Enter")
-    article.frame(1 / 60)
-    assert step(article) == expected(article).engines["pymunk"].contacts[0].step
-    assert getattr(article.widgets.focus, "text", "") == text
