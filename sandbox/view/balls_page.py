@@ -154,7 +154,7 @@ class BallsPage:
         self._table = BallTable(self._shown, lambda: editor.selected, lambda ball: editor.select(ball, editor.pane))
         self._engine = cache(self._make_engine)
         self._heading, self._hint = Words("", width=2.0), Words(HINT)
-        self._delete = TextButton("Delete", lambda: editor.delete(None), "delete it", width=1.0)
+        self._delete = TextButton("Delete", editor.delete, "delete it", width=1.0)
         self._dimensions: dict[Field, Dimension] = {}
         of_ball = [self._number(key, VALUES[key].dimension, VALUES[key].does) for key in OF_BALL]
         of_wall = [

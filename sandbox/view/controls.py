@@ -14,7 +14,6 @@ from sandbox.view.theme import theme
 
 LEFT: Final = "\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}"
 RIGHT: Final = "\N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}"
-ZOOM_FACTOR: Final = 1.25  # by which a notch of the wheel enlarges what the panes show, or the charts' time
 
 
 class Panel(Enum):
@@ -123,48 +122,34 @@ class Action(Enum):
     )
     NEXT_CHART = _compare("1", "", "next chart", lambda w: w.view.charts.show_next())
     SCALE = _compare("2", "", "logarithmic chart, or linear", lambda w: w.view.charts.toggle_scale())
-    GHOSTS = _layer(Layer.GHOSTS, "G", "Outlines of exact", "outlines of the balls in exact")
+    GHOSTS = _layer(Layer.GHOSTS, "G", "Outlines of exact", "outlines of the balls in exact, of up to 300")
     CHARTS = _layer(Layer.CHARTS, "H", "Chart", "charts")
 
     REDO = _edit("Y, Ctrl Y", "Redo", "redo what was undone", lambda w: w.playback.redo())
     DISCARD_EDITS = _edit(
         "Shift R", "Discard edits", "restart without edits; undo brings them back", lambda w: w.restart(keep=False)
     )
-    ADD_BALL = _edit("A", "", "add a ball at the mouse", lambda w: w.editor.add(w.mouse.position))
     DELETE_BALL = _edit(
         "Delete, Backspace",
         "",
-        "delete the ball at the mouse, or the selected one",
-        lambda w: w.editor.delete(w.mouse.ball),
+        "delete the selected ball or wall",
+        lambda w: w.editor.delete(),
     )
-    NEXT_TOOL = _edit("F", "", "next tool: hand, move, ball, wall, erase", lambda w: w.mouse.choose_next())
-    SELECT_PREVIOUS = _edit(",", "", "select the previous ball", lambda w: w.editor.select_next(-1), repeats=True)
-    SELECT_NEXT = _edit(".", "", "select the next ball", lambda w: w.editor.select_next(1), repeats=True)
 
     VELOCITY = _layer(Layer.VELOCITY, "V", "Velocities", "velocity arrows, to where a ball would be in 0.2 s")
     TRAILS = _layer(Layer.TRAILS, "T", "Trails", "trails of where the balls were")
-    CENTRE = _layer(Layer.CENTRE, "X", "Centre of mass", "centre of mass")
-    NUMBERS = _layer(Layer.NUMBERS, "B", "Numbers", "ball numbers, of up to 1,000 balls")
-    GRID = _layer(Layer.GRID, "L", "Grid", "grid lines")
-    PLAIN = _see(
-        "D", "Plain debug-draw", "Pymunk's debug-draw plain, or smooth", lambda w: w.toggle_plain(),
-        lambda w: w.view.plain,
-    )  # fmt: skip
-    ZOOM_OUT = _see(
-        "Shift Z", "\N{MINUS SIGN}", "show more of the arena", lambda w: w.mouse.zoom_by(1 / ZOOM_FACTOR), repeats=True
-    )
-    ZOOM_IN = _see("Z", "+", "enlarge what the panes show", lambda w: w.mouse.zoom_by(ZOOM_FACTOR), repeats=True)
+    NUMBERS = _layer(Layer.NUMBERS, "B", "Numbers", "ball numbers, of up to 30 balls")
     SHOW_ALL = _see("0", "Fit", "show all of the arena again", lambda w: w.mouse.show_all())
 
     PREVIOUS_SCENE = _files("[", LEFT, "previous bundled scene", lambda w: w.scenes.open_bundled(-1))
     NEXT_SCENE = _files("]", RIGHT, "next bundled scene", lambda w: w.scenes.open_bundled(1))
     NEXT_SEED = _files("N", "Next seed", "restart with the next seed", lambda w: w.scenes.next_seed())
     SAVE_INPUTS = _files(
-        "J, Ctrl C", "What I did", "save what you did, and copy the command", lambda w: w.saver.save_inputs()
+        "J", "What I did", "save what you did, and show the command that replays it", lambda w: w.saver.save_inputs()
     )
-    COPY_CODE = _files(
-        "Q", "Pymunk code", "copy the balls as they are as a program for Pymunk",
-        lambda w: w.saver.copy_code(w.mouse.pane or 0),
+    SAVE_CODE = _files(
+        "Q", "Pymunk code", "save the balls as they are as a program for Pymunk",
+        lambda w: w.saver.save_code(w.mouse.pane or 0),
     )  # fmt: skip
     SAVE_PICTURE = _files("F12", "Picture", "save a picture of the window", lambda w: w.save_picture())
     RECORD = _files(
@@ -189,10 +174,6 @@ class Action(Enum):
     SMALLER_TEXT = _window(
         "Ctrl -", "Smaller text", "smaller text", lambda w: w.change_text(-1), more_keys=("Ctrl [-]",)
     )
-    FULL_SCREEN = _window(
-        "F11", "Full screen", "full screen, or a window again", lambda w: w.toggle_full_screen(),
-        lambda w: w.is_full_screen,
-    )  # fmt: skip
 
 
 BY_MOUSE: Final = {

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 import pymunk
-from pygame import Color, Rect, Surface
+from pygame import Color, Surface
 from pymunk import Shape, Vec2d
 from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
 from pymunk.pygame_util import DrawOptions
@@ -14,7 +14,6 @@ from pymunk.space_debug_draw_options import SpaceDebugColor
 
 from sandbox.processes import signals_blocked
 from sandbox.scene.fields import Vector, rgb
-from sandbox.view.layout import EDGE
 from sandbox.view.primitives import Discs, capsule, draw_wall, thin_lines
 
 MAX_SHAPES: Final = 300  # that `Space.debug_draw` draws; it calls Python for each, which takes 8 ms for so many
@@ -29,10 +28,7 @@ class DebugDraw:
     """Draws a Space: by Pymunk's debug-draw up to MAX_SHAPES shapes, above that by a batch that looks the same.
 
     The shapes' own `color` decides. A ball without one gets that of the scene, and a wall the ink of other panes.
-    plain: drawn as `pymunk.pygame_util` draws by itself, with ragged edges, whatever the number of shapes.
     """
-
-    plain = False
 
     def __init__(self, space: pymunk.Space, balls: Sequence[str], ink: Color) -> None:
         self._space = space
@@ -46,7 +42,6 @@ class DebugDraw:
         radius = np.array([shape.radius for shape in circles])
         self._discs = Discs(radius, ["#{:02x}{:02x}{:02x}".format(*map(round, shape.color[:3])) for shape in circles])
         self._smooth = SmoothDrawOptions({shape: number for number, shape in enumerate(circles)}, self._discs)
-        self._stock = DrawOptions(Surface((1, 1)))
         self._buffer = Buffer()
 
     def recolour(self, ink: Color) -> None:
@@ -57,21 +52,17 @@ class DebugDraw:
     @property
     def is_batch(self) -> bool:
         """Whether there are too many shapes for Pymunk's debug-draw."""
-        return not self.plain and len(self._space.shapes) > MAX_SHAPES
+        return len(self._space.shapes) > MAX_SHAPES
 
     def draw(self, surface: Surface, scale: float, origin: Vector = (0.0, 0.0)) -> None:
         """Draw the space on a surface. scale: px of the surface for one px of the space; origin: where its own is."""
         if self.is_batch:
             self._draw_batch(surface, scale, origin)
         else:
-            options, frame = (self._stock, surface.get_parent()) if self.plain else (self._smooth, None)
-            if frame:  # on which the arena's walls stand, as wide as it is
-                place = Rect(surface.get_offset(), surface.get_size()).inflate(2 * EDGE, 2 * EDGE)
-                surface, origin = frame.subsurface(place.clip(frame.get_rect())), (origin[0] + EDGE, origin[1] + EDGE)
-            options.surface = surface
-            options.transform = pymunk.Transform(a=scale, d=scale, tx=origin[0], ty=origin[1])
+            self._smooth.surface = surface
+            self._smooth.transform = pymunk.Transform(a=scale, d=scale, tx=origin[0], ty=origin[1])
             with signals_blocked(signal.SIGINT, signal.SIGTERM):  # C calls the options
-                self._space.debug_draw(options)
+                self._space.debug_draw(self._smooth)
             self._smooth.draw_collected()
 
     # The batch: all bodies and all contacts are read at once
@@ -96,7 +87,7 @@ class DebugDraw:
         found = np.frombuffer(self._buffer.int_buf(), np.uintp) > 0
         normal, on_a, on_b = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3, 2)[found].swapaxes(0, 1)
         ends = scale * np.hstack([on_a - POINT_LENGTH * normal, on_b + POINT_LENGTH * normal]) + 2 * origin
-        thin_lines(surface, self._stock.collision_point_color.as_int(), np.rint(ends))
+        thin_lines(surface, self._smooth.collision_point_color.as_int(), np.rint(ends))
 
 
 def _is_peg(shape: Shape) -> bool:

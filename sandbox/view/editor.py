@@ -2,9 +2,6 @@
 
 from typing import Final
 
-import numpy as np
-
-from sandbox.errors import SandboxError
 from sandbox.quantity import length
 from sandbox.run.edits import (
     CONSTANTS,
@@ -20,13 +17,11 @@ from sandbox.run.edits import (
     SetVelocity,
 )
 from sandbox.scene.fields import PALETTE, Vector
-from sandbox.scene.walls import segment_distance
 from sandbox.session.history import Moment
-from sandbox.view.notice import Notice
+from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.playback import Playback
 
-NOTHING_SELECTED: Final = "no ball is selected: pause and click one, or use , and ."
-NOWHERE: Final = "move the mouse to where the ball is to be"
+NOTHING_SELECTED: Final = "no ball is selected: pause and click one"
 
 
 class Editor:
@@ -74,11 +69,6 @@ class Editor:
         """The number of the selected wall, if it is there."""
         return self._wall if self._wall is not None and self._wall < len(self._moment.scene.walls) else None
 
-    def select_next(self, by: int) -> None:
-        """Select the ball so many numbers after the selected one, or before it if negative."""
-        here = self.selected if self.selected is not None else -1 if by > 0 else 0
-        self.select((here + by) % len(self._moment.balls))
-
     # Edits
 
     def give(self, edit: Edit) -> None:
@@ -108,11 +98,10 @@ class Editor:
         with self._notice.reporting():
             self.give(SetVelocity(step=self._step, ball=ball, velocity=velocity))
 
-    def delete(self, ball: int | None) -> None:
-        """Delete a ball, or else the selected one, or the selected wall."""
-        ball = self.selected if ball is None else ball
-        if ball is not None:
-            self.give(DeleteBall(step=self._step, ball=ball))
+    def delete(self) -> None:
+        """Delete the selected ball or wall."""
+        if self.selected is not None:
+            self.give(DeleteBall(step=self._step, ball=self.selected))
         elif self.selected_wall is not None:
             self.give(DeleteWall(step=self._step, wall=self.selected_wall))
             self.select()
@@ -126,18 +115,16 @@ class Editor:
         model = len(bodies) - 1 if model is None else model
         return {key: float(getattr(bodies, key)[model]) for key in CONSTANTS}
 
-    def add(self, position: Vector | None) -> None:
+    def add(self, position: Vector) -> None:
         """Add a ball at rest at a position (px), moved into the arena."""
         moment, constants = self._moment, self.new_ball
-        if position is None:
-            self._notice.show(NOWHERE)
-            return
-        with self._notice.reporting():
-            at = moment.scene.arena.nearest_inside(position, constants["radius"])
-            if not _is_free(moment, at, constants["radius"]):
-                raise SandboxError("there is no room for a ball there")
-            colour = PALETTE[len(moment.balls) % len(PALETTE)]
-            self.give(AddBall(step=moment.step, position=at, color=colour, **constants))
+        at = moment.scene.arena.nearest_inside(position, constants["radius"])
+        for state in moment.states.values():
+            if (length(state.position - at) < moment.scene.bodies.radius + constants["radius"]).any():
+                self._notice.show("there is no room for a ball there", NoticeKind.ERROR)
+                return
+        colour = PALETTE[len(moment.balls) % len(PALETTE)]
+        self.give(AddBall(step=moment.step, position=at, color=colour, **constants))
 
     # What applies to all balls
 
@@ -163,11 +150,3 @@ class Editor:
     def set_rate(self, rate: float) -> None:
         """Set the steps per second."""
         self.give(SetRate(step=self._step, rate=round(rate)))
-
-
-def _is_free(moment: Moment, position: Vector, radius: float) -> bool:
-    """Return whether a ball at a position would touch no ball of any engine, and no inner wall."""
-    scene, here = moment.scene, np.array(position)
-    gaps = [length(state.position - here) - scene.bodies.radius for state in moment.states.values()]
-    gaps += [segment_distance(here, wall.start, wall.to) - wall.thickness / 2 for wall in scene.walls]
-    return all((np.asarray(gap) >= radius).all() for gap in gaps)

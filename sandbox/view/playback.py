@@ -42,7 +42,6 @@ class Playback:
         for longer than a frame. The former session's are collected here.
         """
         view.charts.show_as(self.view.charts)
-        view.plain = self.view.plain
         self.view = view
         gc.unfreeze()
         gc.collect()

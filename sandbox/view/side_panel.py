@@ -22,12 +22,9 @@ ELASTICITIES: Final = tuple(k / 20 for k in range(21))
 GRAVITIES: Final = tuple(range(-10, 21))  # m/s², downwards
 PIXELS_PER_METRE: Final = 100.0  # of scenes that do not say it
 RATES: Final = (15, 30, 60, 120, 240, 480, 960, 1920, 3840)
-LAYERS: Final = (
-    *(Action.VELOCITY, Action.TRAILS, Action.CENTRE),
-    *(Action.NUMBERS, Action.GHOSTS, Action.GRID, Action.CHARTS),
-)
-SAVES: Final = (Action.SAVE_SCENE, Action.SAVE_PICTURE, Action.SAVE_INPUTS, Action.COPY_CODE)
-LOOKS: Final = (Action.PLAIN, Action.THEME, Action.SMALLER_TEXT, Action.LARGER_TEXT, Action.FULL_SCREEN)
+LAYERS: Final = (Action.VELOCITY, Action.TRAILS, Action.NUMBERS, Action.GHOSTS, Action.CHARTS)
+SAVES: Final = (Action.SAVE_SCENE, Action.SAVE_PICTURE, Action.SAVE_INPUTS, Action.SAVE_CODE)
+LOOKS: Final = (Action.THEME, Action.SMALLER_TEXT, Action.LARGER_TEXT)
 
 
 class Page(Protocol):

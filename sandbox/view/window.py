@@ -3,7 +3,6 @@
 import os
 import signal
 from collections.abc import Sequence
-from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from types import FrameType
@@ -16,7 +15,7 @@ from pygame.event import Event
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
-from sandbox.view import Layer, opens_with
+from sandbox.view import Layer
 from sandbox.view.balls_page import BallsPage
 from sandbox.view.cards import Cards, MassSlider, Messages
 from sandbox.view.case_so_far import CaseSoFar
@@ -44,8 +43,8 @@ from sandbox.view.widgets.group import Placed, WidgetGroup
 FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
 QUIT_HINT: Final = "Esc again quits"
-UNSAVED_HINT: Final = "the edits of this run are not saved; Esc again quits"
-ANYWHERE: Final = (Action.FULL_SCREEN, Action.THEME, Action.SAVE_PICTURE, Action.RECORD)  # whatever is open
+OPENS_WITH: Final = (Layer.CHARTS, Layer.GHOSTS, Layer.NUMBERS)
+ANYWHERE: Final = (Action.THEME, Action.SAVE_PICTURE, Action.RECORD)  # whatever is open
 RELEASES: Final = (pygame.MOUSEBUTTONUP, pygame.WINDOWFOCUSLOST)  # handled even while the picker is open
 
 
@@ -58,8 +57,6 @@ class Window:
 
     text_height = TEXT_HEIGHT
     running = True
-    _cursor = pygame.SYSTEM_CURSOR_ARROW
-    _window_size: tuple[int, int] | None = None  # before full screen, px
     _outdated = True  # something other than step and messages has changed since the window was drawn
     _drawn: tuple[Moment | None, Moment | None, str] = (None, None, "")  # in the panes and charts; and message
     _drawn_places: list[Placed] | None = None  # of the widgets as they were drawn, until an event
@@ -83,7 +80,7 @@ class Window:
         self.line_up = EnginesPage(playback, notice, self.use_engines)
         self.saver = Saver(playback, notice)
         self.recorder = Recorder(notice)
-        self.showing = opens_with(len(scene.bodies))
+        self.showing = {*OPENS_WITH}
         self.messages = Messages(playback, notice)
         self._keys_down = set[int]()
         self.why = WhyPage(playback, CaseSoFar(), self.do)
@@ -117,15 +114,10 @@ class Window:
 
     def begin(self, scene: Scene, engines: Sequence[str] | None) -> None:
         """Run a scene from its start. Raises SandboxError, with the old one still running, if that is impossible."""
-        size, before = self.scene.arena.size, opens_with(len(self.scene.bodies))
         view = SessionView(scene, engines, beside=self.view.session.beside)
         self.view.session.stop()
         self.playback.play(view)
-        if scene.arena.size != size:
-            self.mouse.show_all()
-        self.showing ^= {  # unless it was chosen otherwise
-            layer for layer in before ^ opens_with(len(scene.bodies)) if (layer in before) == (layer in self.showing)
-        }
+        self.mouse.show_all()
         self.editor.select()
         self.mouse.drag = None
         self.notice.clear()
@@ -209,7 +201,7 @@ class Window:
         elif event.type == pygame.QUIT:
             self.running = False
         elif event.type == pygame.WINDOWSIZECHANGED:
-            if self._is_too_small and not self.is_full_screen:
+            if self._is_too_small:
                 self.screen = pygame.display.set_mode(self.layout.window, pygame.RESIZABLE)
             self._fit_column()
         elif event.type == pygame.DROPFILE:
@@ -274,22 +266,6 @@ class Window:
         self.draw()  # a window that has just got another size is black
         self.saver.save_picture(self.screen)
 
-    @property
-    def is_full_screen(self) -> bool:
-        """Whether the window fills the screen."""
-        return self._window_size is not None
-
-    def toggle_full_screen(self) -> None:
-        """Fill the screen, or be a window again."""
-        desktop = pygame.display.get_desktop_sizes()[0]
-        size, flags = (self._window_size, pygame.RESIZABLE) if self._window_size else (desktop, pygame.FULLSCREEN)
-        self._window_size = None if self._window_size else self.screen.get_size()
-        self.screen = pygame.display.set_mode(size, flags)
-
-    def toggle_plain(self) -> None:
-        """Let Pymunk draw as it does by itself, or with smooth edges."""
-        self.view.plain = not self.view.plain
-
     def change_text(self, by: int) -> None:
         """Make the text larger by some px, or smaller."""
         low, high = TEXT_HEIGHTS
@@ -299,11 +275,10 @@ class Window:
         """Close what is open over the panes; if nothing is, close the window, the second time."""
         if self.cards.close() or self.mouse.tool is not self.mouse.hand:
             self.mouse.choose(self.mouse.hand)
-        elif self.notice.text in (QUIT_HINT, UNSAVED_HINT):
+        elif self.notice.text == QUIT_HINT:
             self.running = False
         else:
-            inputs = self.view.session.inputs
-            self.notice.show(UNSAVED_HINT if inputs and [*self.saver.saved] != inputs else QUIT_HINT)
+            self.notice.show(QUIT_HINT)
 
     # Drawing
 
@@ -339,12 +314,6 @@ class Window:
         """Draw everything."""
         self._drawn = self.view.moment, self.view.charts.moment, self.messages.text
         self._outdated = False  # also if the drawing fails, or it would fail again and again
-        over_panes = not self.scenes.picker and self.widgets.over is None
-        cursor = self.mouse.cursor if over_panes else pygame.SYSTEM_CURSOR_ARROW
-        if cursor != self._cursor:
-            self._cursor = cursor
-            with suppress(pygame.error):  # a screen in memory has no pointers
-                pygame.mouse.set_cursor(cursor)
         layout = self.layout
         whole = Surface(layout.window) if self._is_too_small else self.screen
         self._draw_on(whole, layout)

@@ -125,7 +125,8 @@ def test_later_steps_inputs_to_come_and_redo_stay(used: Window) -> None:
 
 
 def test_the_selected_ball_and_the_chart_stay(window: Window) -> None:
-    press(window, "p", ".", ".")
+    press(window, "p")
+    window.editor.select(1)
     run(window, 120)
     window.view.charts.show(GAP)
     window.line_up.add("exact")

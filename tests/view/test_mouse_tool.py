@@ -330,9 +330,6 @@ def test_a_drag_of_empty_ground_moves_what_is_shown_within_the_arena(window: Win
 def test_the_splitter_shares_the_height_between_panes_and_chart(window: Window) -> None:
     window.screen = pygame.display.set_mode((1400, 900))
     chart, pane, at = window.layout.strip.height, window.layout.arenas[0].height, window.layout.splitter.center
-    hover(window, at)
-    window.draw()
-    assert window._cursor == pygame.SYSTEM_CURSOR_SIZENS
     drag(window, at, (at[0], at[1] - 150))
     assert window.layout.strip.height == pytest.approx(chart + 150, abs=3)
     assert window.layout.arenas[0].height < pane - 100
@@ -352,16 +349,16 @@ def test_the_wheel_zooms_the_panes_and_not_the_chart(window: Window) -> None:
 def test_every_layer_follows_the_zoom(window: Window) -> None:
     """What is drawn of a part is the same as what an enlarged window draws there."""
     run(window, 20)
-    window.showing = {Layer.VELOCITY, Layer.TRAILS, Layer.CENTRE, Layer.GHOSTS, Layer.NUMBERS}
+    window.showing = {Layer.VELOCITY, Layer.TRAILS, Layer.GHOSTS, Layer.NUMBERS}
     window.mouse.point = None
     window.mouse.lens = Lens(2.0, (0.25, 0.5))
     layout = window.layout
     pane, ghosts = window.view.panes[0], window.view.panes[1].state
     zoomed = Surface(layout.window)
-    pane.draw(zoomed, layout, 0, window.showing, Color("white"), window.view.trail(pane), ghosts, "")
+    pane.draw(zoomed, layout, 0, window.showing, Color("white"), window.view.trail(pane), ghosts)
     large = Layout((2 * layout.arenas[0].width + 2 * GAP, 9000), layout.arena, 1)
     whole = Surface(large.window)
-    pane.draw(whole, large, 0, window.showing, Color("white"), window.view.trail(pane), ghosts, "")
+    pane.draw(whole, large, 0, window.showing, Color("white"), window.view.trail(pane), ghosts)
     part = pygame.Rect(0, layout.arenas[0].height // 2, *layout.arenas[0].size).move(large.arenas[0].topleft)
     assert (pixels(zoomed.subsurface(layout.arenas[0])) != pixels(whole.subsurface(part))).any(axis=2).mean() < 0.02
 

@@ -143,7 +143,8 @@ def test_an_edit_in_the_past_removes_later_samples_from_the_charts(window: Windo
     steps = window.view.session.samples.series.steps
     window.playback.seek(20)
     assert steps[-1] == 60
-    press(window, ".", "Delete")
+    window.editor.select(0)
+    press(window, "Delete")
     assert window.view.session.samples.series.steps[-1] == 20
     run(window, 5)
     assert window.view.session.samples.times[-1] == pytest.approx(25 / 60)
@@ -269,6 +270,7 @@ def test_after_a_jump_in_time_trails_include_the_steps_before(window: Window) ->
     window.playback.seek(50)
     places = window.view.trail(window.view.panes[0])
     assert np.array_equal(places, simulate(window.scene, "pymunk", steps=50).position)
-    press(window, ".", "Delete")
+    window.editor.select(0)
+    press(window, "Delete")
     assert window.view.trail(window.view.panes[0]).shape[1:] == (2, 2)
     window.draw()

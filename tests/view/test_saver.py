@@ -64,19 +64,6 @@ def test_what_was_done_is_saved_at_any_time_and_its_command_shows_the_same(windo
     assert "sandbox run truths/corner --engines " in window.messages.text
 
 
-def test_the_command_of_a_file_whose_name_is_no_text_is_copied_as_the_bytes_of_the_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    copied: list[bytes] = []
-    monkeypatch.setattr("pygame.scrap.put", lambda _, data: copied.append(data))
-    file = tmp_path / os.fsdecode(b"\xff.toml")
-    file.write_text(SMALL_SCENE)
-    window = Window(load(file), None)
-    window.frame(1 / 60)
-    press(window, "j")
-    assert b"\xff.toml" in copied[0]
-
-
 def test_a_file_name_that_is_too_long_is_reported(tmp_path: Path) -> None:
     file = tmp_path / ("x" * 245 + ".toml")
     file.write_text(SMALL_SCENE)
@@ -179,26 +166,10 @@ def test_the_program_is_short() -> None:
     assert max(map(len, code.splitlines())) <= 160
 
 
-def test_a_key_copies_it_from_the_step_shown(memory_screen: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    copied: list[str] = []
-
-    def copy(text: str) -> bool:
-        copied.append(text)
-        return True
-
-    monkeypatch.setattr("sandbox.view.saver._copy", copy)
+def test_a_key_saves_it_from_the_step_shown(memory_screen: None, working_folder: Path) -> None:
     window = Window(load("article"), None)
     run(window, 30)
     press(window, "q")
-    assert copied == [pymunk_code(window.view.moment.scene, window.view.panes[0].state)]
-    assert "copied: the balls" in window.messages.text
-
-
-def test_without_a_clipboard_it_is_saved(
-    memory_screen: None, working_folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("sandbox.view.saver._copy", lambda _: False)
-    window = Window(load("article"), None)
-    press(window, "q")
     [file] = working_folder.glob("*.py")
-    assert file.read_text() == pymunk_code(window.scene, window.view.panes[0].state)
+    assert file.read_text() == pymunk_code(window.view.moment.scene, window.view.panes[0].state)
+    assert f"saved {file.name}" in window.messages.text

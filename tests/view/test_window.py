@@ -133,24 +133,6 @@ def test_the_column_folds_in_a_narrow_window_and_comes_back(window: Window) -> N
     assert window.panel.open is not None
 
 
-def test_closing_with_edits_that_are_not_saved_asks(window: Window) -> None:
-    window.editor.set_gravity(100.0)
-    press(window, "Esc")
-    assert "edits of this run are not saved" in window.messages.text
-    press(window, "s", "o", "Esc")
-    assert window.messages.text.endswith("Esc again quits")
-    assert "edits" not in window.messages.text
-
-
-def test_full_screen_is_left_while_the_picker_is_open(window: Window) -> None:
-    press(window, "F11")
-    assert window.screen.get_size() == pygame.display.get_desktop_sizes()[0]
-    assert window.screen.get_flags() & pygame.FULLSCREEN
-    press(window, "/", "F11")
-    assert window.scenes.picker
-    assert not window.screen.get_flags() & pygame.FULLSCREEN
-
-
 def test_a_session_that_is_replaced_is_freed_and_the_next_one_left_alone_by_the_garbage_collector(
     window: Window, all_objects_to_collect: None
 ) -> None:
