@@ -12,7 +12,6 @@ from sandbox.session.history import Moment
 from sandbox.state import Floats, State
 
 CAPACITY: Final = 2048  # samples kept of a run, however long; about as many as a screen has columns
-NEGLIGIBLE: Final = 5e-5  # of the scale of energy
 TIME, FALL, FIRST = range(3)  # columns of a sample; the quantities of the engines are the last
 
 
@@ -177,12 +176,6 @@ class Samples:
         """Return the error of each engine's energy at a step, or the nearest sample before it, %: see `errors`."""
         row = max(0, int(np.searchsorted(self.series.steps, step, side="right")) - 1)
         return dict(zip(self.engines, self.errors()[row].tolist(), strict=True))
-
-    @property
-    def keeps_energy(self) -> bool:
-        """Whether the reference has had the same energy of its own all the time."""
-        own = self.of(Quantity.OWN)[:, self._index]
-        return not np.nanmax(np.abs(own - own[0])) > NEGLIGIBLE * self._scale[-1]
 
     @property
     def is_alone(self) -> bool:

@@ -44,7 +44,7 @@ class Control:
 
     key_names: as the help spells them. name: on its button. do: what it does to the `Window`, which is not imported
     here, as its parts import this table. is_on: whether what it turns on and off is on. more_keys: names of keys that
-    do the same. repeats: while its key is held.
+    do the same.
     """
 
     topic: Topic
@@ -54,7 +54,6 @@ class Control:
     do: Callable[[Any], object]
     is_on: Callable[[Any], bool] = lambda _: False
     more_keys: tuple[str, ...] = ()
-    repeats: bool = False
 
     @property
     def keys(self) -> list[str]:
@@ -88,7 +87,7 @@ class Action(Enum):
     """What the window does when a key or a button asks for it."""
 
     PAUSE = _first("Space, P", "Play", "pause or resume", lambda w: w.playback.pause(), lambda w: w.playback.paused)
-    STEP = _first("Right, O", RIGHT, "pause and do one step", lambda w: w.playback.step(), repeats=True)
+    STEP = _first("Right, O", RIGHT, "pause and do one step", lambda w: w.playback.step())
     RESTART = _first("R", "Restart", "restart; edits stay, made at the start", lambda w: w.restart(keep=True))
     PICK_SCENE = _first("/, Ctrl O", "Open\N{HORIZONTAL ELLIPSIS}", "choose a scene", lambda w: w.scenes.open_picker())
     UNDO = _first("U, Ctrl Z", "Undo", "undo the last throw or edit", lambda w: w.playback.undo())
@@ -103,7 +102,7 @@ class Action(Enum):
     )
 
     GO_TO_START = _time("Home", f"|{LEFT}", "go to the start; later steps are kept", lambda w: w.playback.seek(0))
-    STEP_BACK = _time("Left", LEFT, "pause and go one step back", lambda w: w.playback.step_back(), repeats=True)
+    STEP_BACK = _time("Left", LEFT, "pause and go one step back", lambda w: w.playback.step_back())
     GO_TO_END = _time(
         "End", f"{RIGHT}|", "go to the latest step reached", lambda w: w.playback.seek(w.playback.session.end)
     )
@@ -115,11 +114,9 @@ class Action(Enum):
     )
 
     PREVIOUS_CONTACT = _compare(
-        "<", f"{LEFT} Previous", "go to the previous contact that differs", lambda w: w.show_contact(-1), repeats=True
+        "<", f"{LEFT} Previous", "go to the previous contact that differs", lambda w: w.show_contact(-1)
     )
-    NEXT_CONTACT = _compare(
-        ">", f"Next {RIGHT}", "go to the next one, and draw it", lambda w: w.show_contact(1), repeats=True
-    )
+    NEXT_CONTACT = _compare(">", f"Next {RIGHT}", "go to the next one, and draw it", lambda w: w.show_contact(1))
     NEXT_CHART = _compare("1", "", "next chart", lambda w: w.view.charts.show_next())
     SCALE = _compare("2", "", "logarithmic chart, or linear", lambda w: w.view.charts.toggle_scale())
     GHOSTS = _layer(Layer.GHOSTS, "G", "Outlines of exact", "outlines of the balls in exact, of up to 300")
@@ -182,7 +179,7 @@ BY_MOUSE: Final = {
     Topic.COMPARE: ("Mouse on a ball", "its position, velocity and energy in every engine"),
     Topic.EDIT: ("Drag a wall", "move it; the tools below the panes do more"),
     Topic.SEE: ("Wheel, drag", "zoom in and out; move what the panes show by empty ground"),
-    Topic.FILES: ("Drop a file", "run its scene, or list those of a folder"),
+    Topic.FILES: ("Drop a file", "run its scene"),
     Topic.WINDOW: ("Click a value", "type another, and press Enter"),
 }
 HELP: Final = tuple(  # rows of its table: a topic, keys, and what they do

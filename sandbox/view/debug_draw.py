@@ -8,20 +8,16 @@ import numpy as np
 import pymunk
 from pygame import Color, Surface
 from pymunk import Shape, Vec2d
-from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
+from pymunk.batch import BodyFields, Buffer, get_space_bodies
 from pymunk.pygame_util import DrawOptions
 from pymunk.space_debug_draw_options import SpaceDebugColor
 
 from sandbox.processes import signals_blocked
 from sandbox.scene.fields import Vector, rgb
-from sandbox.view.primitives import Discs, capsule, draw_wall, thin_lines
+from sandbox.view.primitives import Discs, capsule, draw_wall
 
 MAX_SHAPES: Final = 300  # that `Space.debug_draw` draws; it calls Python for each, which takes 8 ms for so many
-POINT_LENGTH: Final = 2.0  # px of the space, by which Pymunk lengthens the line between a contact's two points
 Point = tuple[float, float]
-_POINT_FIELDS: Final = (
-    ArbiterFields.CONTACT_COUNT | ArbiterFields.NORMAL | ArbiterFields.POINT_A_1 | ArbiterFields.POINT_B_1
-)
 
 
 class DebugDraw:
@@ -65,8 +61,6 @@ class DebugDraw:
                 self._space.debug_draw(self._smooth)
             self._smooth.draw_collected()
 
-    # The batch: all bodies and all contacts are read at once
-
     def _draw_batch(self, surface: Surface, scale: float, origin: Vector) -> None:
         for wall in self._walls:
             ends = (wall.a, wall.b) if isinstance(wall, pymunk.Segment) else (wall.offset, wall.offset)
@@ -75,19 +69,6 @@ class DebugDraw:
         get_space_bodies(self._space, BodyFields.POSITION | BodyFields.ANGLE, self._buffer)
         rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3)[: len(self._discs)]
         self._discs.draw(surface, scale * rows[:, :2] + origin, scale, rows[:, 2].copy())
-        self._draw_collision_points(surface, scale, origin)
-
-    def _draw_collision_points(self, surface: Surface, scale: float, origin: Vector) -> None:
-        """Draw each contact as a line through its two points, which a listed contact that has ended does not have.
-
-        The shapes are discs and segments, so a contact has one point on each body.
-        """
-        self._buffer.clear()
-        get_space_arbiters(self._space, _POINT_FIELDS, self._buffer)
-        found = np.frombuffer(self._buffer.int_buf(), np.uintp) > 0
-        normal, on_a, on_b = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3, 2)[found].swapaxes(0, 1)
-        ends = scale * np.hstack([on_a - POINT_LENGTH * normal, on_b + POINT_LENGTH * normal]) + 2 * origin
-        thin_lines(surface, self._smooth.collision_point_color.as_int(), np.rint(ends))
 
 
 def _is_peg(shape: Shape) -> bool:
@@ -96,18 +77,18 @@ def _is_peg(shape: Shape) -> bool:
 
 
 class SmoothDrawOptions(DrawOptions):
-    """Pymunk's options for pygame, whose discs, segments and lines have smooth edges.
+    """Pymunk's options for pygame, whose discs and segments have smooth edges.
 
-    balls: the number of each circle among the discs. They are collected, and drawn in that order, the lines over them.
+    balls: the number of each circle among the discs. They are collected, and drawn in that order.
     """
 
     def __init__(self, balls: Mapping[Shape, int], discs: Discs) -> None:
         super().__init__(Surface((1, 1)))
+        self.flags = self.DRAW_SHAPES  # no points of contacts, which would hide small balls
         self._balls = balls
         self._discs = discs
         self._shape: Shape | None = None  # of the next circle
         self._collected: dict[int, tuple[float, float, float]] = {}  # centre and angle by the number of the ball
-        self._lines: dict[tuple[int, ...], list[tuple[float, ...]]] = {}  # their ends by their colour
 
     def color_for_shape(self, shape: Shape) -> SpaceDebugColor:
         """Return a shape's colour, and note which shape it is: Pymunk asks for it before it has the shape drawn."""
@@ -130,16 +111,9 @@ class SmoothDrawOptions(DrawOptions):
         """Draw a segment with its thickness at any slope; of the arena's walls, nothing is in the pane."""
         capsule(self.surface, fill_color.as_int(), a, b, radius)
 
-    def draw_segment(self, a: Vec2d, b: Vec2d, color: SpaceDebugColor) -> None:
-        """Collect a collision point, which is over the balls."""
-        self._lines.setdefault(color.as_int(), []).append((*a, *b))
-
     def draw_collected(self) -> None:
-        """Draw the balls and lines collected since the last call."""
+        """Draw the balls collected since the last call."""
         if self._collected:
             at = np.array([self._collected[number] for number in sorted(self._collected)])
             self._collected = {}
             self._discs.draw(self.surface, at[:, :2].copy(), self.transform.a, at[:, 2].copy())
-        for colour, ends in self._lines.items():
-            thin_lines(self.surface, colour, np.rint(ends))
-        self._lines = {}

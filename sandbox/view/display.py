@@ -2,7 +2,6 @@
 
 import os
 import sys
-from typing import Final
 
 import pygame
 from pygame import Surface
@@ -10,8 +9,6 @@ from pygame.event import Event
 
 from sandbox.scene.model import Scene
 from sandbox.view.layout import natural_size
-
-REPEAT: Final = 400, 33  # ms, until a key that is held is pressed again, and from then on
 
 
 def has_display() -> bool:
@@ -26,9 +23,8 @@ def has_display() -> bool:
 
 
 def open_window(title: str) -> Surface:
-    """Open a window in its natural size, in which keys that are held are pressed again and again."""
+    """Open a window in its natural size."""
     pygame.display.init()
-    pygame.key.set_repeat(*REPEAT)
     pygame.display.set_caption(title)  # before the window is there, or it would open as "pygame window"
     return pygame.display.set_mode(natural_size(pygame.display.get_desktop_sizes()[0]), pygame.RESIZABLE)
 
@@ -39,18 +35,11 @@ def caption(scene: Scene) -> str:
 
 
 def new_events() -> list[Event]:
-    """Return the events since the last call; of moves of the mouse in a row, and of a held key's presses, the last."""
+    """Return the events since the last call; of moves of the mouse in a row, only the last."""
     events = list[Event]()
     for event in pygame.event.get():
-        if events and _replaces(event, events[-1]):
-            events.pop()
+        before = events[-1] if events else event
+        if event.type == before.type == pygame.MOUSEMOTION and event.buttons == before.buttons:
+            events = events[:-1]
         events.append(event)
     return events
-
-
-def _replaces(event: Event, before: Event) -> bool:
-    """Return whether an event goes on with the one before it: the mouse moves, or a key is still held."""
-    if event.type != before.type or event.type not in (pygame.MOUSEMOTION, pygame.KEYDOWN):
-        return False
-    is_move = event.type == pygame.MOUSEMOTION
-    return bool(event.buttons == before.buttons if is_move else event.key == before.key)

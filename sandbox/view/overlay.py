@@ -1,6 +1,5 @@
 """A pane's canvas, and the layers over and under its balls: arrows, trails, numbers."""
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
@@ -14,7 +13,6 @@ from sandbox.quantity import length
 from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
 from sandbox.state import Floats, State
-from sandbox.view import Layer
 from sandbox.view.primitives import SMALLEST_TEXT, arrow, circle, lettering
 from sandbox.view.theme import Palette, contrast, palette, readable
 
@@ -23,7 +21,6 @@ MAX_NUMBERED: Final = 30  # balls; the numbers of more would hide them
 MAX_OUTLINED: Final = 300  # balls, likewise
 MIN_NUMBERED: Final = 6.5  # px, radius of a ball that has room for its number
 MIN_CONTRAST: Final = 3.0  # of an outline with its ground
-MIN_DASHED: Final = 8  # px, radius of an outline; dashes of smaller ones would not be seen
 MIN_APART: Final = 1.5  # px of the screen between a ball and its outline; closer ones would only fray it
 NO_TRAIL: Final = np.empty((0, 0, 2))
 
@@ -113,9 +110,8 @@ class Overlay(Canvas):
         apart = length(centres - self.at(self.state.position)) > MIN_APART
         seen = (np.abs(centres - size / 2) < size / 2 + radius[:, None]).all(axis=1)
         for k in np.flatnonzero(apart & seen).tolist():
-            px, visible = max(2.0, float(radius[k])), self._visible(self.scene.colors[k])
-            is_small = px < MIN_DASHED
-            circle(self.surface, visible, centres[k].tolist(), px, 1 if is_small else width, dashed=not is_small)
+            visible = self._visible(self.scene.colors[k])
+            circle(self.surface, visible, centres[k].tolist(), max(2.0, float(radius[k])), width, dashed=True)
 
     def pull(self, ball: int, target: Vector) -> None:
         """Draw a ring round a held ball, and the line from it to where it is pulled, px of the scene."""
@@ -126,17 +122,6 @@ class Overlay(Canvas):
         pygame.draw.circle(self.surface, self.palette.ink, start, radius + 3 * width, width)
         pygame.draw.line(self.surface, self.palette.ink, start, end, width)
         pygame.draw.circle(self.surface, self.palette.ink, end, 2 * self.width + 2)
-
-
-# What draws each layer, in the order of drawing. Layer.CHARTS is not in a pane.
-BELOW_BALLS: Final[Mapping[Layer, Callable[[Overlay], None]]] = {
-    Layer.TRAILS: Overlay.trails,
-}
-ABOVE_BALLS: Final[Mapping[Layer, Callable[[Overlay], None]]] = {
-    Layer.GHOSTS: Overlay.outlines,
-    Layer.VELOCITY: Overlay.velocity,
-    Layer.NUMBERS: Overlay.numbers,
-}
 
 
 @lru_cache(maxsize=256)

@@ -21,8 +21,8 @@ from sandbox.view import Layer
 from sandbox.view.charts import Charts
 from sandbox.view.debug_draw import DebugDraw
 from sandbox.view.layout import EDGE, Layout, ScreenPoint
-from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, NO_TRAIL, Overlay
-from sandbox.view.primitives import Discs, card, draw_walls, fill, first_lines, shortened, text_width, write
+from sandbox.view.overlay import NO_TRAIL, Overlay
+from sandbox.view.primitives import Discs, card, draw_walls, first_lines, shortened, text_width, write
 from sandbox.view.run_so_far import Marks
 from sandbox.view.theme import palette, theme
 
@@ -98,21 +98,23 @@ class Pane:
         place, height = layout.arenas[index], layout.text_height
         inside, scale, origin = surface.subsurface(place), layout.scale, layout.origin
         overlay = Overlay(inside, self.scene, self.state, scale, height, origin, trail, ghosts)
-        fill(inside, overlay.palette.ground)
+        inside.fill(overlay.palette.ground)
         edge = EDGE if self.scene.arena.walls else 1
         pygame.draw.rect(surface, theme.wall, place.inflate(2 * edge, 2 * edge), edge, border_radius=edge)
-        for layer, draw in BELOW_BALLS.items():
-            if layer in showing:
-                draw(overlay)
+        if Layer.TRAILS in showing:
+            overlay.trails()
         if self.debug_draw and self._live:
             self.debug_draw.recolour(overlay.palette.wall)
             self.debug_draw.draw(inside, scale, origin)
         else:
             draw_walls(inside, self.scene, scale, origin)
             self._discs.draw(inside, overlay.at(self.state.position), scale, self.state.angle)
-        for layer, draw in ABOVE_BALLS.items():
-            if layer in showing:
-                draw(overlay)
+        if Layer.GHOSTS in showing:
+            overlay.outlines()
+        if Layer.VELOCITY in showing:
+            overlay.velocity()
+        if Layer.NUMBERS in showing:
+            overlay.numbers()
         if self.is_suspended:
             veil = Surface(place.size)
             veil.fill(overlay.palette.faint)
@@ -133,11 +135,10 @@ class Pane:
         pygame.draw.rect(surface, colour, swatch, border_radius=3)
         line = Rect(swatch.right + height // 2, place.y, place.right - swatch.right - height // 2, place.height)
         is_off = text not in ("", AS_IT_SHOULD_BE) and not self.is_reference
-        briefly = f"{'-' if (self.error or 0.0) < 0 else '+'}{amount_text(self.error or 0.0)}" if is_off else ""
-        sizes = ("the reference" if self.is_reference else text, text.partition(" than")[0] if is_off else "", briefly)
-        room = line.width - height - text_width(self.name, height, bold=True)
-        energy = next((size for size in sizes if text_width(size, height, bold=is_off) <= room), briefly)
-        room = line.width - (text_width(energy, height, bold=is_off) + height if energy else 0)
+        energy, room = "the reference" if self.is_reference else text, line.width - height
+        if text_width(self.name, height, bold=True) + text_width(energy, height, bold=is_off) > room:
+            energy = text.partition(" than")[0] if is_off else ""
+        room -= text_width(energy, height, bold=is_off)
         name, ink = shortened(self.name, max(room, 3 * height), height), theme.dim if self.is_suspended else theme.ink
         for words, hue, bold in ((name, ink, True), (energy, colour if is_off else theme.dim, is_off)):
             left = write(surface, words, line, hue, height, bold=bold) + height
@@ -146,15 +147,11 @@ class Pane:
 
 def energy_in_words(error: float, beside: str) -> str:
     """Return how an energy compares with another, in words. error: %."""
-    if abs(error) < MIN_ERROR:
-        return AS_IT_SHOULD_BE
-    return f"{amount_text(error)} {'less' if error < 0 else 'more'} than {beside}"
-
-
-def amount_text(error: float) -> str:
-    """Return the size of an error of energy, %."""
     size = abs(error)
-    return f"{size:,.0f} %" if size >= 9.95 else f"{size:.2g} %"
+    if size < MIN_ERROR:
+        return AS_IT_SHOULD_BE
+    amount = f"{size:,.0f} %" if size >= 9.95 else f"{size:.2g} %"
+    return f"{amount} {'less' if error < 0 else 'more'} than {beside}"
 
 
 class SessionView:
@@ -252,9 +249,7 @@ class SessionView:
         if self.session.samples.is_alone:
             return "at the start"
         until = self.charts.marks.trust.until
-        if until is None or self.moment.time <= until or self.session.samples.keeps_energy:
-            return IT_SHOULD_HAVE
-        return self.session.reference
+        return IT_SHOULD_HAVE if until is None or self.moment.time <= until else self.session.reference
 
     @property
     def energy_errors(self) -> dict[str, float]:

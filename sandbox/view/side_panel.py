@@ -47,7 +47,6 @@ class SidePanel:
         self._height = 0  # of the page, px
         self.open: Panel | None = None
         self._latest = next(iter(pages))
-        self._was_wide = False
 
     def _is_open(self, panel: Panel) -> bool:
         return self.open is panel
@@ -63,12 +62,6 @@ class SidePanel:
         self.open = None if self.open is panel else panel
         self._latest = panel
         self._scrolled = 0.0
-
-    def fit(self, *, is_wide: bool) -> None:
-        """Open the column if the window has become wide enough for it, or close it if it no longer is."""
-        if is_wide not in (self._was_wide, self.open is not None):
-            self.toggle()
-        self._was_wide = is_wide
 
     def scroll(self, notches: int) -> None:
         """Scroll by notches of the wheel, upwards if positive."""

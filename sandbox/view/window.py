@@ -28,7 +28,6 @@ from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layou
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
-from sandbox.view.primitives import fill
 from sandbox.view.saver import Saver
 from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import SessionView
@@ -37,7 +36,6 @@ from sandbox.view.theme import THEME, theme
 from sandbox.view.toolbars import Toolbars
 from sandbox.view.video import Recorder
 from sandbox.view.why_page import WhyPage
-from sandbox.view.widgets import ENTER
 from sandbox.view.widgets.group import Placed, WidgetGroup
 
 FRAME_RATE: Final = 60  # frames a second
@@ -82,7 +80,6 @@ class Window:
         self.recorder = Recorder(notice)
         self.showing = {*OPENS_WITH}
         self.messages = Messages(playback, notice)
-        self._keys_down = set[int]()
         self.why = WhyPage(playback, CaseSoFar(), self.do)
         self.widgets = WidgetGroup()
         self.cards = Cards(playback, self.mouse, self.scenes, self.widgets, self.messages)
@@ -98,7 +95,8 @@ class Window:
         self.panel = SidePanel(pages)
         self._widths = cache(self.toolbars.widths)
         self.screen = open_window(caption(scene))
-        self._fit_column()
+        if self.screen.get_width() >= WIDE * self.text_height:
+            self.panel.toggle()
 
     # The run
 
@@ -137,9 +135,6 @@ class Window:
     @property
     def _is_too_small(self) -> bool:
         return self.screen.get_size() != self.layout.window
-
-    def _fit_column(self) -> None:
-        self.panel.fit(is_wide=self.screen.get_width() >= WIDE * self.text_height)
 
     # Running
 
@@ -196,14 +191,13 @@ class Window:
 
     def _handle(self, event: Event) -> None:
         self.mouse.track(event)
-        if event.type in (pygame.KEYDOWN, pygame.KEYUP):
-            self._on_key(event)
+        if event.type == pygame.KEYDOWN:
+            self._on_press(event)
         elif event.type == pygame.QUIT:
             self.running = False
         elif event.type == pygame.WINDOWSIZECHANGED:
             if self._is_too_small:
                 self.screen = pygame.display.set_mode(self.layout.window, pygame.RESIZABLE)
-            self._fit_column()
         elif event.type == pygame.DROPFILE:
             self.scenes.open_file(Path(event.file))
         elif self.scenes.picker and event.type not in RELEASES:
@@ -217,22 +211,7 @@ class Window:
             elif not self.widgets.on_event(event, self._drawn_places or self._placed):
                 self.mouse.on_event(event)
 
-    def _on_key(self, event: Event) -> None:
-        is_new = event.key not in self._keys_down
-        if event.type == pygame.KEYUP:
-            self._keys_down.discard(event.key)
-        elif is_new or self._repeats(event):
-            self._keys_down.add(event.key)
-            self._on_press(event)
-
-    def _repeats(self, event: Event) -> bool:
-        if self.scenes.picker or self.widgets.field:
-            return event.key not in (*ENTER, pygame.K_ESCAPE)
-        action = action_of(event)
-        return action is not None and action.value.repeats
-
     def _on_press(self, event: Event) -> None:
-        self._outdated = True
         action = action_of(event)
         if action in ANYWHERE:
             self.do(action)
@@ -325,7 +304,7 @@ class Window:
     def _draw_on(self, surface: Surface, layout: Layout) -> None:
         """Draw everything on a surface of the layout's size."""
         self._drawn_places = placed = self._placed
-        fill(surface, theme.ground)
+        surface.fill(theme.ground)
         self.view.draw_panes(surface, layout, self.showing)
         if self.panel.open is Panel.WHY and (contact := self.why.contact):
             draw_contact(surface, layout, self.view.panes, contact.difference, self.why.engine)
