@@ -100,9 +100,6 @@ class Samples:
         self._index = self.engines.index(reference)
         self.series = Series(FIRST + len(Quantity) * len(self.engines))
 
-    def __len__(self) -> int:
-        return len(self.series)
-
     def add(self, moment: Moment) -> None:
         """Sample the engines that are there after a step, in order."""
         if self.series.wants(moment.step):
@@ -132,10 +129,6 @@ class Samples:
         """Return the quantities of the engines in samples: (samples, quantities, engines)."""
         table: Floats = rows[:, FIRST:].reshape(len(rows), len(Quantity), len(self.engines))
         return table
-
-    def cut(self, step: int) -> None:
-        """Drop the samples after a step, from which the run takes another course."""
-        self.series.cut(step)
 
     def of(self, quantity: Quantity) -> Floats:
         """Return a quantity in all samples, one column per engine: (samples, engines)."""

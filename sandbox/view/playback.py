@@ -220,12 +220,12 @@ class Playback:
         self._show_change()
 
     def undo(self) -> None:
-        """Undo the last throw, edit or restart before the current step, and go to its step."""
+        """Undo the latest throw, edit or restart, and go to its step."""
         self._release()
         if self.session.undo():
             self._show_change()
         else:
-            self._notice.show("there is nothing to undo here")
+            self._notice.show("there is nothing to undo")
 
     def redo(self) -> None:
         """Redo what was undone last; what an engine that runs only since then refuses is dropped, with a notice."""

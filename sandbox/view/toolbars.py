@@ -53,7 +53,7 @@ class Toolbars:
         def tool_button(tool: Tool) -> TextButton:
             return TextButton(tool.name, partial(mouse.choose, tool), tool.does, lambda: mouse.tool is tool)
 
-        undo = button(Action.UNDO, refusal=lambda: "" if playback.session.can_undo else "there is nothing to undo here")
+        undo = button(Action.UNDO, refusal=lambda: "" if playback.session.can_undo else "there is nothing to undo")
         redo = button(Action.REDO, refusal=lambda: "" if playback.session.can_redo else "there is nothing to redo")
         self._tools = WidgetRow([*map(tool_button, mouse.tools), undo, redo], [button(Action.SHOW_ALL)])
 

@@ -106,7 +106,7 @@ def test_steps_do_not_wait_and_are_completed_when_the_reference_arrives(
     index = session.samples.engines.index("pymunk")
     assert np.isfinite(session.samples.of(Quantity.ENERGY)[:, index]).all()  # which does not wait either
     assert np.isnan(session.samples.of(Quantity.GAP)[1:, index]).all()
-    assert (session.latest.step, len(session.samples)) == (0, 31)
+    assert (session.latest.step, len(session.samples.series)) == (0, 31)
     assert not session.collect()
     gate.set()
     assert session.collect(None)

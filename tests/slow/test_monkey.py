@@ -221,8 +221,6 @@ class Monkey(RuleBasedStateMachine):
 
     @rule(size=st.one_of(st.tuples(sides, sides), st.sampled_from([(1, 1), (5000, 20), (20, 3000)])))
     def resize(self, size: tuple[int, int]) -> None:
-        if self.window.screen.get_flags() & pygame.FULLSCREEN:
-            self.key(pygame.K_F11, "", 0)
         SystemWindow.from_display_module().size = size
         for event in pygame.event.get():
             self.window.on_event(event)
@@ -283,7 +281,7 @@ class Monkey(RuleBasedStateMachine):
         self.window.playback.seek(session.end)
         before = list(session.inputs)
         if session.undo():
-            assert len(session.inputs) < len(before)
+            assert session.inputs != before
             assert session.redo()
         assert session.inputs == before
         self.window.playback.settle()

@@ -55,7 +55,7 @@ def test_panes_move_on_while_the_reference_stands_and_the_status_says_how_far_be
     until_there(lagging)
     assert (pymunk.step, exact.step, lagging._is_drawn) == (30, 30, True)
     assert "behind" not in lagging.view.charts.note
-    assert len(lagging.view.charts.samples) == 31
+    assert len(lagging.view.charts.samples.series) == 31
     expected = simulate(lagging.scene, "exact", steps=30)
     assert exact.state.position.tobytes() == expected.position[-1].tobytes()
 

@@ -185,7 +185,7 @@ def test_an_engine_that_cannot_run_an_edit_stands_still_from_there_on(spec: str,
     run(window, 3)
     assert (window.view.panes[1].is_suspended, window.view.panes[1].stands) == (False, "")
     window.playback.redo()
-    assert (window.view.panes[1].is_suspended, step(window)) == (True, 20)
+    assert (window.view.panes[1].is_suspended, step(window)) == (True, 30)
 
 
 def test_the_last_pane_stays_and_there_is_a_most(window: Window) -> None:
