@@ -84,6 +84,7 @@ class Monkey(RuleBasedStateMachine):
         self.patch.setenv("SDL_VIDEODRIVER", "dummy")
         self.patch.setattr("sandbox.view.notice.Notice.strict", True)  # what fails in the drawing fails the test
         self.patch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # one step per frame, on any machine
+        self.patch.setattr("sandbox.view.playback.MAX_WAIT", 1e6)  # as the clock decides nothing
         for name, text in FILES.items():
             Path(name).write_bytes(text)
         self.down: set[int] = set()  # buttons of the mouse
