@@ -155,15 +155,6 @@ def test_a_run_that_goes_elsewhere_keeps_no_moment_that_is_never_completed(scene
     assert session.shown.step == 10
 
 
-@pytest.mark.usefixtures("fails_after_29_steps")
-def test_a_reference_that_fails_is_dropped_at_the_same_step(scene: Scene) -> None:
-    there, session = (Session(scene, HIDDEN, reference="exact", beside=lags) for lags in (False, True))
-    for each in (there, session):
-        run(each, 60)
-    assert everything(session) == everything(there)
-    assert session.dropped == there.dropped == "exact: contacts without end"
-
-
 @pytest.mark.parametrize("names", [HIDDEN, SHOWN], ids=["hidden", "shown"])
 def test_a_limit_that_the_reference_reaches_is_in_the_same_moments(
     scene: Scene, names: Sequence[str], monkeypatch: pytest.MonkeyPatch

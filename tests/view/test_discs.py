@@ -89,19 +89,6 @@ def test_the_line_shows_the_angle(degrees: int) -> None:
     assert dark.sum() == pytest.approx(11.0, rel=0.12)
 
 
-@pytest.mark.parametrize(
-    "masks",
-    [(0xFF0000, 0xFF00, 0xFF, 0xFF000000), (0xFF000000, 0xFF0000, 0xFF00, 0xFF), (0xFF000000, 0xFF0000, 0xFF00, 0)],
-)
-def test_a_surface_looks_the_same_in_any_order_of_its_colours(masks: tuple[int, int, int, int]) -> None:
-    plain, other = Surface((100, 80)), Surface((100, 80), depth=32, masks=masks)
-    for surface in (plain, other):
-        surface.fill("white")
-        Discs(np.array([15.0]), [RED]).draw(surface, np.array([(40.0, 40.0)]), 1.0, np.array([0.6]))
-    assert len(np.unique(pixels(plain).reshape(-1, 3), axis=0)) > 10
-    assert np.array_equal(pixels(other), pixels(plain))
-
-
 def test_a_disc_at_the_edge_of_a_pane_stays_in_it() -> None:
     centres = np.array([(0, 10), (30, 10), (15, 0), (15, 20), (-30, -30), (29.6, 19.7), (12.2, 8.9)], float)
     window = Surface((100, 80))

@@ -9,8 +9,6 @@ import pytest
 from conftest import scene_of
 from window_driver import THREE_BALLS, given, press, step
 
-from sandbox.run.edits import SetGravity
-from sandbox.run.inputs import Input
 from sandbox.run.trajectory import simulate
 from sandbox.session.samples import Quantity
 from sandbox.view import Layer
@@ -69,18 +67,6 @@ def test_no_outlines_of_another_time_are_drawn(lagging: Window, gate: threading.
     press(lagging, "p")
     until_there(lagging)
     assert lagging.view._outlined is lagging.view.moment.states["exact"]
-
-
-def test_time_stands_still_before_an_edit_of_a_replay_while_frames_go_on(gate: threading.Event) -> None:
-    inputs: list[Input] = [SetGravity(step=10, gravity=(0, 500))]
-    window = Window(scene_of(*THREE_BALLS), ["pymunk", "impulse"], inputs, beside=True)
-    frames(window, 30)
-    assert step(window) == 9
-    gate.set()
-    window.view.session.collect(None)
-    frames(window, 1)
-    assert window.view.moment.scene.gravity == (0, 500)
-    window.view.session.stop()
 
 
 def test_an_edit_does_not_wait_for_a_reference_that_is_far_behind(
