@@ -10,7 +10,7 @@ from pygame import Color, Surface
 
 from sandbox.quantity import length
 from sandbox.run.edits import AddWall, ChangeBall, ChangeWall, Edit
-from sandbox.run.inputs import Grab, Move, Release
+from sandbox.run.inputs import Grab, Move
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene, Wall
 from sandbox.scene.units import Dimension
@@ -85,9 +85,6 @@ class Drag:
     def end(self) -> None:
         """Handle the release of the button."""
 
-    def cancel(self) -> None:
-        """Handle the loss of the window's focus."""
-
     def draw(self, surface: Surface, layout: Layout) -> None:
         """Show in every pane what a release would do."""
 
@@ -105,7 +102,7 @@ class Slide(Drag):
 
 
 class Pull(Drag):
-    """Pulls the selected ball in every engine while time passes."""
+    """Pulls the selected ball in every engine while time passes, until `MouseTool` lets go of it."""
 
     def __init__(self, bench: Bench, spot: Spot) -> None:
         super().__init__(bench, spot)
@@ -115,13 +112,6 @@ class Pull(Drag):
         """Pull towards a point of the screen."""
         if self.bench.playback.session.held is not None:
             self.bench.playback.give(Move(step=self.step, at=self.target(point)))
-
-    def end(self) -> None:
-        """Let go."""
-        if self.bench.playback.session.held is not None:
-            self.bench.playback.give(Release(step=self.step))
-
-    cancel = end
 
 
 class Aim(Drag):

@@ -44,11 +44,6 @@ def _hand(bench: Bench, spot: Spot) -> Drag:
     return (Aim if bench.playback.paused else Pull)(bench, spot)
 
 
-def _mark_wall(bench: Bench, spot: Spot, surface: Surface) -> None:
-    if (wall := bench.at(spot)[1]) is not None:
-        mark_wall(surface, bench.layout(), bench.scene.walls[wall])
-
-
 def _add_ball(bench: Bench, spot: Spot) -> None:
     bench.editor.add(spot.position)
 
@@ -68,7 +63,7 @@ HAND: Final = Tool(
 )
 TOOLS: Final = (
     HAND,
-    Tool("Move", "Move a ball or a wall, in every engine; pauses", Shift, True, True, _mark_wall),
+    Tool("Move", "Move a ball or a wall, in every engine; pauses", Shift, True, True),
     Tool("Ball", "Add a ball where you click, like the selected one or the last", _add_ball, mark=_mark_ball),
     Tool("Wall", "Draw a wall from here to there; pauses", NewWall, pauses=True),
     Tool("Erase", "Delete the ball or the wall that you click", _erase, holds=True),
@@ -150,9 +145,7 @@ class MouseTool:
         elif (event.type == pygame.MOUSEBUTTONUP and event.button == 1) or event.type == pygame.MOUSEMOTION:
             self.release()
         elif event.type == pygame.WINDOWFOCUSLOST:
-            drag, self.drag = self.drag, None
-            if drag:
-                drag.cancel()
+            self.drag = None
             self.release()
 
     def _pressed(self, point: ScreenPoint) -> Drag | None:
@@ -210,7 +203,7 @@ class MouseTool:
         drag, self.drag = self.drag, None
         if drag:
             drag.end()
-        elif self._playback.session.held is not None:
+        if self._playback.session.held is not None:
             self._playback.give(Release(step=self._playback.session.step))
 
     def draw(self, surface: Surface) -> None:
