@@ -1,7 +1,6 @@
 """Fixtures and helpers that several test modules use."""
 
 import gc
-import math
 import multiprocessing
 import os
 import platform
@@ -180,7 +179,7 @@ def memory_screen(working_folder: Path, monkeypatch: pytest.MonkeyPatch, _few_ob
     monkeypatch.setenv("SANDBOX_THEME", "light")
     monkeypatch.setattr(Notice, "strict", True)
     monkeypatch.setattr("webbrowser.open", lambda _: True)
-    monkeypatch.setattr("sandbox.view.MOST_BALLS", {Layer.CHARTS: math.inf})
+    monkeypatch.setattr("sandbox.view.window.OPENS_WITH", (Layer.CHARTS,))
 
 
 @pytest.fixture

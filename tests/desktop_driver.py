@@ -18,7 +18,7 @@ from sandbox.run.inputs import End, Input, load_inputs
 from sandbox.scene.model import Scene
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Panel
-from sandbox.view.layout import WIDE, Layout
+from sandbox.view.layout import Layout
 from sandbox.view.window import Window
 
 KEYSYMS: Final = {",": "comma", ".": "period", "<": "less", ">": "greater", "Enter": "Return"}  # by names of keys
@@ -99,10 +99,8 @@ class Desktop:
             with pytest.MonkeyPatch.context() as patch:
                 patch.setenv("SDL_VIDEODRIVER", "dummy")
                 self._model = Window(self.scene, None)
-        size = self.size
-        is_wide = size[0] >= WIDE * self._model.text_height
-        self._model.panel.open = Panel.SCENE if is_wide and self.has_column else None
-        return self._model.layout_in(size)
+        self._model.panel.open = Panel.SCENE if self.has_column else None
+        return self._model.layout_in(self.size)
 
     def point(self, x: float, y: float, pane: int = 0) -> tuple[int, int]:
         """Turn a place of the scene into a point of the window."""

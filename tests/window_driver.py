@@ -27,7 +27,7 @@ CODES: Final = {
     "Enter": pygame.K_RETURN, "Esc": pygame.K_ESCAPE, "Back": pygame.K_BACKSPACE, "Tab": pygame.K_TAB,
     "Shift": pygame.K_LSHIFT, "Space": pygame.K_SPACE, "F1": pygame.K_F1, "F7": pygame.K_F7,
     "F9": pygame.K_F9, "F10": pygame.K_F10,
-    "F11": pygame.K_F11, "F12": pygame.K_F12,
+    "F12": pygame.K_F12,
 }  # fmt: skip
 CONTROL: Final = {"undo": "Ctrl Z", "redo": "Ctrl Y", "save": "Ctrl S"}
 
@@ -108,7 +108,7 @@ def point(window: Window, x: float, y: float, pane: int = 0) -> tuple[int, int]:
 
 def button(window: Window, action: Action) -> tuple[int, int]:
     """Return the middle of an action's button; of what is shown in the panes after opening its page."""
-    if action.value.topic is Topic.SEE and action not in (Action.ZOOM_IN, Action.ZOOM_OUT, Action.SHOW_ALL):
+    if action.value.topic is Topic.SEE and action is not Action.SHOW_ALL:
         window.panel.show(Panel.SHOW)
     return next(place.center for widget, place in window._placed if widget.does == tip_of(action))
 

@@ -30,7 +30,7 @@ def read(lockstep: Lockstep) -> Readings:
 
 
 class Beside:
-    """A lockstep that a thread runs. Between `wait` and the next step, it stands still and can be read."""
+    """A lockstep that a thread runs. Between a reading and the next step, it stands still."""
 
     def __init__(self, lockstep: Lockstep) -> None:
         self.lockstep = lockstep
@@ -62,12 +62,6 @@ class Beside:
             return readings
 
         return result
-
-    def wait(self) -> None:
-        """Return when all is done that was asked for. Raises SandboxError if that has failed."""
-        self._thread.submit(bool).result()  # after all else
-        for task in self._tasks:
-            task.result()
 
     def stop(self) -> None:
         """Abandon what is asked for and not done; what is being done ends soon."""

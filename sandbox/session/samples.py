@@ -12,7 +12,6 @@ from sandbox.session.history import Moment
 from sandbox.state import Floats, State
 
 CAPACITY: Final = 2048  # samples kept of a run, however long; about as many as a screen has columns
-NEGLIGIBLE: Final = 5e-5  # of the scale of energy
 TIME, FALL, FIRST = range(3)  # columns of a sample; the quantities of the engines are the last
 
 
@@ -101,9 +100,6 @@ class Samples:
         self._index = self.engines.index(reference)
         self.series = Series(FIRST + len(Quantity) * len(self.engines))
 
-    def __len__(self) -> int:
-        return len(self.series)
-
     def add(self, moment: Moment) -> None:
         """Sample the engines that are there after a step, in order."""
         if self.series.wants(moment.step):
@@ -133,10 +129,6 @@ class Samples:
         """Return the quantities of the engines in samples: (samples, quantities, engines)."""
         table: Floats = rows[:, FIRST:].reshape(len(rows), len(Quantity), len(self.engines))
         return table
-
-    def cut(self, step: int) -> None:
-        """Drop the samples after a step, from which the run takes another course."""
-        self.series.cut(step)
 
     def of(self, quantity: Quantity) -> Floats:
         """Return a quantity in all samples, one column per engine: (samples, engines)."""
@@ -177,12 +169,6 @@ class Samples:
         """Return the error of each engine's energy at a step, or the nearest sample before it, %: see `errors`."""
         row = max(0, int(np.searchsorted(self.series.steps, step, side="right")) - 1)
         return dict(zip(self.engines, self.errors()[row].tolist(), strict=True))
-
-    @property
-    def keeps_energy(self) -> bool:
-        """Whether the reference has had the same energy of its own all the time."""
-        own = self.of(Quantity.OWN)[:, self._index]
-        return not np.nanmax(np.abs(own - own[0])) > NEGLIGIBLE * self._scale[-1]
 
     @property
     def is_alone(self) -> bool:

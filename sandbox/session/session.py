@@ -5,17 +5,17 @@ inputs: to continue from a step, the engines run again from the start with the s
 """
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from itertools import islice, takewhile
+from itertools import islice, takewhile, zip_longest
 from time import perf_counter
 from typing import NamedTuple, TypeVar
 
 from sandbox.analysis.reference import reference_of
 from sandbox.engines import REFERENCE, Engines, Source, named
 from sandbox.errors import SandboxError
-from sandbox.run.edits import ChangeWall, Edit, edited
-from sandbox.run.inputs import MAX_EDITS, Grab, Input, Move, Release, clock_of
+from sandbox.run.edits import Edit, edited
+from sandbox.run.inputs import Grab, Input, Move, Release, clock_of
 from sandbox.run.lockstep import Lockstep, Runner
 from sandbox.scene.model import Scene
 from sandbox.session.beside import Beside, Readings, read
@@ -32,23 +32,18 @@ class Unfinished(NamedTuple):
     rest: Callable[[float | None], Readings]
 
 
-class Change(NamedTuple):
-    """Inputs that replace others from a step on, and the step to which the run then goes.
+class Version(NamedTuple):
+    """The inputs of a run, past and to come, and the step at which something else replaced them."""
 
-    back: undoes it, if it is a restart; other changes end with an action, which is undone by what it is.
-    """
-
-    since: int
     inputs: list[Input]
-    until: int
-    back: "Change | None" = None
+    step: int
 
 
 class Session:
     """Engines in lockstep, at any step that they have reached.
 
-    An input given in the past replaces all that came after it. `undo` undoes one *action*: an edit with those that
-    continue it, a grab with everything up to its release, or a restart. An engine that is not built in and fails stops
+    An input given in the past replaces all that came after it. `undo` undoes the latest *action*: an edit, a grab with
+    everything up to its release, or a restart. An engine that is not built in and fails stops
     there; the others go on. One that cannot run an edited scene is suspended, and continues from the reference's state
     as soon as the scene allows it.
 
@@ -78,8 +73,8 @@ class Session:
         self.step = 0  # the present one, which may lie in the past of the engines
         self.end = 0  # the latest reached with these inputs
         self._history = History()
-        self._undone: list[Change] = []
-        self._restarts: list[Change] = []
+        self._done: list[Version] = []  # before each action
+        self._undone: list[Version] = []
         self._beside: Beside | None = None
         self._unfinished: deque[Unfinished] = deque()
         self._begin()
@@ -150,12 +145,9 @@ class Session:
         self.step = min(max(step, 0), self.end)
 
     def go_on_from(self, earlier: "Session") -> None:
-        """Go to the latest step that another session has reached with the same inputs, with what can be redone there.
-
-        `catch_up` brings the engines there.
-        """
+        """Go to the latest step of another session with the same inputs, and take over what can be undone."""
         self.step = self.end = earlier.end
-        self._undone, self._restarts = [*earlier._undone], [*earlier._restarts]
+        self._done, self._undone = [*earlier._done], [*earlier._undone]
 
     def step_at(self, time: float) -> int:
         """Return the step nearest to a time (s)."""
@@ -219,8 +211,6 @@ class Session:
         """
         self.catch_up()
         if isinstance(given, Edit):
-            if sum(isinstance(earlier, Edit) for earlier in self.lockstep.given) >= MAX_EDITS:
-                raise SandboxError(f"there are {MAX_EDITS:,} edits, and a recording may have no more")
             self.collect(None)
             states = {name: runner.state() for name, runner in self.runners.items()}
             edited(self.lockstep.scene, given, states)  # also if only the hidden engine has no room
@@ -232,6 +222,8 @@ class Session:
         self._apply(given)
         if isinstance(given, Edit) and mouse.ball is not None and not is_held:
             self._apply(Release(step=given.step))
+        if not is_held and not isinstance(given, Move | Release):
+            self._done.append(Version(self.inputs, self.step))
         self.inputs = list(before)
         self._undone.clear()
         self._branch()
@@ -241,17 +233,14 @@ class Session:
         """Go to the start. keep: whether the edits up to here stay, all made at the start; throws do not."""
         edits = [given for given in self.given() if isinstance(given, Edit)] if keep else []
         inputs: list[Input] = [edit.model_copy(update={"step": 0}) for edit in edits]
+        self._done += [Version(self.inputs, self.step)] if inputs != self.inputs else []
         self._undone.clear()
-        self._change(Change(0, inputs, 0, Change(0, self.inputs, self.step) if inputs != self.inputs else None))
-
-    @property
-    def _has_restarted(self) -> bool:
-        return bool(self._restarts) and self.inputs == self._restarts[-1].inputs
+        self._become(Version(inputs, 0))
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is an action to undo here."""
-        return self._has_restarted or self._start_of_last_action(len(self.given())) is not None
+        """Whether there is an action to undo."""
+        return bool(self._done)
 
     @property
     def can_redo(self) -> bool:
@@ -259,63 +248,36 @@ class Session:
         return bool(self._undone)
 
     def undo(self) -> bool:
-        """Undo the last action, and go to where it began. Return whether there was one."""
-        if self._has_restarted:
-            self._undone.append(restart := self._restarts.pop())
-            self._change(restart.back or restart)
-            return True
-        first = self._start_of_last_action(len(self.given()))
-        if first is None:
-            return False
-        since = self.inputs[first].step
-        self._undone.append(Change(since, self.inputs, self.inputs[self._end_of_action(first)].step))
-        self._change(Change(since, self.inputs[:first], since))
-        return True
+        """Undo the latest action, and go to where it began. Return whether there was one."""
+        return self._swap(self._done, self._undone)
 
     def redo(self) -> bool:
-        """Redo the action undone last, and go to where it ended. Return whether there was one."""
-        if not self._undone:
+        """Redo what was undone last, and go to where that was done. Return whether there was something."""
+        return self._swap(self._undone, self._done)
+
+    def _swap(self, versions: list[Version], others: list[Version]) -> bool:
+        if not versions:
             return False
-        self._change(self._undone.pop())
+        others.append(Version(self.inputs, self.step))
+        self._become(versions.pop())
         return True
 
-    def _change(self, change: Change) -> None:
-        if change.back:
-            self._restarts.append(change)
-        self.step, self.inputs, until = change[:3]
+    def _become(self, version: Version) -> None:
+        """Go to another version of the run. What was the same until then is kept."""
+        differ = (pair for pair in zip_longest(self.inputs, version.inputs) if pair[0] != pair[1])
+        self.step = min((given.step for given in next(differ, ()) if given), default=0)
+        self.inputs = list(version.inputs)
         self._stale = True
         self.stop()
         self._branch()
         if self.step == 0:
             self.catch_up()
-        self.step = self.end = until
-
-    def _end_of_action(self, first: int) -> int:
-        """Return the last input of the action that begins with one."""
-        inputs, last = self.inputs, first
-        if isinstance(inputs[first], Grab):
-            last = next((k for k in range(first, len(inputs)) if isinstance(inputs[k], Release)), len(inputs) - 1)
-        while last + 1 < len(inputs) and _continues(inputs[last + 1]):
-            last += 1
-        return last
-
-    def _start_of_last_action(self, count: int) -> int | None:
-        """Return the first input of the last action among the first inputs; edits during a grab belong to the grab."""
-        action = None
-        for k in reversed(range(count)):
-            match self.inputs[k]:
-                case Grab():
-                    return k
-                case Release() if action is not None:
-                    return action
-                case Edit() if action is None or (action == k + 1 and _continues(self.inputs[action])):
-                    action = k
-        return action
+        self.step = self.end = version.step
 
     def _branch(self) -> None:
         self.end = self.step
         self._history.drop_from(self.step)
-        self.samples.cut(self.step - 1)  # an edit changes the moment here too
+        self.samples.series.cut(self.step - 1)  # an edit changes the moment here too
 
     def _begin(self) -> None:
         is_hidden = self.reference not in self.names
@@ -375,18 +337,16 @@ class Session:
         beside = self._beside
         if beside and isinstance(given, Edit):
             self.collect(None)
-            beside.wait()
+            beside.read()(None)  # waits for the step that it is doing
             if self.reference in self.names:
                 edited(self.lockstep.scene, given, beside.lockstep.states())
         self.lockstep.apply(given)
         if beside:
             beside.apply(given)
 
-    def _in_order(self, *of_engines: Mapping[str, T]) -> dict[str, T]:
+    def _in_order(self, those: dict[str, T], beside: dict[str, T]) -> dict[str, T]:
         """Return what there is of each engine in the order of the engines."""
-        joined: dict[str, T] = {}
-        for each in of_engines:
-            joined.update(each)  # in one go, as a thread can drop its engine
+        joined = those | beside  # in one go, as a thread can drop its engine
         return {name: joined[name] for name in self._order if name in joined}
 
     def _keep_moment(self) -> None:
@@ -418,8 +378,3 @@ class Session:
             self.stopped = moment.time, reading.stands if reading else self.dropped
         self.samples.complete(self.latest)
         return self.latest
-
-
-def _continues(given: Input) -> bool:
-    """Return whether an input belongs to the action of the input before it."""
-    return isinstance(given, ChangeWall) and given.continued is True

@@ -3,10 +3,8 @@
 Beside this package, only `bench.window` and `scripting.program` import pygame.
 """
 
-import math
 import os
 from enum import StrEnum
-from typing import Final
 
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 os.environ.setdefault("SDL_VIDEO_X11_WMCLASS", "sandbox")  # the name by which a window manager knows the window
@@ -18,20 +16,6 @@ class Layer(StrEnum):
 
     VELOCITY = "velocity"
     TRAILS = "trails"
-    CENTRE = "centre"
     NUMBERS = "numbers"
     GHOSTS = "ghosts"
-    GRID = "grid"
     CHARTS = "charts"
-
-
-MOST_BALLS: Final = {  # of a scene that opens with a layer; of more balls, outlines and numbers hide them
-    Layer.CHARTS: math.inf,
-    Layer.GHOSTS: 300,
-    Layer.NUMBERS: 30,
-}
-
-
-def opens_with(balls: int) -> set[Layer]:
-    """Return the layers that a scene of so many balls opens with."""
-    return {layer for layer, most in MOST_BALLS.items() if balls <= most}

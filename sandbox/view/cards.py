@@ -28,12 +28,11 @@ from sandbox.view.widgets.group import Placed, WidgetGroup
 class Messages:
     """The messages of a window.
 
-    waits: something is to be done as soon as engines have run again. speeds: of the run, the window, and the engines.
+    speeds: of the run, the window, and the engines.
     """
 
     _playback: Playback
     _notice: Notice
-    waits: bool = False
     speeds: str = ""
     _measured: float = 0.0  # s of the scene
 
@@ -45,12 +44,8 @@ class Messages:
     @property
     def _progress(self) -> str:
         """How far engines that run again still are from the current step, or nothing."""
-        playback, session = self._playback, self._playback.session
-        if session.steps_behind and not (playback.paused and playback.shows_current_step):
-            return f"catching up: {session.steps_behind:,} steps to go{', Esc stops' if self.waits else ''}"
-        if session.lag and self.waits:
-            return f"{session.reference} is catching up: {session.lag:.1f} s to go, Esc stops"
-        return ""
+        steps = self._playback.session.steps_behind
+        return f"catching up: {steps:,} steps to go" if steps and not self._playback.rests else ""
 
     def draw(self, surface: Surface, layout: Layout) -> None:
         """Draw what the window says, a message on a card."""
@@ -188,8 +183,6 @@ class MassSlider(Slider):
         choose = notice.reporting()(lambda mass: editor.change(mass=mass))
         super().__init__("mass", MASSES, mass, choose, "", " kg")
         self._playback, self._editor = playback, editor
-
-    takes_keys = False
 
     def placed(self, layout: Layout) -> list[Placed]:
         """Return it with its place below the ball, or else above it; nothing if it is not shown."""

@@ -138,8 +138,6 @@ class ContactPicture(Widget):
     difference: Difference
     colour: Color
 
-    takes_keys = False
-
     def height(self, width: int, text_height: int) -> int:
         """Return its height, px."""
         return round(HEIGHT * text_height)

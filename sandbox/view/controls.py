@@ -14,7 +14,6 @@ from sandbox.view.theme import theme
 
 LEFT: Final = "\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}"
 RIGHT: Final = "\N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}"
-ZOOM_FACTOR: Final = 1.25  # by which a notch of the wheel enlarges what the panes show, or the charts' time
 
 
 class Panel(Enum):
@@ -44,7 +43,7 @@ class Control:
     """An action of the window.
 
     key: as the help spells it. name: on its button. do: what it does to the `Window`, which is not imported here, as
-    its parts import this table. is_on: whether what it turns on and off is on. repeats: while its key is held.
+    its parts import this table. is_on: whether what it turns on and off is on.
     """
 
     topic: Topic
@@ -53,7 +52,6 @@ class Control:
     does: str
     do: Callable[[Any], object]
     is_on: Callable[[Any], bool] = lambda _: False
-    repeats: bool = False
 
 
 def _layer(layer: Layer, key: str, name: str, does: str) -> Control:
@@ -82,7 +80,7 @@ class Action(Enum):
     """What the window does when a key or a button asks for it."""
 
     PAUSE = _first("Space", "Play", "pause or resume", lambda w: w.playback.pause(), lambda w: w.playback.paused)
-    STEP = _first("Right", RIGHT, "pause and do one step", lambda w: w.playback.step(), repeats=True)
+    STEP = _first("Right", RIGHT, "pause and do one step", lambda w: w.playback.step())
     RESTART = _first("R", "Restart", "restart; edits stay, made at the start", lambda w: w.restart(keep=True))
     PICK_SCENE = _first("/", "Open\N{HORIZONTAL ELLIPSIS}", "choose a scene", lambda w: w.scenes.open_picker())
     UNDO = _first("Ctrl Z", "Undo", "undo the last throw or edit", lambda w: w.playback.undo())
@@ -95,7 +93,7 @@ class Action(Enum):
     ESCAPE = _first("Escape", "", "close what is open over the panes; twice, quit", lambda w: w.escape())
 
     GO_TO_START = _time("Home", f"|{LEFT}", "go to the start; later steps are kept", lambda w: w.playback.seek(0))
-    STEP_BACK = _time("Left", LEFT, "pause and go one step back", lambda w: w.playback.step_back(), repeats=True)
+    STEP_BACK = _time("Left", LEFT, "pause and go one step back", lambda w: w.playback.step_back())
     GO_TO_END = _time(
         "End", f"{RIGHT}|", "go to the latest step reached", lambda w: w.playback.seek(w.playback.session.end)
     )
@@ -103,41 +101,29 @@ class Action(Enum):
     FASTER = _time("+", "+", "faster, up to as fast as possible", lambda w: w.playback.change_speed(1))
 
     PREVIOUS_CONTACT = _compare(
-        "<", f"{LEFT} Previous", "go to the previous contact that differs", lambda w: w.show_contact(-1), repeats=True
+        "<", f"{LEFT} Previous", "go to the previous contact that differs", lambda w: w.show_contact(-1)
     )
-    NEXT_CONTACT = _compare(
-        ">", f"Next {RIGHT}", "go to the next one, and draw it", lambda w: w.show_contact(1), repeats=True
-    )
-    GHOSTS = _layer(Layer.GHOSTS, "G", "Outlines of exact", "outlines of the balls in exact")
+    NEXT_CONTACT = _compare(">", f"Next {RIGHT}", "go to the next one, and draw it", lambda w: w.show_contact(1))
+    GHOSTS = _layer(Layer.GHOSTS, "G", "Outlines of exact", "outlines of the balls in exact, of up to 300")
     CHARTS = _layer(Layer.CHARTS, "H", "Chart", "charts")
 
     REDO = _edit("Ctrl Y", "Redo", "redo what was undone", lambda w: w.playback.redo())
     DISCARD_EDITS = _edit(
         "Shift R", "Discard edits", "restart without edits; undo brings them back", lambda w: w.restart(keep=False)
     )
-    DELETE = _edit(
-        "Delete", "", "delete the ball at the mouse, or what is selected", lambda w: w.editor.delete(w.mouse.ball)
-    )
+    DELETE = _edit("Delete", "", "delete the selected ball or wall", lambda w: w.editor.delete())
 
     VELOCITY = _layer(Layer.VELOCITY, "V", "Velocities", "velocity arrows, to where a ball would be in 0.2 s")
     TRAILS = _layer(Layer.TRAILS, "T", "Trails", "trails of where the balls were")
-    CENTRE = _layer(Layer.CENTRE, "X", "Centre of mass", "centre of mass")
-    NUMBERS = _layer(Layer.NUMBERS, "B", "Numbers", "ball numbers, of up to 1,000 balls")
-    GRID = _layer(Layer.GRID, "L", "Grid", "grid lines")
-    PLAIN = _see(
-        "D", "Plain debug-draw", "Pymunk's debug-draw plain, or smooth", lambda w: w.toggle_plain(),
-        lambda w: w.view.plain,
-    )  # fmt: skip
-    ZOOM_OUT = _see(
-        "Shift Z", "\N{MINUS SIGN}", "show more of the arena", lambda w: w.mouse.zoom_by(1 / ZOOM_FACTOR), repeats=True
-    )
-    ZOOM_IN = _see("Z", "+", "enlarge what the panes show", lambda w: w.mouse.zoom_by(ZOOM_FACTOR), repeats=True)
+    NUMBERS = _layer(Layer.NUMBERS, "B", "Numbers", "ball numbers, of up to 30 balls")
     SHOW_ALL = _see("0", "Fit", "show all of the arena again", lambda w: w.mouse.show_all())
 
     PREVIOUS_SCENE = _files("[", LEFT, "previous bundled scene", lambda w: w.scenes.open_bundled(-1))
     NEXT_SCENE = _files("]", RIGHT, "next bundled scene", lambda w: w.scenes.open_bundled(1))
     NEXT_SEED = _files("N", "Next seed", "restart with the next seed", lambda w: w.scenes.next_seed())
-    SAVE_INPUTS = _files("J", "What I did", "save what you did, and copy the command", lambda w: w.saver.save_inputs())
+    SAVE_INPUTS = _files(
+        "J", "What I did", "save what you did, and show the command that replays it", lambda w: w.saver.save_inputs()
+    )
     SAVE_PICTURE = _files("F12", "Picture", "save a picture of the window", lambda w: w.save_picture())
     RECORD = _files(
         "F9", "Record", "start or stop recording a GIF",
@@ -157,10 +143,6 @@ class Action(Enum):
     )
     LARGER_TEXT = _window("Ctrl +", "Larger text", "larger text", lambda w: w.change_text(1))
     SMALLER_TEXT = _window("Ctrl -", "Smaller text", "smaller text", lambda w: w.change_text(-1))
-    FULL_SCREEN = _window(
-        "F11", "Full screen", "full screen, or a window again", lambda w: w.toggle_full_screen(),
-        lambda w: w.is_full_screen,
-    )  # fmt: skip
 
 
 BY_MOUSE: Final = {
@@ -169,8 +151,8 @@ BY_MOUSE: Final = {
     Topic.COMPARE: ("Mouse on a ball", "its position, velocity and energy in every engine"),
     Topic.EDIT: ("Drag a wall", "move it; the tools below the panes do more"),
     Topic.SEE: ("Wheel, drag", "zoom in and out; move what the panes show by empty ground"),
-    Topic.FILES: ("Drop a file", "run its scene, or list those of a folder"),
-    Topic.WINDOW: ("Tab, Enter, arrows", "next button, press it, move a slider"),
+    Topic.FILES: ("Drop a file", "run its scene"),
+    Topic.WINDOW: ("Click a value", "type another, and press Enter"),
 }
 HELP: Final = tuple(  # rows of its table: a topic, a key, and what it does
     (topic, key, does)

@@ -6,33 +6,25 @@ from typing import Final
 
 import numpy as np
 import pymunk
-from pygame import Color, Rect, Surface
+from pygame import Color, Surface
 from pymunk import Shape, Vec2d
-from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
+from pymunk.batch import BodyFields, Buffer, get_space_bodies
 from pymunk.pygame_util import DrawOptions
 from pymunk.space_debug_draw_options import SpaceDebugColor
 
 from sandbox.processes import signals_blocked
 from sandbox.scene.fields import Vector, rgb
-from sandbox.view.layout import EDGE
-from sandbox.view.primitives import Discs, capsule, draw_wall, thin_lines
+from sandbox.view.primitives import Discs, capsule, draw_wall
 
 MAX_SHAPES: Final = 300  # that `Space.debug_draw` draws; it calls Python for each, which takes 8 ms for so many
-POINT_LENGTH: Final = 2.0  # px of the space, by which Pymunk lengthens the line between a contact's two points
 Point = tuple[float, float]
-_POINT_FIELDS: Final = (
-    ArbiterFields.CONTACT_COUNT | ArbiterFields.NORMAL | ArbiterFields.POINT_A_1 | ArbiterFields.POINT_B_1
-)
 
 
 class DebugDraw:
     """Draws a Space: by Pymunk's debug-draw up to MAX_SHAPES shapes, above that by a batch that looks the same.
 
     The shapes' own `color` decides. A ball without one gets that of the scene, and a wall the ink of other panes.
-    plain: drawn as `pymunk.pygame_util` draws by itself, with ragged edges, whatever the number of shapes.
     """
-
-    plain = False
 
     def __init__(self, space: pymunk.Space, balls: Sequence[str], ink: Color) -> None:
         self._space = space
@@ -46,7 +38,6 @@ class DebugDraw:
         radius = np.array([shape.radius for shape in circles])
         self._discs = Discs(radius, ["#{:02x}{:02x}{:02x}".format(*map(round, shape.color[:3])) for shape in circles])
         self._smooth = SmoothDrawOptions({shape: number for number, shape in enumerate(circles)}, self._discs)
-        self._stock = DrawOptions(Surface((1, 1)))
         self._buffer = Buffer()
 
     def recolour(self, ink: Color) -> None:
@@ -57,24 +48,18 @@ class DebugDraw:
     @property
     def is_batch(self) -> bool:
         """Whether there are too many shapes for Pymunk's debug-draw."""
-        return not self.plain and len(self._space.shapes) > MAX_SHAPES
+        return len(self._space.shapes) > MAX_SHAPES
 
     def draw(self, surface: Surface, scale: float, origin: Vector = (0.0, 0.0)) -> None:
         """Draw the space on a surface. scale: px of the surface for one px of the space; origin: where its own is."""
         if self.is_batch:
             self._draw_batch(surface, scale, origin)
         else:
-            options, frame = (self._stock, surface.get_parent()) if self.plain else (self._smooth, None)
-            if frame:  # on which the arena's walls stand, as wide as it is
-                place = Rect(surface.get_offset(), surface.get_size()).inflate(2 * EDGE, 2 * EDGE)
-                surface, origin = frame.subsurface(place.clip(frame.get_rect())), (origin[0] + EDGE, origin[1] + EDGE)
-            options.surface = surface
-            options.transform = pymunk.Transform(a=scale, d=scale, tx=origin[0], ty=origin[1])
+            self._smooth.surface = surface
+            self._smooth.transform = pymunk.Transform(a=scale, d=scale, tx=origin[0], ty=origin[1])
             with signals_blocked(signal.SIGINT, signal.SIGTERM):  # C calls the options
-                self._space.debug_draw(options)
+                self._space.debug_draw(self._smooth)
             self._smooth.draw_collected()
-
-    # The batch: all bodies and all contacts are read at once
 
     def _draw_batch(self, surface: Surface, scale: float, origin: Vector) -> None:
         for wall in self._walls:
@@ -84,19 +69,6 @@ class DebugDraw:
         get_space_bodies(self._space, BodyFields.POSITION | BodyFields.ANGLE, self._buffer)
         rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3)[: len(self._discs)]
         self._discs.draw(surface, scale * rows[:, :2] + origin, scale, rows[:, 2].copy())
-        self._draw_collision_points(surface, scale, origin)
-
-    def _draw_collision_points(self, surface: Surface, scale: float, origin: Vector) -> None:
-        """Draw each contact as a line through its two points, which a listed contact that has ended does not have.
-
-        The shapes are discs and segments, so a contact has one point on each body.
-        """
-        self._buffer.clear()
-        get_space_arbiters(self._space, _POINT_FIELDS, self._buffer)
-        found = np.frombuffer(self._buffer.int_buf(), np.uintp) > 0
-        normal, on_a, on_b = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3, 2)[found].swapaxes(0, 1)
-        ends = scale * np.hstack([on_a - POINT_LENGTH * normal, on_b + POINT_LENGTH * normal]) + 2 * origin
-        thin_lines(surface, self._stock.collision_point_color.as_int(), np.rint(ends))
 
 
 def _is_peg(shape: Shape) -> bool:
@@ -105,18 +77,18 @@ def _is_peg(shape: Shape) -> bool:
 
 
 class SmoothDrawOptions(DrawOptions):
-    """Pymunk's options for pygame, whose discs, segments and lines have smooth edges.
+    """Pymunk's options for pygame, whose discs and segments have smooth edges.
 
-    balls: the number of each circle among the discs. They are collected, and drawn in that order, the lines over them.
+    balls: the number of each circle among the discs. They are collected, and drawn in that order.
     """
 
     def __init__(self, balls: Mapping[Shape, int], discs: Discs) -> None:
         super().__init__(Surface((1, 1)))
+        self.flags = self.DRAW_SHAPES  # no points of contacts, which would hide small balls
         self._balls = balls
         self._discs = discs
         self._shape: Shape | None = None  # of the next circle
         self._collected: dict[int, tuple[float, float, float]] = {}  # centre and angle by the number of the ball
-        self._lines: dict[tuple[int, ...], list[tuple[float, ...]]] = {}  # their ends by their colour
 
     def color_for_shape(self, shape: Shape) -> SpaceDebugColor:
         """Return a shape's colour, and note which shape it is: Pymunk asks for it before it has the shape drawn."""
@@ -139,16 +111,9 @@ class SmoothDrawOptions(DrawOptions):
         """Draw a segment with its thickness at any slope; of the arena's walls, nothing is in the pane."""
         capsule(self.surface, fill_color.as_int(), a, b, radius)
 
-    def draw_segment(self, a: Vec2d, b: Vec2d, color: SpaceDebugColor) -> None:
-        """Collect a collision point, which is over the balls."""
-        self._lines.setdefault(color.as_int(), []).append((*a, *b))
-
     def draw_collected(self) -> None:
-        """Draw the balls and lines collected since the last call."""
+        """Draw the balls collected since the last call."""
         if self._collected:
             at = np.array([self._collected[number] for number in sorted(self._collected)])
             self._collected = {}
             self._discs.draw(self.surface, at[:, :2].copy(), self.transform.a, at[:, 2].copy())
-        for colour, ends in self._lines.items():
-            thin_lines(self.surface, colour, np.rint(ends))
-        self._lines = {}

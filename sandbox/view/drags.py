@@ -8,10 +8,9 @@ from typing import Final
 import numpy as np
 from pygame import Color, Surface
 
-from sandbox.errors import SandboxError
 from sandbox.quantity import length
-from sandbox.run.edits import AddWall, ChangeBall, ChangeWall, Edit, edited
-from sandbox.run.inputs import Grab, Move, Release
+from sandbox.run.edits import AddWall, ChangeBall, ChangeWall, Edit
+from sandbox.run.inputs import Grab, Move
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene, Wall
 from sandbox.scene.units import Dimension
@@ -25,7 +24,6 @@ from sandbox.view.theme import palette, theme
 
 CLICK_DISTANCE: Final = 4  # px of the screen that the mouse may move in a click
 WALL_THICKNESS: Final = 4.0  # px of the scene, of new walls
-HANDLE: Final = 0.45  # radius of the rings at a wall's ends, in heights of the text
 
 
 @dataclass(frozen=True)
@@ -87,9 +85,6 @@ class Drag:
     def end(self) -> None:
         """Handle the release of the button."""
 
-    def cancel(self) -> None:
-        """Handle the loss of the window's focus."""
-
     def draw(self, surface: Surface, layout: Layout) -> None:
         """Show in every pane what a release would do."""
 
@@ -107,7 +102,7 @@ class Slide(Drag):
 
 
 class Pull(Drag):
-    """Pulls the selected ball in every engine while time passes."""
+    """Pulls the selected ball in every engine while time passes, until `MouseTool` lets go of it."""
 
     def __init__(self, bench: Bench, spot: Spot) -> None:
         super().__init__(bench, spot)
@@ -117,13 +112,6 @@ class Pull(Drag):
         """Pull towards a point of the screen."""
         if self.bench.playback.session.held is not None:
             self.bench.playback.give(Move(step=self.step, at=self.target(point)))
-
-    def end(self) -> None:
-        """Let go."""
-        if self.bench.playback.session.held is not None:
-            self.bench.playback.give(Release(step=self.step))
-
-    cancel = end
 
 
 class Aim(Drag):
@@ -150,7 +138,7 @@ class Aim(Drag):
 
 
 class Shift(Drag):
-    """Moves the selected ball or wall, or an end of the wall, to the same place in every engine, at its release."""
+    """Moves the selected ball or wall to the same place in every engine, at its release."""
 
     at: Vector | None = None  # px of the scene, where the mouse has dragged it
 
@@ -175,37 +163,25 @@ class Shift(Drag):
             return ChangeBall(step=self.step, ball=ball, x=x, y=y)
         if (number := editor.selected_wall) is not None:
             wall = scene.walls[number]
-            ends = {end: self._shifted(getattr(wall, end), at) for end in ends_at(wall, self.spot)}
-            return ChangeWall(step=self.step, wall=number, **ends)
+            start, to = self._shifted(wall.start, at), self._shifted(wall.to, at)
+            return ChangeWall(step=self.step, wall=number, start=start, to=to)
         return None
 
     def _shifted(self, point: Sequence[float], at: Vector) -> Vector:
         return point[0] + at[0] - self.spot.position[0], point[1] + at[1] - self.spot.position[1]
 
     def draw(self, surface: Surface, layout: Layout) -> None:
-        """Draw what a release leads to in every pane; in the colour of contacts, with the reason, if it is refused."""
-        edit, scene, why = self.at and self.edit(self.at), self.bench.scene, ""
-        if not edit or not self.at:
-            return
-        try:
-            edited(scene, edit, self.bench.playback.view.moment.states)
-        except SandboxError as error:
-            why = str(error)
-        colours = palette(scene.arena.background)
-        colour = colours.contact if why else colours.ink
+        """Draw what a release leads to in every pane."""
+        edit, scene = self.at and self.edit(self.at), self.bench.scene
+        colour = palette(scene.arena.background).ink
         for inside in map(surface.subsurface, layout.arenas):
             match edit:
                 case ChangeBall(ball=ball, x=float(x), y=float(y)):
                     ring(inside, layout, (x, y), float(scene.bodies.radius[ball]), colour)
                 case AddWall(start=start, to=to, thickness=thickness):
                     draw_wall(inside, colour, (start, to), thickness, layout.scale, layout.origin)
-                case ChangeWall(wall=number):
-                    wall = scene.walls[number]
-                    ends = edit.start or wall.start, edit.to or wall.to
-                    draw_wall(inside, colour, ends, wall.thickness, layout.scale, layout.origin)
-        if why:
-            x, y = layout.to_screen(self.spot.pane, self.at)
-            label(surface, why, (x, y - 2 * layout.text_height), layout.text_height, surface.get_rect(), colours)
+                case ChangeWall(wall=wall, start=tuple(start), to=tuple(to)):
+                    draw_wall(inside, colour, (start, to), scene.walls[wall].thickness, layout.scale, layout.origin)
 
 
 class NewWall(Shift):
@@ -224,25 +200,13 @@ class NewWall(Shift):
             self.bench.editor.select(wall=walls)
 
 
-def ends_at(wall: Wall, spot: Spot) -> Sequence[str]:
-    """Return which ends of a wall a drag from a spot moves: the one that is there, or both, as always of a peg."""
-    ends = {"start": wall.start, "to": wall.to}
-    away = {name: float(length(np.subtract(spot.position, end))) - wall.thickness / 2 for name, end in ends.items()}
-    nearest = min(away, key=away.__getitem__)
-    reach = min(2 * spot.reach, float(length(np.subtract(wall.start, wall.to))) / 3)
-    return [nearest] if not wall.is_peg and away[nearest] <= reach else [*ends]
-
-
 # Drawing
 
 
 def mark_wall(surface: Surface, layout: Layout, wall: Wall) -> None:
-    """Draw a line along a wall in every pane, and a ring at each of its ends, which can be dragged."""
+    """Draw a line along a wall in every pane."""
     for inside in map(surface.subsurface, layout.arenas):
-        ends = wall.start, wall.to
-        draw_wall(inside, theme.accent, ends, wall.thickness / 3, layout.scale, layout.origin)
-        for end in ends:
-            ring(inside, layout, end, HANDLE * layout.text_height / layout.scale, theme.accent)
+        draw_wall(inside, theme.accent, (wall.start, wall.to), wall.thickness / 3, layout.scale, layout.origin)
 
 
 def ring(surface: Surface, layout: Layout, centre: Vector, radius: float, colour: Color) -> None:

@@ -2,9 +2,6 @@
 
 from typing import Final
 
-import numpy as np
-
-from sandbox.errors import SandboxError
 from sandbox.quantity import length
 from sandbox.run.edits import (
     CONSTANTS,
@@ -20,9 +17,8 @@ from sandbox.run.edits import (
     SetVelocity,
 )
 from sandbox.scene.fields import PALETTE, Vector
-from sandbox.scene.walls import segment_distance
 from sandbox.session.history import Moment
-from sandbox.view.notice import Notice
+from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.playback import Playback
 
 NOTHING_SELECTED: Final = "no ball is selected: pause and click one"
@@ -98,11 +94,10 @@ class Editor:
         with self._notice.reporting():
             self.give(SetVelocity(step=self._step, ball=ball, velocity=velocity))
 
-    def delete(self, ball: int | None) -> None:
-        """Delete a ball, or else the selected one, or the selected wall."""
-        ball = self.selected if ball is None else ball
-        if ball is not None:
-            self.give(DeleteBall(step=self._step, ball=ball))
+    def delete(self) -> None:
+        """Delete the selected ball or wall."""
+        if self.selected is not None:
+            self.give(DeleteBall(step=self._step, ball=self.selected))
         elif self.selected_wall is not None:
             self.give(DeleteWall(step=self._step, wall=self.selected_wall))
             self.select()
@@ -119,12 +114,13 @@ class Editor:
     def add(self, position: Vector) -> None:
         """Add a ball at rest at a position (px), moved into the arena."""
         moment, constants = self._moment, self.new_ball
-        with self._notice.reporting():
-            at = moment.scene.arena.nearest_inside(position, constants["radius"])
-            if not _is_free(moment, at, constants["radius"]):
-                raise SandboxError("there is no room for a ball there")
-            colour = PALETTE[len(moment.balls) % len(PALETTE)]
-            self.give(AddBall(step=moment.step, position=at, color=colour, **constants))
+        at = moment.scene.arena.nearest_inside(position, constants["radius"])
+        for state in moment.states.values():
+            if (length(state.position - at) < moment.scene.bodies.radius + constants["radius"]).any():
+                self._notice.show("there is no room for a ball there", NoticeKind.ERROR)
+                return
+        colour = PALETTE[len(moment.balls) % len(PALETTE)]
+        self.give(AddBall(step=moment.step, position=at, color=colour, **constants))
 
     # What applies to all balls
 
@@ -150,11 +146,3 @@ class Editor:
     def set_rate(self, rate: float) -> None:
         """Set the steps per second."""
         self.give(SetRate(step=self._step, rate=round(rate)))
-
-
-def _is_free(moment: Moment, position: Vector, radius: float) -> bool:
-    """Return whether a ball at a position would touch no ball of any engine, and no inner wall."""
-    scene, here = moment.scene, np.array(position)
-    gaps = [length(state.position - here) - scene.bodies.radius for state in moment.states.values()]
-    gaps += [segment_distance(here, wall.start, wall.to) - wall.thickness / 2 for wall in scene.walls]
-    return all((np.asarray(gap) >= radius).all() for gap in gaps)

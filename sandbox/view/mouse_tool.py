@@ -10,7 +10,6 @@ from pygame.event import Event
 
 from sandbox.run.inputs import Release
 from sandbox.scene.fields import Vector
-from sandbox.view.controls import ZOOM_FACTOR
 from sandbox.view.drags import Aim, Bench, Drag, NewWall, Pull, Shift, Slide, Spot, draw_velocity, mark_wall, ring
 from sandbox.view.editor import Editor
 from sandbox.view.layout import TIMELINE_SHARE, Layout, Lens, ScreenPoint
@@ -18,6 +17,7 @@ from sandbox.view.playback import Playback
 from sandbox.view.primitives import circle
 from sandbox.view.theme import palette
 
+ZOOM_FACTOR: Final = 1.25  # by which a notch of the wheel enlarges what the panes show
 GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it grabs
 
 
@@ -44,11 +44,6 @@ def _hand(bench: Bench, spot: Spot) -> Drag:
     return (Aim if bench.playback.paused else Pull)(bench, spot)
 
 
-def _mark_wall(bench: Bench, spot: Spot, surface: Surface) -> None:
-    if (wall := bench.at(spot)[1]) is not None:
-        mark_wall(surface, bench.layout(), bench.scene.walls[wall])
-
-
 def _add_ball(bench: Bench, spot: Spot) -> None:
     bench.editor.add(spot.position)
 
@@ -60,7 +55,7 @@ def _mark_ball(bench: Bench, spot: Spot, surface: Surface) -> None:
 
 
 def _erase(bench: Bench, spot: Spot) -> None:
-    bench.editor.delete(None)
+    bench.editor.delete()
 
 
 HAND: Final = Tool(
@@ -68,7 +63,7 @@ HAND: Final = Tool(
 )
 TOOLS: Final = (
     HAND,
-    Tool("Move", "Move a ball, a wall, or the end of a wall, in every engine; pauses", Shift, True, True, _mark_wall),
+    Tool("Move", "Move a ball or a wall, in every engine; pauses", Shift, True, True),
     Tool("Ball", "Add a ball where you click, like the selected one or the last", _add_ball, mark=_mark_ball),
     Tool("Wall", "Draw a wall from here to there; pauses", NewWall, pauses=True),
     Tool("Erase", "Delete the ball or the wall that you click", _erase, holds=True),
@@ -113,29 +108,10 @@ class MouseTool:
         return Spot(point, pane, layout.to_scene(pane, point), GRAB_DISTANCE / layout.scale)
 
     @property
-    def position(self) -> Vector | None:
-        """The position in the scene under the mouse, px."""
-        spot = self._spot(self.point)
-        return spot.position if spot else None
-
-    @property
     def ball(self) -> int | None:
         """The ball under the mouse."""
         spot = self._spot(self.point)
         return self._bench.at(replace(spot, reach=0.0))[0] if spot else None
-
-    @property
-    def cursor(self) -> int:
-        """The pointer that shows what the mouse holds, or could hold: one of pygame's SYSTEM_CURSOR."""
-        spot, splitter = self._spot(self.point), self._layout().splitter
-        if self.drag is None and self.point and splitter.collidepoint(self.point):
-            return pygame.SYSTEM_CURSOR_SIZENS
-        if self.holds:
-            return pygame.SYSTEM_CURSOR_SIZEALL
-        if spot and not self.tool.holds:
-            return pygame.SYSTEM_CURSOR_CROSSHAIR
-        is_near = spot is not None and self._bench.at(spot) != (None, None)
-        return pygame.SYSTEM_CURSOR_HAND if is_near else pygame.SYSTEM_CURSOR_ARROW
 
     @property
     def holds(self) -> bool:
@@ -161,17 +137,15 @@ class MouseTool:
         if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
             self._playback.settle()
             self.drag = self._pressed(event.pos)
-        elif event.type == pygame.MOUSEWHEEL and (position := self.position):  # about which the panes zoom
-            x, y = (at / side for at, side in zip(position, self._layout().arena, strict=True))
+        elif event.type == pygame.MOUSEWHEEL and (spot := self._spot(self.point)):  # about which the panes zoom
+            x, y = (at / side for at, side in zip(spot.position, self._layout().arena, strict=True))
             self.lens = self.lens.zoomed(ZOOM_FACTOR**event.y, (x, y))
         elif event.type == pygame.MOUSEMOTION and self.drag and event.buttons[0]:
             self.drag.move(event.pos)
         elif (event.type == pygame.MOUSEBUTTONUP and event.button == 1) or event.type == pygame.MOUSEMOTION:
             self.release()
         elif event.type == pygame.WINDOWFOCUSLOST:
-            drag, self.drag = self.drag, None
-            if drag:
-                drag.cancel()
+            self.drag = None
             self.release()
 
     def _pressed(self, point: ScreenPoint) -> Drag | None:
@@ -214,10 +188,6 @@ class MouseTool:
         self._playback.paused = True
         self._playback.seek(self._playback.session.step_at(time))
 
-    def zoom_by(self, factor: float) -> None:
-        """Zoom all panes about the middle of what they show."""
-        self.lens = self.lens.zoomed(factor, self.lens.centre)
-
     def show_all(self) -> None:
         """Let the panes show all of the arena."""
         self.lens = Lens()
@@ -227,7 +197,7 @@ class MouseTool:
         drag, self.drag = self.drag, None
         if drag:
             drag.end()
-        elif self._playback.session.held is not None:
+        if self._playback.session.held is not None:
             self._playback.give(Release(step=self._playback.session.step))
 
     def draw(self, surface: Surface) -> None:

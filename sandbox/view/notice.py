@@ -11,7 +11,6 @@ import pygame
 from pygame import Color, Rect, Surface
 
 from sandbox.errors import SandboxError
-from sandbox.view.display import Stopped
 from sandbox.view.primitives import first_lines, panel, text_width, write
 from sandbox.view.theme import GREEN, VERMILLION, readable, theme
 
@@ -66,7 +65,7 @@ class Notice:
         try:
             yield
         except Exception as error:
-            if self.strict or isinstance(error, Stopped):
+            if self.strict:
                 raise
             text = f"That failed, and the run goes on: {error}"
             if text != self.text:

@@ -1,6 +1,5 @@
 """A pane's canvas, and the layers over and under its balls: arrows, trails, numbers."""
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
@@ -11,22 +10,19 @@ import pygame
 from pygame import Color, Surface
 
 from sandbox.quantity import length
-from sandbox.report.scales import round_up
 from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
 from sandbox.state import Floats, State
-from sandbox.view import Layer
 from sandbox.view.primitives import SMALLEST_TEXT, arrow, circle, lettering
 from sandbox.view.theme import Palette, contrast, palette, readable
 
 ARROW_SECONDS: Final = 0.2  # a velocity's arrow ends where the ball would be after so long
-MAX_NUMBERED: Final = 1_000  # balls; their numbers would hide them, and take half a second a frame
-MIN_NUMBERED: Final = 1.4  # diameter of a ball that its number is written on, in heights of that
+MAX_NUMBERED: Final = 30  # balls; the numbers of more would hide them
+MAX_OUTLINED: Final = 300  # balls, likewise
+MIN_NUMBERED: Final = 6.5  # px, radius of a ball that has room for its number
 MIN_CONTRAST: Final = 3.0  # of an outline with its ground
-MIN_DASHED: Final = 8  # px, radius of an outline; dashes of smaller ones would not be seen
 MIN_APART: Final = 1.5  # px of the screen between a ball and its outline; closer ones would only fray it
 NO_TRAIL: Final = np.empty((0, 0, 2))
-MIN_CELL: Final = 40  # px of the screen between two lines of the grid
 
 
 @dataclass(frozen=True)
@@ -72,18 +68,6 @@ class Overlay(Canvas):
         """Return a ball's colour, or the nearest that is visible as a thin line."""
         return _line_colour(colour, tuple(self.palette.ground))
 
-    def grid(self) -> None:
-        """Draw lines at round distances, with their positions in px of the scene."""
-        cell = round_up(MIN_CELL / self.scale)
-        (width, height), small = self.surface.get_size(), round(0.7 * self.text_height)
-        for axis, size in enumerate(self.scene.arena.size):
-            for k in range(1, int(size / cell) + 1):
-                at = round(k * cell * self.scale + self.origin[axis])
-                start, end = ((at, 0), (at, height)) if axis == 0 else ((0, at), (width, at))
-                pygame.draw.line(self.surface, self.palette.faint, start, end)
-                number = lettering(f"{k * cell:g}", self.palette.ground.lerp(self.palette.ink, 0.5), small)
-                self.surface.blit(number, (at + 2, 1) if axis == 0 else (2, at + 1))
-
     def trails(self) -> None:
         """Draw where the balls were, in their colours, fainter the longer ago."""
         lines = np.rint(self.at(self.trail)).astype(int).swapaxes(0, 1)
@@ -101,18 +85,8 @@ class Overlay(Canvas):
         for tail, tip in zip(self.at(position).tolist(), tips.tolist(), strict=True):
             arrow(self.surface, self.palette.ink, tail, tip, self.width)
 
-    def centre(self) -> None:
-        """Draw the centre of mass as its usual symbol: a disc of two light and two dark quarters."""
-        mass = self.scene.bodies.mass
-        at = self.at(mass @ self.state.position / mass.sum()).round().astype(int).tolist()
-        radius = round(0.55 * self.text_height)
-        pygame.draw.circle(self.surface, self.palette.ground, at, radius)
-        for quarter in ({"draw_top_right": True}, {"draw_bottom_left": True}):
-            pygame.draw.circle(self.surface, self.palette.ink, at, radius, **quarter)
-        pygame.draw.circle(self.surface, self.palette.ink, at, radius, self.width)
-
     def numbers(self) -> None:
-        """Write each ball's number on it, or above it if it is small, unless there are too many to read them."""
+        """Write each ball's number on it, or above it if it is small, unless they would hide the balls."""
         if len(self.scene.bodies) > MAX_NUMBERED:
             return
         centres = self.at(self.state.position).tolist()
@@ -120,7 +94,7 @@ class Overlay(Canvas):
         for number, ((x, y), radius, colour) in enumerate(balls):
             px = radius * self.scale
             height = max(SMALLEST_TEXT, min(round(px), self.text_height))
-            has_room = 2 * px >= MIN_NUMBERED * height
+            has_room = px >= MIN_NUMBERED
             text = lettering(str(number), contrast(Color(*rgb(colour))) if has_room else self.palette.ink, height)
             centre = round(x), round(y if has_room else y - px - height / 2)
             if has_room:  # over the line that shows the ball's angle
@@ -129,16 +103,15 @@ class Overlay(Canvas):
 
     def outlines(self) -> None:
         """Draw the outlines of the reference's balls, except those that lie on their ball."""
-        if self.ghosts is None:
+        if self.ghosts is None or len(self.scene.bodies) > MAX_OUTLINED:
             return
         centres, width = self.at(self.ghosts.position), max(2, self.width)
         radius, size = self.scale * self.scene.bodies.radius, np.array(self.surface.get_size())
         apart = length(centres - self.at(self.state.position)) > MIN_APART
         seen = (np.abs(centres - size / 2) < size / 2 + radius[:, None]).all(axis=1)
         for k in np.flatnonzero(apart & seen).tolist():
-            px, visible = max(2.0, float(radius[k])), self._visible(self.scene.colors[k])
-            is_small = px < MIN_DASHED
-            circle(self.surface, visible, centres[k].tolist(), px, 1 if is_small else width, dashed=not is_small)
+            visible = self._visible(self.scene.colors[k])
+            circle(self.surface, visible, centres[k].tolist(), max(2.0, float(radius[k])), width, dashed=True)
 
     def pull(self, ball: int, target: Vector) -> None:
         """Draw a ring round a held ball, and the line from it to where it is pulled, px of the scene."""
@@ -149,19 +122,6 @@ class Overlay(Canvas):
         pygame.draw.circle(self.surface, self.palette.ink, start, radius + 3 * width, width)
         pygame.draw.line(self.surface, self.palette.ink, start, end, width)
         pygame.draw.circle(self.surface, self.palette.ink, end, 2 * self.width + 2)
-
-
-# What draws each layer, in the order of drawing. Layer.CHARTS is not in a pane.
-BELOW_BALLS: Final[Mapping[Layer, Callable[[Overlay], None]]] = {
-    Layer.GRID: Overlay.grid,
-    Layer.TRAILS: Overlay.trails,
-}
-ABOVE_BALLS: Final[Mapping[Layer, Callable[[Overlay], None]]] = {
-    Layer.GHOSTS: Overlay.outlines,
-    Layer.VELOCITY: Overlay.velocity,
-    Layer.NUMBERS: Overlay.numbers,
-    Layer.CENTRE: Overlay.centre,
-}
 
 
 @lru_cache(maxsize=256)

@@ -2,7 +2,7 @@
 
 import gc
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from time import perf_counter
 from typing import Final
 
@@ -11,10 +11,10 @@ from sandbox.run.edits import Edit
 from sandbox.run.inputs import Input, Release
 from sandbox.scene.model import Scene
 from sandbox.session.session import Session
-from sandbox.view.display import Stopped
 from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.session_view import NOTED_LAG, SessionView
 
+MAX_WAIT: Final = 1.0  # s that an edit waits for engines that run again, and for the reference
 PATIENCE: Final = 0.004  # s that a frame waits for a reference computed beside it, which mostly is there by then
 FRAME_BUDGET: Final = 0.025  # s of a frame that physics may take; if that is too short, time slows down
 SPEEDS: Final = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, math.inf)
@@ -26,15 +26,10 @@ def speed_text(speed: float) -> str:
 
 
 class Playback:
-    """Plays a session, and goes to any of its steps.
+    """Plays a session, and goes to any of its steps."""
 
-    show_progress is called while the engines run again before something can be done. It may raise Stopped, and then
-    that is not done; what was undone or redone stays so, and `wait` and `advance` run the engines on.
-    """
-
-    def __init__(self, view: SessionView, notice: Notice, show_progress: Callable[[], None]) -> None:
+    def __init__(self, view: SessionView, notice: Notice) -> None:
         self._notice = notice
-        self._show_progress = show_progress
         self.paused = False
         self.speed = 1.0
         self.view = view
@@ -47,7 +42,6 @@ class Playback:
         for longer than a frame. The former session's are collected here.
         """
         view.charts.show(self.view.charts.instrument)
-        view.plain = self.view.plain
         self.view = view
         gc.unfreeze()
         gc.collect()
@@ -58,7 +52,7 @@ class Playback:
         """Let other engines run instead, with the same inputs, to the same step; show a notice if one refuses.
 
         They run from the start to the latest step reached: later steps, inputs to come, and what can be redone are
-        kept. If an engine refuses the scene or an input, nothing changes. Return whether the engines run.
+        kept. If an engine refuses the scene, or soon an input, nothing changes. Return whether the engines run.
         """
         self._release()
         before, step = self.view, self.session.step
@@ -66,14 +60,11 @@ class Playback:
             view = SessionView(before.session.start, names, before.session.inputs, beside=before.session.beside)
             view.session.go_on_from(before.session)
             self.play(view)
-            self._run_to_here()
+            self._approach(MAX_WAIT)
         except SandboxError as error:
             self.play(before)
             self._notice.show(str(error).partition("; use --")[0], NoticeKind.ERROR)
             return False
-        except Stopped:
-            self.play(before)
-            raise
         before.session.stop()
         self.seek(step)
         return True
@@ -97,6 +88,12 @@ class Playback:
     def shows_current_step(self) -> bool:
         """Whether the current step is shown, and not just the nearest one in the history."""
         return self.view.moment.step == self.session.step
+
+    @property
+    def rests(self) -> bool:
+        """Whether the run is paused at the step that is shown, and no engines are on their way to it."""
+        is_on_the_way = 0 < self.session.steps_behind < self.session.step
+        return self.paused and self.shows_current_step and not is_on_the_way
 
     # Time passes
 
@@ -129,57 +126,51 @@ class Playback:
 
     def wait(self) -> None:
         """Let a frame pass while paused: go on to the current step."""
-        if not self.shows_current_step:
+        if not self.rests:
             self.catch_up()
         elif self.session.collect():
             self.view.update()
 
-    def catch_up(self) -> bool:
-        """Run the engines towards the current step for the time of a frame. Return whether they are still behind.
+    def catch_up(self, seconds: float | None = None) -> bool:
+        """Run the engines towards the current step for some seconds, by default those of a frame.
 
-        Shows a notice if engines that run in place of others refuse an edit, which is then dropped.
+        Shows a notice if engines that run in place of others refuse an edit, which is then dropped. Return whether the
+        engines are still behind.
         """
         with self._notice.reporting():
-            self._approach()
+            self._approach(FRAME_BUDGET if seconds is None else seconds)
         return self.session.steps_behind > 0
 
-    def _approach(self) -> None:
-        """Run the engines towards the current step for a frame. Raises SandboxError if one refuses an edit."""
-        deadline = perf_counter() + FRAME_BUDGET
-        while self.session.steps_behind and not self._must_wait():
-            self.session.catch_up(max_steps=1)
+    def _approach(self, seconds: float) -> None:
+        """Run the engines towards the current step for some seconds. Raises SandboxError if one refuses an edit."""
+        deadline = perf_counter() + seconds
+        while self.session.steps_behind:
+            if not self._must_wait():
+                self.session.catch_up(max_steps=1)
             if perf_counter() > deadline:
                 break
         self.session.collect()
         self.view.update()
 
     def settle(self) -> None:
-        """Run the engines until they are at the current step."""
-        while self.catch_up():
-            self._show_progress()
-
-    def _run_to_here(self) -> None:
-        """Do the same as `settle`, but raise SandboxError if an engine refuses an edit."""
-        self._approach()
-        while self.session.steps_behind:
-            self._show_progress()
-            self._approach()
+        """Run the engines to the current step. Raises SandboxError if that takes too long; frames go on with it."""
+        if self.catch_up(MAX_WAIT):
+            raise SandboxError("the engines are not there yet: try again when they have caught up")
 
     def give(self, given: Input) -> None:
-        """Apply an input in every engine; show a notice if an engine refuses it."""
-        self.settle()
-        if isinstance(given, Edit):
-            self._await_reference()
+        """Apply an input in every engine; show a notice if that is not possible."""
         with self._notice.reporting():
+            self.settle()
+            if isinstance(given, Edit):  # which is for the reference's state too
+                self._await_reference()
             self.session.give(given)
         self.view.update()
 
     def _await_reference(self) -> None:
-        """Let frames pass until the reference is at the current step, as an edit is for its state too."""
-        while self.session.lag:
-            self.session.collect(FRAME_BUDGET)
-            if self.session.lag:
-                self._show_progress()
+        """Wait until the reference is at the current step. Raises SandboxError if that takes too long."""
+        self.session.collect(MAX_WAIT)
+        if self.session.lag:
+            raise SandboxError(f"{self.session.reference} is {self.session.lag:.1f} s behind: pause until it is there")
 
     # Going to other steps
 
@@ -229,12 +220,12 @@ class Playback:
         self._show_change()
 
     def undo(self) -> None:
-        """Undo the last throw, edit or restart before the current step, and go to its step."""
+        """Undo the latest throw, edit or restart, and go to its step."""
         self._release()
         if self.session.undo():
             self._show_change()
         else:
-            self._notice.show("there is nothing to undo here")
+            self._notice.show("there is nothing to undo")
 
     def redo(self) -> None:
         """Redo what was undone last; what an engine that runs only since then refuses is dropped, with a notice."""
@@ -245,5 +236,4 @@ class Playback:
 
     def _show_change(self) -> None:
         self._due = 0.0
-        self.settle()
-        self.view.update()
+        self.catch_up(MAX_WAIT)

@@ -1,7 +1,6 @@
 """What the window is drawn with: text, discs, thick segments, arrows, markers, cards."""
 
 import math
-import re
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from importlib.resources import files
@@ -11,7 +10,6 @@ from typing import Final
 import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
-from pygame.surfarray import pixels2d
 
 from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
@@ -21,15 +19,11 @@ from sandbox.text import printable
 from sandbox.view.theme import Palette, palette, theme
 
 FACES: Final = files("font_source_sans_pro") / "files"
-MAX_PYGAME_LINE: Final = 10_000  # px, how far from the surface a line drawn by pygame ends at most
-DASH: Final = 9  # px, of a circle, with the gap before it, which is
-DASH_GAP: Final = 0.4  # of that
+DASHES: Final = 0.7  # of a circle, for each px of its radius
 EDGE: Final = 0.5  # px; a segment of which less is visible, as of the arena's walls after rounding, is not drawn
 MAX_LETTERS: Final = 1000  # of a line that are drawn; no screen has room for more
 SMALLEST_TEXT: Final = 9  # px, of what is made smaller to fit
 TEXT_SCALE: Final = 3  # text is drawn larger and scaled down: at its own size, letters are spaced unevenly
-_PIECE: Final = re.compile(r"\d|\D+")  # of a text, which is drawn at once
-_BEFORE_UNIT: Final = re.compile(r"(?<=\d) (?=(?:ms|s|px|mm|cm|m|kg|J|rad|%)(?:\W|$))")
 Point = Sequence[float]
 Ink = Color | tuple[int, ...]
 MIN_RADIUS: Final = 1.0  # px; smaller discs are drawn with it, or they would hardly be seen
@@ -50,7 +44,7 @@ def font(height: int, *, bold: bool = False) -> pygame.font.Font:
 
 @lru_cache(maxsize=2048)
 def _text(text: str, colour: tuple[int, int, int, int], height: int, *, bold: bool) -> Surface:
-    width = _width(text, height, bold=bold)
+    width = text_width(text, height, bold=bold)
     if not width:
         return Surface((0, height))
     large = font(TEXT_SCALE * height, bold=bold).render(drawable(text), True, colour)
@@ -58,14 +52,9 @@ def _text(text: str, colour: tuple[int, int, int, int], height: int, *, bold: bo
 
 
 @lru_cache(maxsize=2048)
-def _width(text: str, height: int, *, bold: bool = False) -> int:
-    return round(font(TEXT_SCALE * height, bold=bold).size(drawable(text))[0] / TEXT_SCALE)
-
-
-@lru_cache(maxsize=2048)
 def text_width(text: str, height: int, *, bold: bool = False) -> int:
     """Return the width of a line of text, px."""
-    return sum(_width(piece, height, bold=bold) for piece in _PIECE.findall(drawable(text)))
+    return round(font(TEXT_SCALE * height, bold=bold).size(drawable(text))[0] / TEXT_SCALE)
 
 
 def fitting(width: int, room: int, height: int) -> int:
@@ -84,17 +73,11 @@ def lettering(text: str, colour: Color, height: int, *, bold: bool = False) -> S
 
 
 def write(surface: Surface, text: str, place: Rect, colour: Color, height: int, *, bold: bool = False) -> int:
-    """Write a line of text at half of a place's height, cut off at its right edge; return its right end.
-
-    Its digits are drawn one by one: what is between them is the same in every frame, and found in the cache.
-    """
-    x = place.x
-    for piece in _PIECE.findall(drawable(text)):
-        line = lettering(piece, colour, height, bold=bold)
-        room = max(0, place.right - x)
-        surface.blit(line, (x, place.centery - line.get_height() // 2), (0, 0, room, line.get_height()))
-        x += line.get_width()
-    return min(x, place.right)
+    """Write a line of text at half of a place's height, cut off at its right edge; return its right end."""
+    line = lettering(text, colour, height, bold=bold)
+    width = min(line.get_width(), max(0, place.width))
+    surface.blit(line, (place.x, place.centery - line.get_height() // 2), (0, 0, width, line.get_height()))
+    return place.x + width
 
 
 @lru_cache(maxsize=256)
@@ -108,10 +91,9 @@ def shortened(text: str, width: int, height: int) -> str:
 
 @lru_cache(maxsize=256)
 def wrapped(text: str, width: int, height: int, indent: str = "", *, bold: bool = False) -> tuple[str, ...]:
-    """Break a text into lines that fit into a width, px; all but the first are indented. A number keeps its unit."""
-    words = _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", drawable(text)).split(" ")
+    """Break a text into lines that fit into a width, px; all but the first are indented."""
     lines, line = list[str](), ""
-    for word in (word.replace("\N{NO-BREAK SPACE}", " ") for word in words if word):
+    for word in filter(None, drawable(text).split(" ")):
         if line and text_width(f"{line} {word}", height, bold=bold) > width:
             lines.append(line)
             line = ""
@@ -130,14 +112,6 @@ def first_lines(text: str, width: int, height: int, most: int, indent: str = "",
     if len(lines) <= most:
         return list(lines)
     return [*lines[: most - 1], shortened(f"{lines[most - 1]} {lines[most].lstrip()}", width, height)]
-
-
-def fill(surface: Surface, colour: Color) -> None:
-    """Fill a surface. SDL takes up to six times as long for one whose rows begin in the middle of a cache line."""
-    if surface.get_bytesize() == 4:
-        pixels2d(surface)[:] = surface.map_rgb(colour) & 0xFFFFFFFF  # which pygame returns as a signed number
-    else:
-        surface.fill(colour)
 
 
 def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) -> None:
@@ -204,8 +178,7 @@ def _circle_picture(
     x, y = _offsets(radius, right, low)
     share = np.clip(width / 2 + 0.5 - np.abs(radius - width / 2 - np.hypot(x, y)), 0, 1)
     if dashed:
-        dashes = max(8, round(math.tau * radius / DASH))
-        share *= np.arctan2(y, x) / math.tau * dashes % 1 > DASH_GAP
+        share *= np.arctan2(y, x) / math.tau * max(8, round(radius * DASHES)) % 1 > 0.4
     return _painted(share, colour)
 
 
@@ -213,12 +186,6 @@ def dot(surface: Surface, colour: Ink, rim: Ink, centre: Point, radius: float) -
     """Draw a smooth disc with a thin rim, of which white ones are seen too. centre, radius: px."""
     capsule(surface, rim, centre, centre, radius + 0.5)
     capsule(surface, colour, centre, centre, radius - 0.5)
-
-
-def thin_lines(surface: Surface, colour: Ink, ends: Floats) -> None:
-    """Draw smooth lines, 1 px wide. ends: (n, 4) whole px, x and y of both ends of each."""
-    for x0, y0, x1, y1 in np.clip(ends, -MAX_PYGAME_LINE, MAX_PYGAME_LINE).tolist():
-        pygame.draw.aaline(surface, colour, (x0, y0), (x1, y1))
 
 
 def arrow(surface: Surface, colour: Ink, tail: Point, tip: Point, width: float) -> None:

@@ -2,24 +2,17 @@
 
 import os
 import shlex
-import warnings
-from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from itertools import count
-from typing import Final
 
-import pygame
 from pygame import Surface
 
-from sandbox.run.inputs import Input, write_run
+from sandbox.run.inputs import write_run
 from sandbox.scene.files import TRUTHS, bundled, dump
 from sandbox.scene.model import Scene
 from sandbox.view.notice import Notice
 from sandbox.view.offscreen import save_picture
 from sandbox.view.playback import Playback
-
-TEXT_TYPES: Final = (pygame.SCRAP_TEXT, "text/plain;charset=utf-8")  # SDL's clipboard accepts only the second
 
 
 @dataclass
@@ -28,7 +21,6 @@ class Saver:
 
     _playback: Playback
     _notice: Notice
-    saved: Sequence[Input] = ()  # the inputs of the run when it was last saved
 
     def save_scene(self, pane: int) -> None:
         """Save the balls as they are in a pane as a scene, under a name that is free."""
@@ -36,19 +28,16 @@ class Saver:
         view, name = self._playback.view, self.free_name(".toml")
         with self._notice.reporting():
             dump(view.moment.scene, name, view.panes[pane].state)
-            self.saved = list(view.session.inputs)
             self._notice.show_saved(name, f": the balls as in {view.panes[pane].name}")
 
     def save_inputs(self) -> None:
-        """Save what was done up to the step shown, and copy the command that shows the same to the clipboard."""
+        """Save what was done up to the step shown, and show the command that replays it."""
         session, name = self._playback.session, self.free_name(".jsonl")
         with self._notice.reporting():
             write_run(session.start, session.given(), session.step, name)
-            self.saved = list(session.inputs)
             engines = shlex.quote(",".join(session.names))
             command = f"sandbox run {_argument(session.start)} --engines {engines} --inputs {shlex.quote(name)}"
-            copied = "; copied" if _copy(command) else ""
-            self._notice.show_saved(name, f"{copied}: {command}")
+            self._notice.show_saved(name, f": {command}")
 
     def free_name(self, ending: str) -> str:
         """Return a name made of the scene, its seed and the step shown, with a number if such a file exists."""
@@ -69,14 +58,3 @@ def _argument(scene: Scene) -> str:
     """Return how a command names a scene."""
     examples = {file: name for folder in ("", TRUTHS) for name, file in bundled(folder).items()}
     return shlex.quote(examples.get(scene.file, str(scene.file)))
-
-
-def _copy(text: str) -> bool:
-    """Copy a text to the clipboard. Return whether there is one."""
-    for kind in TEXT_TYPES:
-        with suppress(pygame.error), warnings.catch_warnings():
-            warnings.simplefilter("ignore", DeprecationWarning)  # pygame-ce prefers put_text, which accepts no bytes
-            pygame.scrap.init()
-            pygame.scrap.put(kind, os.fsencode(text))  # the name of a file may be no text
-            return True
-    return False

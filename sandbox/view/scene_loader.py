@@ -36,19 +36,13 @@ class SceneLoader:
         self._notice = notice
         self.picker: ScenePicker | None = None  # while it is open
         self._previews = Previews()
-        self._folders = [Path()]  # whose scenes it lists
         self._opened(scene)
 
     def _opened(self, scene: Scene) -> None:
         self._scene = scene
-        self._add_folder(scene.file.parent)
         self.error = ""  # of a file that could not be opened since
         self._content = b""  # of the file, when it was last read
         self._has_changed()
-
-    def _add_folder(self, folder: Path) -> None:
-        if folder.resolve() not in [known.resolve() for known in self._folders]:
-            self._folders.append(folder)
 
     def try_to_run(self, scene: Scene) -> None:
         """Run another scene; if that is impossible, show a notice."""
@@ -56,12 +50,8 @@ class SceneLoader:
             self._run(scene)
 
     def open_file(self, file: Path) -> None:
-        """Run the scene of a file, or list those of a folder; if that is impossible, keep the errors to be shown."""
+        """Run the scene of a file; if that is impossible, keep the errors to be shown."""
         self.close_picker()
-        if file.is_dir():
-            self._add_folder(file)
-            self.open_picker()
-            return
         try:
             self._run(load(file))
         except SandboxError as error:
@@ -101,8 +91,9 @@ class SceneLoader:
         self.try_to_run(load(names[(here + by) % len(names)]))
 
     def open_picker(self) -> None:
-        """Open the scene picker."""
-        self.picker = ScenePicker(self._folders, self.open_file, self.close_picker, self._previews)
+        """Open the scene picker, with the scenes of this folder and of that of the current one."""
+        folders = dict.fromkeys(folder.resolve() for folder in (Path(), self._scene.file.parent))
+        self.picker = ScenePicker(folders, self.open_file, self.close_picker, self._previews)
 
     def close_picker(self) -> None:
         """Close the scene picker."""

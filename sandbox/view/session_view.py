@@ -21,15 +21,13 @@ from sandbox.view import Layer
 from sandbox.view.charts import Charts
 from sandbox.view.debug_draw import DebugDraw
 from sandbox.view.layout import EDGE, Layout, ScreenPoint
-from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, NO_TRAIL, Overlay
-from sandbox.view.primitives import Discs, card, draw_walls, fill, first_lines, shortened, text_width, write
+from sandbox.view.overlay import NO_TRAIL, Overlay
+from sandbox.view.primitives import Discs, card, draw_walls, first_lines, shortened, text_width, write
 from sandbox.view.run_so_far import Marks
 from sandbox.view.theme import palette, theme
 
 AS_IT_SHOULD_BE: Final = "energy as it should be"
 IT_SHOULD_HAVE: Final = "it should have"
-BATCH: Final = "drawn in one batch"
-PLAIN: Final = "plain debug-draw"
 MAX_REASON_LINES: Final = 8  # why an engine stands still
 FADED: Final = 150  # of 255, how much of what is drawn of an engine that cannot run is hidden
 MIN_ERROR: Final = 5e-3  # % of the energy; less counts as none
@@ -56,7 +54,6 @@ class Pane:
     error: float | None = None
     beside = IT_SHOULD_HAVE  # what its energy is compared with
     is_reference = False
-    plain = False  # whether Pymunk draws with ragged edges, as it does by itself
 
     def __init__(self, moment: Moment, name: str, engine: RunningEngine | None) -> None:
         self.name = name
@@ -93,32 +90,31 @@ class Pane:
         colour: Color,
         trail: Floats,
         ghosts: State | None,
-        outlined: str,
     ) -> None:
         """Draw the pane at its place in a layout.
 
-        colour: of the engine in the title. trail: see `Overlay`. ghosts: the balls whose outlines are drawn; outlined:
-        in which engine they are.
+        colour: of the engine in the title. trail: see `Overlay`. ghosts: the balls whose outlines are drawn.
         """
         place, height = layout.arenas[index], layout.text_height
         inside, scale, origin = surface.subsurface(place), layout.scale, layout.origin
         overlay = Overlay(inside, self.scene, self.state, scale, height, origin, trail, ghosts)
-        fill(inside, overlay.palette.ground)
+        inside.fill(overlay.palette.ground)
         edge = EDGE if self.scene.arena.walls else 1
         pygame.draw.rect(surface, theme.wall, place.inflate(2 * edge, 2 * edge), edge, border_radius=edge)
-        for layer, draw in BELOW_BALLS.items():
-            if layer in showing:
-                draw(overlay)
+        if Layer.TRAILS in showing:
+            overlay.trails()
         if self.debug_draw and self._live:
-            self.debug_draw.plain = self.plain
             self.debug_draw.recolour(overlay.palette.wall)
             self.debug_draw.draw(inside, scale, origin)
         else:
             draw_walls(inside, self.scene, scale, origin)
             self._discs.draw(inside, overlay.at(self.state.position), scale, self.state.angle)
-        for layer, draw in ABOVE_BALLS.items():
-            if layer in showing:
-                draw(overlay)
+        if Layer.GHOSTS in showing:
+            overlay.outlines()
+        if Layer.VELOCITY in showing:
+            overlay.velocity()
+        if Layer.NUMBERS in showing:
+            overlay.numbers()
         if self.is_suspended:
             veil = Surface(place.size)
             veil.fill(overlay.palette.faint)
@@ -129,9 +125,9 @@ class Pane:
         if self.stands:
             lines = first_lines(self.stands, place.width - 4 * height, height, MAX_REASON_LINES, "    ")
             card(surface, [[line] for line in lines], place.topleft, height, place)
-        self._draw_title(surface, layout, index, colour, outlined)
+        self._draw_title(surface, layout, index, colour)
 
-    def _draw_title(self, surface: Surface, layout: Layout, index: int, colour: Color, outlined: str) -> None:
+    def _draw_title(self, surface: Surface, layout: Layout, index: int, colour: Color) -> None:
         """Draw the engine after its colour, and its energy; what has no room is left out."""
         place, height, text = layout.title(index), layout.text_height, self.energy_text
         swatch = Rect(place.x, 0, round(0.85 * height), round(0.85 * height))
@@ -139,38 +135,23 @@ class Pane:
         pygame.draw.rect(surface, colour, swatch, border_radius=3)
         line = Rect(swatch.right + height // 2, place.y, place.right - swatch.right - height // 2, place.height)
         is_off = text not in ("", AS_IT_SHOULD_BE) and not self.is_reference
-        briefly = f"{'-' if (self.error or 0.0) < 0 else '+'}{amount_text(self.error or 0.0)}" if is_off else ""
-        sizes = ("the reference" if self.is_reference else text, text.partition(" than")[0] if is_off else "", briefly)
-        room = line.width - height - text_width(self.name, height, bold=True)
-        energy = next((size for size in sizes if text_width(size, height, bold=is_off) <= room), briefly)
-        room = line.width - (text_width(energy, height, bold=is_off) + height if energy else 0)
+        energy, room = "the reference" if self.is_reference else text, line.width - height
+        if text_width(self.name, height, bold=True) + text_width(energy, height, bold=is_off) > room:
+            energy = text.partition(" than")[0] if is_off else ""
+        room -= text_width(energy, height, bold=is_off)
         name, ink = shortened(self.name, max(room, 3 * height), height), theme.dim if self.is_suspended else theme.ink
         for words, hue, bold in ((name, ink, True), (energy, colour if is_off else theme.dim, is_off)):
             left = write(surface, words, line, hue, height, bold=bold) + height
             line = Rect(left, place.y, max(0, place.right - left), place.height)
-        remarks = [f"outlines: {outlined}"] if outlined else []
-        if self.debug_draw and self._live:
-            remarks += [BATCH] * self.debug_draw.is_batch + [PLAIN] * self.plain
-        for remark in remarks:
-            width = text_width(remark, height)
-            if line.left + width <= place.right:
-                write(surface, remark, Rect(place.right - width, place.y, width + 1, place.height), theme.dim, height)
-                place.width -= width + height
 
 
 def energy_in_words(error: float, beside: str) -> str:
     """Return how an energy compares with another, in words. error: %."""
-    if abs(error) < MIN_ERROR:
-        return AS_IT_SHOULD_BE
-    return f"{amount_text(error)} {'less' if error < 0 else 'more'} than {beside}"
-
-
-def amount_text(error: float) -> str:
-    """Return the size of an error of energy, %, in words if more is missing than ever was in motion."""
     size = abs(error)
-    if error <= -100:
-        return f"{size / 100:.2g} times the kinetic energy"
-    return f"{size:,.0f} %" if size >= 9.95 else f"{size:.2g} %"
+    if size < MIN_ERROR:
+        return AS_IT_SHOULD_BE
+    amount = f"{size:,.0f} %" if size >= 9.95 else f"{size:.2g} %"
+    return f"{amount} {'less' if error < 0 else 'more'} than {beside}"
 
 
 class SessionView:
@@ -193,7 +174,6 @@ class SessionView:
         self.charts = Charts(self.session.samples, scene.seconds, scene.units)
         self.charts.moment = self.moment
         self._live = True
-        self.plain = False
 
     def update(self) -> None:
         """Show the session's current step, or the nearest in its history."""
@@ -238,13 +218,12 @@ class SessionView:
         """Draw the panes."""
         errors, reference, outlined = self.energy_errors, self.session.reference, self._outlined
         for index, pane in enumerate(self.panes):
-            pane.plain, pane.error, pane.beside = self.plain, errors.get(pane.name), self.beside
+            pane.error, pane.beside = errors.get(pane.name), self.beside
             pane.is_reference = pane.name == reference and len(self.panes) > 1
             layers, colour = ((), theme.dim) if pane.is_suspended else (showing, self.charts.colours[pane.name])
             ghosts = outlined if pane.name != reference else None
-            named = reference if ghosts is not None and Layer.GHOSTS in layers else ""
             trail = self.trail(pane) if Layer.TRAILS in layers else NO_TRAIL
-            pane.draw(surface, layout, index, layers, colour, trail, ghosts, named)
+            pane.draw(surface, layout, index, layers, colour, trail, ghosts)
 
     def trail(self, pane: Pane) -> Floats:
         """Return where a pane's balls were, the oldest first, as far as the history goes: (positions, n, 2) px."""
@@ -270,9 +249,7 @@ class SessionView:
         if self.session.samples.is_alone:
             return "at the start"
         until = self.charts.marks.trust.until
-        if until is None or self.moment.time <= until or self.session.samples.keeps_energy:
-            return IT_SHOULD_HAVE
-        return self.session.reference
+        return IT_SHOULD_HAVE if until is None or self.moment.time <= until else self.session.reference
 
     @property
     def energy_errors(self) -> dict[str, float]:

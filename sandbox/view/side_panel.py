@@ -15,19 +15,16 @@ from sandbox.view.theme import theme
 from sandbox.view.toolbars import Do, action_button
 from sandbox.view.widgets import TextButton, Widget, Words
 from sandbox.view.widgets.fields import Slider
-from sandbox.view.widgets.group import Placed, WidgetGroup, draw_scroll_bar, rows_of, stacked
+from sandbox.view.widgets.group import Placed, draw_scroll_bar, rows_of, stacked
 
 SCROLLED_LINES: Final = 4  # by a notch of the wheel
 ELASTICITIES: Final = tuple(k / 20 for k in range(21))
 GRAVITIES: Final = tuple(range(-10, 21))  # m/s², downwards
 PIXELS_PER_METRE: Final = 100.0  # of scenes that do not say it
 RATES: Final = (15, 30, 60, 120, 240, 480, 960, 1920, 3840)
-LAYERS: Final = (
-    *(Action.VELOCITY, Action.TRAILS, Action.CENTRE),
-    *(Action.NUMBERS, Action.GHOSTS, Action.GRID, Action.CHARTS),
-)
+LAYERS: Final = (Action.VELOCITY, Action.TRAILS, Action.NUMBERS, Action.GHOSTS, Action.CHARTS)
 SAVES: Final = (Action.SAVE_SCENE, Action.SAVE_PICTURE, Action.SAVE_INPUTS)
-LOOKS: Final = (Action.PLAIN, Action.THEME, Action.SMALLER_TEXT, Action.LARGER_TEXT, Action.FULL_SCREEN)
+LOOKS: Final = (Action.THEME, Action.SMALLER_TEXT, Action.LARGER_TEXT)
 
 
 class Page(Protocol):
@@ -38,14 +35,10 @@ class Page(Protocol):
 
 
 class SidePanel:
-    """Shows one of some pages, or none; the wheel and the keyboard scroll it.
+    """Shows one of some pages, or none; the wheel scrolls it."""
 
-    group: knows which widgets mouse and keyboard are on.
-    """
-
-    def __init__(self, pages: Mapping[Panel, Page], group: WidgetGroup) -> None:
+    def __init__(self, pages: Mapping[Panel, Page]) -> None:
         self._pages = pages
-        self._group = group
         self._tabs = [
             TextButton(page.value, partial(self.show, page), tip_of(Action[page.name]), partial(self._is_open, page))
             for page in pages
@@ -54,7 +47,6 @@ class SidePanel:
         self._height = 0  # of the page, px
         self.open: Panel | None = None
         self._latest = next(iter(pages))
-        self._was_wide = False
 
     def _is_open(self, panel: Panel) -> bool:
         return self.open is panel
@@ -71,24 +63,9 @@ class SidePanel:
         self._latest = panel
         self._scrolled = 0.0
 
-    def fit(self, *, is_wide: bool) -> None:
-        """Open the column if the window has become wide enough for it, or close it if it no longer is."""
-        if is_wide not in (self._was_wide, self.open is not None):
-            self.toggle()
-        self._was_wide = is_wide
-
     def scroll(self, notches: int) -> None:
         """Scroll by notches of the wheel, upwards if positive."""
         self._scrolled -= notches * SCROLLED_LINES
-
-    def show_focus(self, place: Rect, text_height: int) -> None:
-        """Scroll to the widget that the keyboard is on."""
-        body = _body(place, text_height)
-        for widget, where in self.placed(place, text_height):
-            if widget is self._group.focus and widget not in self._tabs:
-                below, above = where.bottom - body.bottom, body.y - where.y
-                if below > 0 or above > 0:
-                    self._scrolled += (below if below > 0 else -above) / text_height
 
     def placed(self, place: Rect, text_height: int) -> list[Placed]:
         """Return its widgets with their places, of which some may be scrolled out of the panel. place: the panel's."""

@@ -53,11 +53,9 @@ class Toolbars:
         def tool_button(tool: Tool) -> TextButton:
             return TextButton(tool.name, partial(mouse.choose, tool), tool.does, lambda: mouse.tool is tool)
 
-        undo = button(Action.UNDO, refusal=lambda: "" if playback.session.can_undo else "there is nothing to undo here")
+        undo = button(Action.UNDO, refusal=lambda: "" if playback.session.can_undo else "there is nothing to undo")
         redo = button(Action.REDO, refusal=lambda: "" if playback.session.can_redo else "there is nothing to redo")
-        zoom = Words("", said=lambda: f"{100 * mouse.lens.zoom:.0f} %", widest="5000 %", colour=theme.dim)
-        zooms = map(button, (Action.ZOOM_OUT, Action.SHOW_ALL, Action.ZOOM_IN))
-        self._tools = WidgetRow([*map(tool_button, mouse.tools), undo, redo], [zoom, *zooms])
+        self._tools = WidgetRow([*map(tool_button, mouse.tools), undo, redo], [button(Action.SHOW_ALL)])
 
         play = button(Action.PAUSE, said=lambda: "Play" if playback.paused else "Pause", widest="Pause")
         start, back, on, end = map(button, (Action.GO_TO_START, Action.STEP_BACK, Action.STEP, Action.GO_TO_END))

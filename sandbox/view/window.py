@@ -3,7 +3,6 @@
 import os
 import signal
 from collections.abc import Sequence
-from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from types import FrameType
@@ -16,20 +15,19 @@ from pygame.event import Event
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
-from sandbox.view import Layer, opens_with
+from sandbox.view import Layer
 from sandbox.view.balls_page import BallsPage
 from sandbox.view.cards import Cards, MassSlider, Messages
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.contact_mark import ring_balls
 from sandbox.view.controls import Action, Panel, Topic, action_of
-from sandbox.view.display import PendingEvents, Stopped, caption, open_window
+from sandbox.view.display import caption, new_events, open_window
 from sandbox.view.editor import Editor
 from sandbox.view.engines_page import EnginesPage
 from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, layout_of
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
-from sandbox.view.primitives import fill
 from sandbox.view.saver import Saver
 from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import SessionView
@@ -38,15 +36,13 @@ from sandbox.view.theme import THEME, theme
 from sandbox.view.toolbars import Toolbars
 from sandbox.view.video import Recorder
 from sandbox.view.why_page import WhyPage
-from sandbox.view.widgets import ARROWS, ENTER
 from sandbox.view.widgets.group import Placed, WidgetGroup
 
 FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
 QUIT_HINT: Final = "Esc again quits"
-UNSAVED_HINT: Final = "the edits of this run are not saved; Esc again quits"
-STOPPED: Final = "stopped running again"
-ANYWHERE: Final = (Action.FULL_SCREEN, Action.THEME, Action.SAVE_PICTURE, Action.RECORD)  # whatever is open
+OPENS_WITH: Final = (Layer.CHARTS, Layer.GHOSTS, Layer.NUMBERS)
+ANYWHERE: Final = (Action.THEME, Action.SAVE_PICTURE, Action.RECORD)  # whatever is open
 RELEASES: Final = (pygame.MOUSEBUTTONUP, pygame.WINDOWFOCUSLOST)  # handled even while the picker is open
 
 
@@ -59,8 +55,6 @@ class Window:
 
     text_height = TEXT_HEIGHT
     running = True
-    _cursor = pygame.SYSTEM_CURSOR_ARROW
-    _window_size: tuple[int, int] | None = None  # before full screen, px
     _outdated = True  # something other than step and messages has changed since the window was drawn
     _drawn: tuple[Moment | None, Moment | None, str] = (None, None, "")  # in the panes and charts; and message
     _drawn_places: list[Placed] | None = None  # of the widgets as they were drawn, until an event
@@ -77,16 +71,15 @@ class Window:
         theme.use(dark=os.environ.get(THEME) == "dark")
         self.notice = notice = Notice()
         view = SessionView(scene, engines, inputs, beside=beside)
-        self.playback = playback = Playback(view, notice, self.show_progress)
+        self.playback = playback = Playback(view, notice)
         self.editor = editor = Editor(playback, notice)
         self.mouse = MouseTool(playback, editor, lambda: self.layout)
         self.scenes = SceneLoader(scene, engines, self.begin, notice)
         self.line_up = EnginesPage(playback, notice, self.use_engines)
         self.saver = Saver(playback, notice)
         self.recorder = Recorder(notice)
-        self.showing = opens_with(len(scene.bodies))
+        self.showing = {*OPENS_WITH}
         self.messages = Messages(playback, notice)
-        self._keys_down = set[int]()
         self.why = WhyPage(playback, CaseSoFar(), self.do)
         self.widgets = WidgetGroup()
         self.cards = Cards(playback, self.mouse, self.scenes, self.widgets, self.messages)
@@ -99,11 +92,11 @@ class Window:
             Panel.WHY: self.why,
             Panel.SHOW: ShowPage(self.do, self.is_on),
         }
-        self.panel = SidePanel(pages, self.widgets)
+        self.panel = SidePanel(pages)
         self._widths = cache(self.toolbars.widths)
         self.screen = open_window(caption(scene))
-        self._fit_column()
-        self._pending = PendingEvents()
+        if self.screen.get_width() >= WIDE * self.text_height:
+            self.panel.toggle()
 
     # The run
 
@@ -119,15 +112,10 @@ class Window:
 
     def begin(self, scene: Scene, engines: Sequence[str] | None) -> None:
         """Run a scene from its start. Raises SandboxError, with the old one still running, if that is impossible."""
-        size, before = self.scene.arena.size, opens_with(len(self.scene.bodies))
         view = SessionView(scene, engines, beside=self.view.session.beside)
         self.view.session.stop()
         self.playback.play(view)
-        if scene.arena.size != size:
-            self.mouse.show_all()
-        self.showing ^= {  # unless it was chosen otherwise
-            layer for layer in before ^ opens_with(len(scene.bodies)) if (layer in before) == (layer in self.showing)
-        }
+        self.mouse.show_all()
         self.editor.select()
         self.mouse.drag = None
         self.notice.clear()
@@ -148,9 +136,6 @@ class Window:
     def _is_too_small(self) -> bool:
         return self.screen.get_size() != self.layout.window
 
-    def _fit_column(self) -> None:
-        self.panel.fit(is_wide=self.screen.get_width() >= WIDE * self.text_height)
-
     # Running
 
     def run(self) -> None:
@@ -159,11 +144,11 @@ class Window:
         before = signal.signal(signal.SIGTERM, _close)
         try:
             while self.running:
-                events = self._pending.take()
+                events = new_events()
                 for event in events:
                     self.on_event(event)
                 self._outdated = self.scenes.reload_if_edited() or self._outdated
-                idle = self.playback.paused and self.playback.shows_current_step and not events
+                idle = self.playback.rests and not events
                 self.frame(min(clock.tick(IDLE_RATE if idle else FRAME_RATE) / 1000, 4 / FRAME_RATE))
                 if self._frames % FRAME_RATE == 0:
                     self.messages.measure(clock.get_fps(), FRAME_RATE)
@@ -198,26 +183,21 @@ class Window:
     # Events
 
     def on_event(self, event: Event) -> None:
-        """Handle an event. If engines must run again for what it asks for, Esc or closing the window stops that."""
+        """Handle an event; show a notice if what it asks for is not possible."""
         self._outdated = True
-        try:
-            with self.notice.surviving():
-                self._handle(event)
-        except Stopped:
-            self.mouse.drag = None
-            self.notice.show(STOPPED)
+        with self.notice.surviving(), self.notice.reporting():
+            self._handle(event)
         self._drawn_places = None
 
     def _handle(self, event: Event) -> None:
         self.mouse.track(event)
-        if event.type in (pygame.KEYDOWN, pygame.KEYUP):
-            self._on_key(event)
+        if event.type == pygame.KEYDOWN:
+            self._on_press(event)
         elif event.type == pygame.QUIT:
             self.running = False
         elif event.type == pygame.WINDOWSIZECHANGED:
-            if self._is_too_small and not self.is_full_screen:
+            if self._is_too_small:
                 self.screen = pygame.display.set_mode(self.layout.window, pygame.RESIZABLE)
-            self._fit_column()
         elif event.type == pygame.DROPFILE:
             self.scenes.open_file(Path(event.file))
         elif self.scenes.picker and event.type not in RELEASES:
@@ -231,30 +211,13 @@ class Window:
             elif not self.widgets.on_event(event, self._drawn_places or self._placed):
                 self.mouse.on_event(event)
 
-    def _on_key(self, event: Event) -> None:
-        is_new = event.key not in self._keys_down
-        if event.type == pygame.KEYUP:
-            self._keys_down.discard(event.key)
-        elif is_new or self._repeats(event):
-            self._keys_down.add(event.key)
-            self._on_press(event)
-
-    def _repeats(self, event: Event) -> bool:
-        if self.scenes.picker or self.widgets.is_typed_into or (self.widgets.focus and event.key in ARROWS):
-            return event.key not in (*ENTER, pygame.K_ESCAPE)
-        action = action_of(event)
-        return action is not None and action.value.repeats
-
     def _on_press(self, event: Event) -> None:
-        self._outdated = True
         action = action_of(event)
         if action in ANYWHERE:
             self.do(action)
         elif self.scenes.picker:
             self.scenes.picker.on_event(event)
-        elif self.widgets.on_event(event, self._drawn_places or self._placed):
-            self.panel.show_focus(self.layout.panel, self.layout.text_height)
-        elif action:
+        elif not self.widgets.on_event(event, self._drawn_places or self._placed) and action:
             if action is not Action.ESCAPE:
                 self.notice.clear()
             self.do(action)
@@ -282,22 +245,6 @@ class Window:
         self.draw()  # a window that has just got another size is black
         self.saver.save_picture(self.screen)
 
-    @property
-    def is_full_screen(self) -> bool:
-        """Whether the window fills the screen."""
-        return self._window_size is not None
-
-    def toggle_full_screen(self) -> None:
-        """Fill the screen, or be a window again."""
-        desktop = pygame.display.get_desktop_sizes()[0]
-        size, flags = (self._window_size, pygame.RESIZABLE) if self._window_size else (desktop, pygame.FULLSCREEN)
-        self._window_size = None if self._window_size else self.screen.get_size()
-        self.screen = pygame.display.set_mode(size, flags)
-
-    def toggle_plain(self) -> None:
-        """Let Pymunk draw as it does by itself, or with smooth edges."""
-        self.view.plain = not self.view.plain
-
     def change_text(self, by: int) -> None:
         """Make the text larger by some px, or smaller."""
         low, high = TEXT_HEIGHTS
@@ -307,21 +254,12 @@ class Window:
         """Close what is open over the panes; if nothing is, close the window, the second time."""
         if self.cards.close() or self.mouse.tool is not self.mouse.hand:
             self.mouse.choose(self.mouse.hand)
-        elif self.notice.text in (QUIT_HINT, UNSAVED_HINT):
+        elif self.notice.text == QUIT_HINT:
             self.running = False
         else:
-            inputs = self.view.session.inputs
-            self.notice.show(UNSAVED_HINT if inputs and [*self.saver.saved] != inputs else QUIT_HINT)
+            self.notice.show(QUIT_HINT)
 
     # Drawing
-
-    def show_progress(self) -> None:
-        """Draw the window, and raise Stopped at Esc."""
-        self.messages.waits = True
-        self.draw()
-        pygame.display.flip()
-        self.messages.waits = False
-        self._pending.check()
 
     @property
     def layout(self) -> Layout:
@@ -355,12 +293,6 @@ class Window:
         """Draw everything."""
         self._drawn = self.view.moment, self.view.charts.moment, self.messages.text
         self._outdated = False  # also if the drawing fails, or it would fail again and again
-        over_panes = not self.scenes.picker and self.widgets.over is None
-        cursor = self.mouse.cursor if over_panes else pygame.SYSTEM_CURSOR_ARROW
-        if cursor != self._cursor:
-            self._cursor = cursor
-            with suppress(pygame.error):  # a screen in memory has no pointers
-                pygame.mouse.set_cursor(cursor)
         layout = self.layout
         whole = Surface(layout.window) if self._is_too_small else self.screen
         self._draw_on(whole, layout)
@@ -372,7 +304,7 @@ class Window:
     def _draw_on(self, surface: Surface, layout: Layout) -> None:
         """Draw everything on a surface of the layout's size."""
         self._drawn_places = placed = self._placed
-        fill(surface, theme.ground)
+        surface.fill(theme.ground)
         self.view.draw_panes(surface, layout, self.showing)
         if self.panel.open is Panel.WHY and (contact := self.why.contact):
             ring_balls(surface, layout, self.view.panes, contact.difference.balls)

@@ -84,6 +84,7 @@ class Monkey(RuleBasedStateMachine):
         self.patch.setenv("SDL_VIDEODRIVER", "dummy")
         self.patch.setattr("sandbox.view.notice.Notice.strict", True)  # what fails in the drawing fails the test
         self.patch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # one step per frame, on any machine
+        self.patch.setattr("sandbox.view.playback.MAX_WAIT", 1e6)  # as the clock decides nothing
         for name, text in FILES.items():
             Path(name).write_bytes(text)
         self.down: set[int] = set()  # buttons of the mouse
@@ -221,8 +222,6 @@ class Monkey(RuleBasedStateMachine):
 
     @rule(size=st.one_of(st.tuples(sides, sides), st.sampled_from([(1, 1), (5000, 20), (20, 3000)])))
     def resize(self, size: tuple[int, int]) -> None:
-        if self.window.screen.get_flags() & pygame.FULLSCREEN:
-            self.key(pygame.K_F11, "", 0)
         SystemWindow.from_display_module().size = size
         for event in pygame.event.get():
             self.window.on_event(event)
@@ -283,7 +282,7 @@ class Monkey(RuleBasedStateMachine):
         self.window.playback.seek(session.end)
         before = list(session.inputs)
         if session.undo():
-            assert len(session.inputs) < len(before)
+            assert session.inputs != before
             assert session.redo()
         assert session.inputs == before
         self.window.playback.settle()

@@ -219,7 +219,7 @@ def test_the_axis_of_time_doubles_when_it_is_full(scene: Scene) -> None:
 def test_after_a_cut_the_chart_shows_what_is_left(scene: Scene) -> None:
     charts = charts_of(scene, 8, lambda time: steady(time) | {"article": 50.0})
     draw(charts)
-    charts.samples.cut(4 * scene.rate)
+    charts.samples.series.cut(4 * scene.rate)
     surface = draw(charts)
     momentum = charts.plot(PLACE, TEXT)
     assert rows_of(surface, momentum, column(charts, 3.9), ARTICLE)

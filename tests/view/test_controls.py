@@ -7,10 +7,8 @@ from pygame import Rect
 from pygame.event import Event
 from window_driver import button, click, hover, key_event, pixels, press, run
 
-from sandbox.view import Layer
 from sandbox.view.controls import BY_KEY, HELP, Action, Panel, Topic, action_of
 from sandbox.view.layout import MIN_SIZE
-from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS
 from sandbox.view.side_panel import LAYERS
 from sandbox.view.window import Window
 
@@ -83,7 +81,3 @@ def test_key_and_button_show_and_hide_the_same_layer(window: Window, action: Act
     click(window, button(window, action))
     window.widgets.over = window.mouse.point = None
     assert np.array_equal(shown(), by_key)
-
-
-def test_every_layer_is_drawn() -> None:
-    assert {*BELOW_BALLS, *ABOVE_BALLS, Layer.CHARTS} == set(Layer)

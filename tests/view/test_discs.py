@@ -4,7 +4,6 @@ import math
 from unittest.mock import patch
 
 import numpy as np
-import pygame
 import pytest
 from numpy.typing import NDArray
 from pygame import Surface
@@ -14,7 +13,7 @@ import sandbox.view.debug_draw
 import sandbox.view.primitives
 from sandbox.scene.fields import rgb
 from sandbox.state import Floats
-from sandbox.view.primitives import PHASES, Discs, fill, thin_lines
+from sandbox.view.primitives import PHASES, Discs
 
 RED = "#d55e00"
 GROUNDS = [(255, 255, 255), (0, 0, 0), (20, 24, 29), (128, 128, 128), (0, 114, 178)]
@@ -88,22 +87,6 @@ def test_the_line_shows_the_angle(degrees: int) -> None:
     middle = (dark * across).sum() / dark.sum(), (dark * down).sum() / dark.sum()
     assert middle == pytest.approx((40.4 + 5.5 * math.cos(angle), 40.2 + 5.5 * math.sin(angle)), abs=0.2)
     assert dark.sum() == pytest.approx(11.0, rel=0.12)
-
-
-@pytest.mark.parametrize(
-    "masks",
-    [(0xFF0000, 0xFF00, 0xFF, 0xFF000000), (0xFF000000, 0xFF0000, 0xFF00, 0xFF), (0xFF000000, 0xFF0000, 0xFF00, 0)],
-)
-def test_a_surface_looks_the_same_in_any_order_of_its_colours(masks: tuple[int, int, int, int]) -> None:
-    """White's pixel has its highest bit set in these, for which pygame's `map_rgb` is negative."""
-    plain, other = Surface((100, 80)), Surface((100, 80), depth=32, masks=masks)
-    for surface in (plain, other):
-        fill(surface, pygame.Color("white"))
-        Discs(np.array([15.0]), [RED]).draw(surface, np.array([(40.0, 40.0)]), 1.0, np.array([0.6]))
-        thin_lines(surface, (255, 255, 255), np.array([[20.0, 30.0, 60.0, 50.0]]))
-    assert len(np.unique(pixels(plain).reshape(-1, 3), axis=0)) > 10
-    assert np.array_equal(pixels(other), pixels(plain))
-    assert other.get_at((40, 40)).a == other.get_at((0, 0)).a == 255
 
 
 def test_a_disc_at_the_edge_of_a_pane_stays_in_it() -> None:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, Layout, natural_size
+from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, Layout, Lens, natural_size
 from sandbox.view.window import Window
 
 SIZES = [(640, 480), (1024, 640), (1600, 1000), (2560, 1440)]
@@ -78,7 +78,7 @@ def test_buttons_do_not_move_when_the_run_goes_on(window: Window, size: tuple[in
     before = places()
     window.playback.pause()
     window.playback.speed = 0.5
-    window.mouse.zoom_by(30)
+    window.mouse.lens = Lens(30)
     for _ in range(20):
         window.playback.step()
     assert places() == before

@@ -6,7 +6,7 @@ import numpy as np
 import pygame
 import pytest
 from conftest import scene_of
-from pygame import Color, Rect, Surface
+from pygame import Rect
 from pygame.event import Event
 from window_driver import (
     THREE_BALLS,
@@ -29,10 +29,8 @@ from window_driver import (
 from sandbox.run.edits import ChangeWall, SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.fields import rgb
-from sandbox.view import Layer
 from sandbox.view.cards import ball_table
 from sandbox.view.controls import Panel
-from sandbox.view.layout import GAP, Layout, Lens
 from sandbox.view.widgets.fields import Slider
 from sandbox.view.window import Window
 
@@ -237,25 +235,6 @@ def throw_and_go_back(window: Window) -> list[Input]:
     return done
 
 
-def test_looking_at_an_earlier_drag_changes_no_input(window: Window) -> None:
-    done = throw_and_go_back(window)
-    window.draw()
-    strip = window.layout.strip
-    hover(window, point(window, 300, 500))
-    drag(window, strip.center, (strip.x + strip.width // 3, strip.centery))
-    drag(window, tool(window, "Fit"), (5, 5))
-    window.on_event(Event(pygame.WINDOWFOCUSLOST))
-    window.playback.seek(10)
-    run(window, 2)
-    press(window, "Left", "Home", "Right", "End")
-    assert given(window) == done
-    window.playback.seek(10)
-    while step(window) < 30:
-        hover(window, point(window, 300, 500))
-        run(window, 1)
-    assert window.view.session.inputs == done
-
-
 @pytest.mark.parametrize("lost", [Event(pygame.MOUSEBUTTONUP, button=1, pos=(5, 5)), Event(pygame.WINDOWFOCUSLOST)])
 def test_what_the_mouse_holds_is_released_while_the_picker_is_open(window: Window, lost: Event) -> None:
     mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
@@ -330,40 +309,12 @@ def test_a_drag_of_empty_ground_moves_what_is_shown_within_the_arena(window: Win
 def test_the_splitter_shares_the_height_between_panes_and_chart(window: Window) -> None:
     window.screen = pygame.display.set_mode((1400, 900))
     chart, pane, at = window.layout.strip.height, window.layout.arenas[0].height, window.layout.splitter.center
-    hover(window, at)
-    window.draw()
-    assert window._cursor == pygame.SYSTEM_CURSOR_SIZENS
     drag(window, at, (at[0], at[1] - 150))
     assert window.layout.strip.height == pytest.approx(chart + 150, abs=3)
     assert window.layout.arenas[0].height < pane - 100
     drag(window, window.layout.splitter.center, (at[0], 890))
     assert window.layout.arenas[0].height > pane
     assert 0 < window.layout.strip.height < chart  # a chart that is dragged away would not come back
-
-
-def test_the_wheel_zooms_the_panes_and_not_the_chart(window: Window) -> None:
-    zoom(window, point(window, 400, 300), 2)
-    lens = window.mouse.lens
-    assert lens.zoom > 1
-    zoom(window, window.layout.strip.center, 2)
-    assert window.mouse.lens == lens
-
-
-def test_every_layer_follows_the_zoom(window: Window) -> None:
-    """What is drawn of a part is the same as what an enlarged window draws there."""
-    run(window, 20)
-    window.showing = {Layer.VELOCITY, Layer.TRAILS, Layer.CENTRE, Layer.GHOSTS, Layer.NUMBERS}
-    window.mouse.point = None
-    window.mouse.lens = Lens(2.0, (0.25, 0.5))
-    layout = window.layout
-    pane, ghosts = window.view.panes[0], window.view.panes[1].state
-    zoomed = Surface(layout.window)
-    pane.draw(zoomed, layout, 0, window.showing, Color("white"), window.view.trail(pane), ghosts, "")
-    large = Layout((2 * layout.arenas[0].width + 2 * GAP, 9000), layout.arena, 1)
-    whole = Surface(large.window)
-    pane.draw(whole, large, 0, window.showing, Color("white"), window.view.trail(pane), ghosts, "")
-    part = pygame.Rect(0, layout.arenas[0].height // 2, *layout.arenas[0].size).move(large.arenas[0].topleft)
-    assert (pixels(zoomed.subsurface(layout.arenas[0])) != pixels(whole.subsurface(part))).any(axis=2).mean() < 0.02
 
 
 WALL: Final = "walls = [{ from = [300, 200], to = [300, 400], thickness = 10 }]"

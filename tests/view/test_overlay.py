@@ -10,7 +10,6 @@ from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import Floats
 from sandbox.view.overlay import ARROW_SECONDS, Overlay
-from sandbox.view.theme import palette
 
 BLUE = "#0072b2"
 GREY = (128, 128, 128)
@@ -84,26 +83,8 @@ def written(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, Color]]:
     return found
 
 
-def test_the_centre_of_mass_is_nearer_to_the_heavier_ball(scene: Scene) -> None:
-    overlay = overlay_of(scene)
-    overlay.centre()
-    assert drawn(overlay).center == pytest.approx((500, 300), abs=1)
-    quarters = [tuple(overlay.surface.get_at((500 + dx, 300 + dy)))[:3] for dx, dy in ((3, -3), (-4, -4))]
-    assert quarters == [(0, 0, 0), (255, 255, 255)]
-
-
 def test_balls_have_their_numbers_in_scene_order(scene: Scene, written: list[tuple[str, Color]]) -> None:
     overlay = overlay_of(scene)
     overlay.numbers()
     assert written == [("0", Color("white")), ("1", Color("black"))]
     assert [overlay.surface.get_at((x, 300)) for x in (200, 600)] == [Color("white"), Color("black")]
-
-
-@pytest.mark.parametrize(("scale", "cell"), [(1.0, 50), (0.3, 200), (3.0, 20)])
-def test_grid_lines_are_drawn_at_round_places(scene: Scene, scale: float, cell: int) -> None:
-    overlay = overlay_of(scene, scale)
-    overlay.grid()
-    faint = palette("white").faint
-    low = round(590 * scale)  # below the numbers
-    lines = [x for x in range(1, overlay.surface.get_width()) if overlay.surface.get_at((x, low)) == faint]
-    assert [x for x in lines if x > 40] == [x for k in range(1, 800 // cell) if (x := round(k * cell * scale)) > 40]

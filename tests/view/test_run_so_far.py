@@ -61,22 +61,6 @@ TIE: Final = scene_of(
 )
 
 
-@pytest.mark.wide
-@pytest.mark.parametrize("reference", ["exact", "impulse"])
-def test_a_tie_is_marked_as_in_the_comparison(reference: str) -> None:
-    """The contacts of `impulse` are at the end of a step, where rounding could put them into the next."""
-    watched = Watched(TIE, ["pymunk", reference])
-    for _ in range(120):
-        marks = run(watched, 1).marks
-    comparison = compare(TIE, ["pymunk", reference])
-    assert comparison.trust.undecided is not None
-    assert marks.trust.undecided == comparison.trust.undecided
-    assert marks.trust.horizon == comparison.trust.horizon
-    first = comparison.runs["pymunk"].figures.first_difference
-    assert first is not None
-    assert marks.differences == {"pymunk": first.time}
-
-
 def test_after_an_edit_the_reference_is_judged_from_there() -> None:
     """The edit throws the first ball at two others, which it hits at once."""
     scene = scene_of(
@@ -194,21 +178,3 @@ def test_a_run_repeated_has_the_same_marks_and_a_changed_run_others() -> None:
     watched.session.seek(10)
     watched.session.give(SetVelocity(step=10, ball=1, velocity=(0, 0)))
     assert run(watched, 70).marks != before
-
-
-def test_after_an_edit_times_still_count_from_the_start() -> None:
-    scene = scene_of(
-        "radius = 20\nposition = [100, 300]", "radius = 20\nposition = [300, 320]", more="seconds = 20\nrate = 60"
-    )
-    watched = run(Watched(scene, ["impulse", "exact"]), 30)
-    watched.session.give(SetVelocity(step=30, ball=0, velocity=(240, 0)))
-    edited = compare(scene, ["impulse", "exact"], inputs=[SetVelocity(step=30, ball=0, velocity=(240, 0))])
-    first = edited.runs["impulse"].figures.first_difference
-    assert first is not None
-    assert run(watched, 90).marks.differences["impulse"] == pytest.approx(0.5 + first.time)
-
-
-def test_the_mouse_makes_no_difference() -> None:
-    scene = scene_of("radius = 20\nposition = [400, 300]")
-    inputs: list[Input] = [Grab(step=3, ball=0, at=(200, 200)), Release(step=30)]
-    assert run(Watched(scene, ["impulse", "exact"], inputs), 60).marks.differences == {}

@@ -62,19 +62,6 @@ def test_what_was_done_is_saved_at_any_time_and_its_command_shows_the_same(windo
     assert "sandbox run truths/corner --engines " in window.messages.text
 
 
-def test_the_command_of_a_file_whose_name_is_no_text_is_copied_as_the_bytes_of_the_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    copied: list[bytes] = []
-    monkeypatch.setattr("pygame.scrap.put", lambda _, data: copied.append(data))
-    file = tmp_path / os.fsdecode(b"\xff.toml")
-    file.write_text(SMALL_SCENE)
-    window = Window(load(file), None)
-    window.frame(1 / 60)
-    press(window, "j")
-    assert b"\xff.toml" in copied[0]
-
-
 def test_a_file_name_that_is_too_long_is_reported(tmp_path: Path) -> None:
     file = tmp_path / ("x" * 245 + ".toml")
     file.write_text(SMALL_SCENE)

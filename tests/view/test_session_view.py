@@ -29,16 +29,11 @@ def window(memory_screen: None) -> Window:
     return Window(scene_of(*TWO_BALLS), None)
 
 
-@pytest.mark.parametrize(
-    ("engine", "elasticity", "beside"), [("article", 1, "it should have"), ("pymunk", 0.8, "exact")]
-)
-def test_beyond_the_horizon_an_energy_that_depends_on_the_path_is_only_compared(
-    engine: str, elasticity: float, beside: str
-) -> None:
+def test_beyond_the_horizon_an_energy_is_only_compared() -> None:
     balls = "radius = 20\npositions = [[200, 300], [300, 310]]\nvelocities = [[240, 0], [0, 0]]"
-    window = Window(scene_of(balls, size=f"[800, 600]\nelasticity = {elasticity}"), [engine])
+    window = Window(scene_of(balls), ["article"])
     run(window, 400)
-    for horizon, words in ((None, "it should have"), (0.5, beside)):
+    for horizon, words in ((None, "it should have"), (0.5, "exact")):
         window.view.mark(Marks(Trust(horizon)))
         window.draw()
         assert window.view.panes[0].energy_text.endswith(f" than {words}")
@@ -48,7 +43,7 @@ def test_beyond_the_horizon_an_energy_that_depends_on_the_path_is_only_compared(
     ("error", "words"),
     [
         (-58, "58 % less than it should have"),
-        (-423, "4.2 times the kinetic energy less than it should have"),
+        (-423, "423 % less than it should have"),
         (423, "423 % more than it should have"),
         (0, AS_IT_SHOULD_BE),
     ],
@@ -93,13 +88,12 @@ def test_balls_that_cannot_turn_have_the_line_of_their_angle_in_every_pane_alike
 
 def test_ghosts_are_the_outlines_of_the_other_pane_s_balls(window: Window) -> None:
     window.screen = pygame.display.set_mode((1600, 1000))
+    inside = window.screen.subsurface(window.layout.arenas[0])
     window.draw()
-    before = pixels(window.screen)
+    before = pixels(inside)
     press(window, "g")
     window.draw()
-    assert (pixels(window.screen) != before).any()  # the note in the titles
-    inside = window.layout.arenas[0]
-    assert (pixels(window.screen.subsurface(inside)) == before[inside.x : inside.right, inside.y : inside.bottom]).all()
+    assert np.array_equal(pixels(inside), before)
     press(window, "g")
     window.view.session.lockstep.engines["pymunk"].engine.kick(0, (0.0, 600.0))
     run(window, 6)  # the panes' first balls are 60 px apart now

@@ -9,11 +9,11 @@ import pygame
 import pytest
 from pygame import Color
 from pygame.event import Event
-from window_driver import CODES, SMALL_SCENE, button, click, colours, given, press, step, tool
+from window_driver import SMALL_SCENE, button, click, colours, given, press, step, tool
 
 from sandbox.scene.files import load
 from sandbox.view.controls import Action
-from sandbox.view.display import REPEAT, has_display
+from sandbox.view.display import has_display
 from sandbox.view.layout import MIN_SIZE
 from sandbox.view.notice import Notice, NoticeKind
 from sandbox.view.theme import DARK, GREEN, LIGHT, VERMILLION, readable
@@ -26,8 +26,6 @@ def test_the_toolbar_keeps_its_clicks_and_keys_from_the_panes(window: Window) ->
     click(window, button(window, Action.PAUSE))
     assert window.playback.paused
     assert given(window) == []
-    press(window, "Tab", "Esc")
-    assert window.running  # it has left the toolbar
     press(window, "Esc", "Esc")
     assert not window.running
 
@@ -43,21 +41,6 @@ def test_one_escape_too_many_does_not_quit(window: Window) -> None:
     window.running = True
     window.on_event(Event(pygame.QUIT))
     assert not window.running
-
-
-def test_a_held_key_repeats_and_pause_does_not(window: Window) -> None:
-    def hold(key: str, presses: int) -> None:
-        for _ in range(presses):
-            window.on_event(Event(pygame.KEYDOWN, key=CODES[key], unicode="", mod=0))
-        window.on_event(Event(pygame.KEYUP, key=CODES[key], mod=0))
-
-    assert pygame.key.get_repeat() == REPEAT
-    hold("Right", 20)
-    assert step(window) == 20
-    hold("Left", 1)
-    assert step(window) == 19
-    hold("Space", 3)
-    assert not window.playback.paused
 
 
 def test_a_notice_goes_when_something_else_is_done(window: Window) -> None:
@@ -123,36 +106,6 @@ def test_a_window_opens_dark_by_the_environment_and_a_key_changes_it(monkeypatch
         window.draw()
         assert window.screen.get_at((1, 1)) == ground
         press(window, "F7")
-
-
-def test_the_column_folds_in_a_narrow_window_and_comes_back(window: Window) -> None:
-    for width, is_open in ((1400, True), (640, False), (1400, True)):
-        window.screen = pygame.display.set_mode((width, 700))
-        window.on_event(Event(pygame.WINDOWSIZECHANGED, x=width, y=700))
-        assert (window.panel.open is not None) == is_open
-        window.draw()
-    press(window, "F5")
-    assert window.panel.open is not None
-    window.on_event(Event(pygame.WINDOWSIZECHANGED, x=1400, y=700))
-    assert window.panel.open is not None
-
-
-def test_closing_with_edits_that_are_not_saved_asks(window: Window) -> None:
-    window.editor.set_gravity(100.0)
-    press(window, "Esc")
-    assert "edits of this run are not saved" in window.messages.text
-    press(window, "save", "Right", "Esc")
-    assert window.messages.text.endswith("Esc again quits")
-    assert "edits" not in window.messages.text
-
-
-def test_full_screen_is_left_while_the_picker_is_open(window: Window) -> None:
-    press(window, "F11")
-    assert window.screen.get_size() == pygame.display.get_desktop_sizes()[0]
-    assert window.screen.get_flags() & pygame.FULLSCREEN
-    press(window, "/", "F11")
-    assert window.scenes.picker
-    assert not window.screen.get_flags() & pygame.FULLSCREEN
 
 
 def test_a_session_that_is_replaced_is_freed_and_the_next_one_left_alone_by_the_garbage_collector(

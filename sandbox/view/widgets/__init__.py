@@ -6,27 +6,22 @@ from typing import Final
 
 import pygame
 from pygame import Color, Rect, Surface
-from pygame.event import Event
 
 from sandbox.view.primitives import dot, first_lines, fitting, text_width, wrapped, write
 from sandbox.view.theme import readable, theme
 
 ENTER: Final = (pygame.K_RETURN, pygame.K_KP_ENTER)
-ARROWS: Final = {pygame.K_LEFT: -1, pygame.K_DOWN: -1, pygame.K_RIGHT: 1, pygame.K_UP: 1}
 
 
 class Widget:
     """Something that shows a state and can be pressed. It is given its place at each call, since windows change.
 
-    width: in a row of the side panel, relative to its neighbours. takes_keys: the keyboard can be on it. takes_text:
-    it is typed into once it has been pressed. follows_mouse: it is pressed again at each move of the mouse that holds
-    it. does: what it is for. refusal: why it cannot be used now, or nothing. seen_in: the part of the window outside
-    of which it is scrolled out of sight; None if it never is.
+    width: in a row of the side panel, relative to its neighbours. follows_mouse: it is pressed again at each move of
+    the mouse that holds it. does: what it is for. refusal: why it cannot be used now, or nothing. seen_in: the part of
+    the window outside of which it is scrolled out of sight; None if it never is.
     """
 
     width: float = 5.0
-    takes_keys = True
-    takes_text = False
     follows_mouse = False
     does: str = ""
     refusal: Callable[[], str] = str
@@ -34,7 +29,7 @@ class Widget:
 
     @property
     def tip(self) -> str:
-        """The text beside it while the mouse or the keyboard is on it."""
+        """The text beside it while the mouse is on it."""
         return self.refusal() or self.does
 
     def natural_width(self, text_height: int) -> int:
@@ -46,7 +41,7 @@ class Widget:
         return round(1.85 * text_height)
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
-        """Draw it. hot: the mouse or the keyboard is on it."""
+        """Draw it. hot: the mouse is on it, or it is typed into."""
         raise NotImplementedError
 
     def press(self, place: Rect, point: tuple[int, int]) -> None:
@@ -55,17 +50,10 @@ class Widget:
     def release(self) -> None:
         """Handle the mouse button going up."""
 
-    def key(self, event: Event) -> bool:
-        """Handle a key. Return whether the widget uses it."""
-        return False
-
-    def leave(self) -> None:
-        """Handle that the keyboard goes elsewhere."""
-
 
 @dataclass(eq=False)
 class Pressable(Widget):
-    """A text that does something when it is pressed, or when Enter is while the keyboard is on it.
+    """A text that does something when it is pressed.
 
     said: returns the text, if it changes. widest: the longest text that it will have in a row of the window, so that it
     does not move its neighbours.
@@ -86,24 +74,14 @@ class Pressable(Widget):
         """The text at present."""
         return self.said() if self.said else self.text
 
-    def act(self) -> None:
+    def press(self, place: Rect, point: tuple[int, int]) -> None:
         """Do it, unless it is refused."""
         if self.do and not self.refusal():
             self.do()
 
-    def press(self, place: Rect, point: tuple[int, int]) -> None:
-        """Do it."""
-        self.act()
-
-    def key(self, event: Event) -> bool:
-        """Do it if the key is Enter."""
-        if event.key in ENTER:
-            self.act()
-        return event.key in ENTER
-
 
 def draw_ground(surface: Surface, place: Rect, colour: Color, text_height: int, *, hot: bool) -> None:
-    """Draw what a widget stands on, with a stronger edge while the mouse or the keyboard is on it."""
+    """Draw what a widget stands on, with a stronger edge while it is hot."""
     radius = round(0.4 * text_height)
     pygame.draw.rect(surface, theme.hover if hot and colour == theme.raised else colour, place, border_radius=radius)
     edge = theme.accent if hot else theme.line
@@ -120,11 +98,6 @@ class Words(Pressable):
     bold: bool = False
     scale: float = 1.0
     dots: tuple[Color, ...] = ()
-
-    @property
-    def takes_keys(self) -> bool:  # type: ignore[override]
-        """Whether something is done."""
-        return self.do is not None
 
     def natural_width(self, text_height: int) -> int:
         """Return the width of its text, px."""
@@ -200,8 +173,6 @@ class Bar(Widget):
     value: str
     share: float
     colour: Color
-
-    takes_keys = False
 
     def height(self, width: int, text_height: int) -> int:
         """Return the height of a line of text and a bar, px."""

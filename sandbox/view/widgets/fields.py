@@ -10,19 +10,18 @@ from pygame.event import Event
 
 from sandbox.view.primitives import dot, fitting, text_width, write
 from sandbox.view.theme import theme
-from sandbox.view.widgets import ARROWS, ENTER, Widget, draw_ground
+from sandbox.view.widgets import ENTER, Widget, draw_ground
 
 MAX_TYPED: Final = 200  # characters
-FIRST_CHARACTERS: Final = "0123456789.-+#"  # of numbers and colours
 THICKNESS: Final = 4  # px, of the track
 
 
 @dataclass(eq=False)
 class Field(Widget):
-    """Shows a value by its name. A press begins typing, and so does Enter or a digit while the keyboard is on it.
+    """Shows a value by its name. A press begins typing, and `begin` is called; then keys are the field's.
 
-    Enter or Tab chooses what was typed, and keys are the window's again; Esc, or going elsewhere, leaves the value as
-    it was. typed: so far; None while nothing is being typed. begin: called when typing begins.
+    Enter or Tab chooses what was typed; Esc, or a press elsewhere, leaves the value as it was. typed: so far; None
+    while nothing is being typed.
     """
 
     name: str
@@ -32,8 +31,6 @@ class Field(Widget):
     unit: str = ""
     typed: str | None = None
     begin: Callable[[], None] | None = None
-
-    takes_text = True
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
         """Draw name, value and unit, smaller if need be; what is typed has a cursor behind it."""
@@ -53,44 +50,23 @@ class Field(Widget):
 
     def press(self, place: Rect, point: tuple[int, int]) -> None:
         """Begin to type."""
-        self._begin()
-
-    def key(self, event: Event) -> bool:
-        """Type a character, or choose what was typed."""
-        if event.mod & (pygame.KMOD_CTRL | pygame.KMOD_ALT | pygame.KMOD_META):
-            return False
-        if self.typed is None:
-            if event.key not in ENTER and (not event.unicode or event.unicode not in FIRST_CHARACTERS):
-                return False
-            self._begin()
-            return event.key in ENTER or self._type(event)
-        if event.key in ENTER or event.key == pygame.K_TAB:
-            typed, self.typed = self.typed, None
-            if typed:
-                self.choose(typed)
-            return event.key in ENTER
-        if event.key == pygame.K_ESCAPE:
-            self.typed = None
-            return True
-        return self._type(event)
-
-    def _begin(self) -> None:
         self.typed = ""
         if self.begin:
             self.begin()
 
-    def _type(self, event: Event) -> bool:
-        """Append a character, or delete the last one. Return whether the key does that."""
-        typed, is_letter = self.typed or "", bool(event.unicode and event.unicode.isprintable())
-        if event.key == pygame.K_BACKSPACE:
+    def key(self, event: Event) -> None:
+        """Type a character or delete one, choose what was typed, or leave the value as it was."""
+        typed = self.typed or ""
+        if event.key in (*ENTER, pygame.K_TAB):
+            self.typed = None
+            if typed:
+                self.choose(typed)
+        elif event.key == pygame.K_ESCAPE:
+            self.typed = None
+        elif event.key == pygame.K_BACKSPACE:
             self.typed = (typed or self.value())[:-1]
-        elif is_letter:
+        elif event.unicode and event.unicode.isprintable():
             self.typed = (typed + event.unicode)[:MAX_TYPED]
-        return event.key == pygame.K_BACKSPACE or is_letter
-
-    def leave(self) -> None:
-        """Forget what was typed."""
-        self.typed = None
 
 
 @dataclass(eq=False)
@@ -140,18 +116,9 @@ class Slider(Widget):
     def release(self) -> None:
         """Choose the value that the mouse dragged it to."""
         if self.dragged is not None:
-            index, self.dragged = self.dragged, None
-            self._choose(index)
-
-    def key(self, event: Event) -> bool:
-        """Choose the previous or next value if the key is an arrow."""
-        if event.key in ARROWS:
-            self._choose(min(max(self._nearest() + ARROWS[event.key], 0), len(self.values) - 1))
-        return event.key in ARROWS
-
-    def _choose(self, index: int) -> None:
-        if self.values[index] != self.value():
-            self.choose(self.values[index])
+            value, self.dragged = self.values[self.dragged], None
+            if value != self.value():
+                self.choose(value)
 
     def _nearest(self) -> int:
         if self.dragged is not None:

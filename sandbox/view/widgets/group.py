@@ -12,39 +12,30 @@ from sandbox.view.layout import BETWEEN, in_rows
 from sandbox.view.primitives import card
 from sandbox.view.theme import theme
 from sandbox.view.widgets import Widget
-from sandbox.view.widgets.fields import Slider
+from sandbox.view.widgets.fields import Field, Slider
 
 TIP_SECONDS: Final = 4.0  # that a tip is shown
 Placed = tuple[Widget, Rect]
 
 
 class WidgetGroup:
-    """Which widget the mouse is over, which one it holds down, and which one the keyboard is on."""
+    """Which widget the mouse is over, which one it holds down, and which field is typed into."""
 
     def __init__(self) -> None:
         self.over: Widget | None = None
         self.held: Widget | None = None
-        self.focus: Widget | None = None
+        self.field: Field | None = None
         self._tip_seconds = 0.0  # that the tip is still shown
-
-    @property
-    def is_typed_into(self) -> bool:
-        """Whether keys are typed into a widget."""
-        return self.focus is not None and self.focus.takes_text
-
-    def is_hot(self, widget: Widget) -> bool:
-        """Return whether the mouse or the keyboard is on a widget."""
-        return widget is self.over or widget is self.focus
 
     def on_event(self, event: Event, placed: Sequence[Placed]) -> bool:
         """Handle an event. Return whether a widget uses it. placed: all widgets that are shown, with their places."""
         places = dict(placed)
-        if self.focus not in places:
-            self._move_focus(None)
+        if self.field not in places:
+            self._type_into(None)
         self.over = self.over if self.over in places else None
         self.held = self.held if self.held in places else None
         if event.type == pygame.KEYDOWN:
-            return self._on_key(event, placed)
+            return self._on_key(event)
         if event.type == pygame.MOUSEMOTION:
             over = widget_at(event.pos, placed)
             if over is not self.over:
@@ -65,29 +56,23 @@ class WidgetGroup:
 
     def _on_press(self, point: tuple[int, int], placed: Sequence[Placed]) -> bool:
         self.held = pressed = widget_at(point, placed)
-        self._move_focus(pressed if pressed and pressed.takes_text else None)
+        self._type_into(pressed if isinstance(pressed, Field) else None)
         if pressed:
             pressed.press(dict(placed)[pressed], point)
         return pressed is not None
 
-    def _move_focus(self, widget: Widget | None) -> None:
-        if self.focus is not None and self.focus is not widget:
-            self.focus.leave()
-        self.focus = widget
+    def _type_into(self, field: Field | None) -> None:
+        if self.field:
+            self.field.typed = None
+        self.field = field
 
-    def _on_key(self, event: Event, placed: Sequence[Placed]) -> bool:
-        if self.focus is not None and self.focus.key(event):
-            return True
-        if event.key == pygame.K_TAB:
-            widgets, by = [w for w, _ in placed if w.takes_keys], -1 if event.mod & pygame.KMOD_SHIFT else 1
-            here = min(0, -by) if self.focus is None else widgets.index(self.focus)
-            self._move_focus(widgets[(here + by) % len(widgets)])
-            self._tip_seconds = TIP_SECONDS
-            return True
-        if self.focus is not None and event.key == pygame.K_ESCAPE:
-            self._move_focus(None)
-            return True
-        return False
+    def _on_key(self, event: Event) -> bool:
+        if self.field is None or event.mod & (pygame.KMOD_CTRL | pygame.KMOD_ALT | pygame.KMOD_META):
+            return False
+        self.field.key(event)
+        if self.field.typed is None:
+            self.field = None
+        return True
 
     def wait(self, seconds: float) -> bool:
         """Let some seconds pass. Return whether a tip has left in them."""
@@ -102,12 +87,12 @@ class WidgetGroup:
         for widget, place in placed:
             if widget.seen_in is None or widget.seen_in.colliderect(place):
                 surface.set_clip(widget.seen_in)
-                widget.draw(surface, place, text_height, hot=self.is_hot(widget))
+                widget.draw(surface, place, text_height, hot=widget in (self.over, self.field))
         surface.set_clip(None)
 
     def draw_tip(self, surface: Surface, placed: Sequence[Placed], titles: Sequence[Rect], text_height: int) -> None:
-        """Draw the tip of the widget that the mouse or the keyboard is on, off sliders, titles, and what is typed."""
-        hot = None if self.is_typed_into else self.over or self.focus
+        """Draw the tip of the widget that the mouse is on, off sliders and titles, unless something is typed."""
+        hot = None if self.field else self.over
         place = next((place for widget, place in placed if widget is hot), None)
         if hot and hot.tip and place and self._tip_seconds > 0:
             sliders = [where for widget, where in placed if isinstance(widget, Slider)]
