@@ -2,13 +2,12 @@
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from sandbox.analysis.comparison import Comparison, compare
-from sandbox.analysis.documents import TrialFigures
 from sandbox.analysis.verdict import NEGLIGIBLE_ENERGY, percent
 from sandbox.engines import REFERENCE
 from sandbox.engines.specs import TUNED, format_settings, with_settings
@@ -25,10 +24,16 @@ NEGLIGIBLE_GAP: Final = 0.01  # px; a smaller difference counts as none
 
 
 @dataclass(frozen=True)
-class TriedSettings(TrialFigures):
-    """A trial. units: of the scene."""
+class TriedSettings:
+    """A run of Pymunk with some settings changed, compared with the reference; JSON has it without the units."""
 
-    units: Units
+    changes: dict[str, int]  # settings of `[pymunk]`
+    passages: int  # of balls through walls or each other, without a contact
+    escapes: int  # balls that left the arena
+    apart: float | None  # s, when its paths leave the reference's; None if not while the reference means anything
+    gap_rms: float  # px, over all balls and the times up to when the reference means nothing
+    energy_error: float | None  # as in `Figures`, None if the mouse gives each engine its own energy
+    units: Units  # of the scene
 
     @property
     def settings(self) -> str:
@@ -150,6 +155,9 @@ def as_json(trials: Sequence[TriedSettings]) -> dict[str, Any]:
     """Return what `--json` writes about trials; an empty dictionary if nothing was tried."""
     if not trials:
         return {}
-    best, keys = advised(trials), [field.name for field in fields(TrialFigures)]
-    listed = [{key: getattr(trial, key) for key in keys} | {"advised": trial is best} for trial in trials]
+    best = advised(trials)
+    listed = [
+        {key: value for key, value in vars(trial).items() if key != "units"} | {"advised": trial is best}
+        for trial in trials
+    ]
     return {"advice": listed, "recommendation": recommend(trials)}
