@@ -137,14 +137,19 @@ def _energy(comparison: Comparison, run: Run) -> Iterator[str]:
         yield f"Energy as it should be {until}".rstrip() + "."
         return
     share = run.energy_gap[np.argmax(np.abs(run.energy_gap) >= error * (1 - NEGLIGIBLE))]
-    what = f"{percent(-share)} of the energy is missing" if share < 0 else f"{percent(share)} too much energy"
-    at_worst = " at worst" if abs(run.energy_gap[known][-1] - share) > FURTHER_ON * error else ""
-    yield f"{until.capitalize()}, {what}{at_worst}.".removeprefix(", ")
+    last = float(run.energy_gap[known][-1])
+    in_the_end = f" at worst; {_amount(last)} in the end" if abs(last - share) > FURTHER_ON * error else ""
+    yield f"{until.capitalize()}, {_amount(share)}{in_the_end}.".removeprefix(", ")
     runs = (run, comparison.runs[comparison.against])
     given, expected = (each.energy_by_cause.get(Cause.APPLIED, 0.0) for each in runs)
     if abs(given - expected) > NEGLIGIBLE_ENERGY * run.energy_scale:
         than = f"{'less' if given < expected else 'more'} than {_short(comparison)}"
         yield f"The mouse or your code gave it {percent(abs(given - expected) / run.energy_scale)} {than}."
+
+
+def _amount(share: float) -> str:
+    """Return how much energy is missing or too much. share: what there is too much, of the scale."""
+    return f"{percent(share)} too much energy" if share > 0 else f"{percent(-share)} of the energy is missing"
 
 
 def _causes(comparison: Comparison, name: str, remedies: dict[Cause, str]) -> Iterator[str]:
