@@ -14,13 +14,12 @@ from sandbox.engines.specs import TUNED, format_settings, with_settings
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import Grab, Input
 from sandbox.scene.model import Scene
-from sandbox.scene.spawn import needed_rate, spawn
 from sandbox.scene.units import Dimension, Units
 
 FINER_STEPS: Final = 4  # factor on the substeps
 MORE_ITERATIONS: Final = 200
 ALIKE: Final = 0.05  # fraction by which two trials may differ and count as equally good
-NEGLIGIBLE_GAP: Final = 0.01  # px; a smaller difference counts as none
+NEGLIGIBLE_GAP: Final = 0.01  # px; a smaller gap counts as none
 
 
 @dataclass(frozen=True)
@@ -42,24 +41,15 @@ class TriedSettings:
 
 
 class Rank(NamedTuple):
-    """A figure to rank trials by.
-
-    badness: smaller is better; text: the figure in words; noise: what two values may differ by and mean the same.
-    """
+    """A figure to rank trials by. badness: smaller is better; text: the figure in words."""
 
     label: str
     badness: Callable[[TriedSettings], float]
     text: Callable[[TriedSettings], str]
-    noise: float = 0.0
 
     def better(self, first: TriedSettings, second: TriedSettings) -> bool:
-        """Return whether a trial is better than another by more than ALIKE and the noise."""
-        return self.badness(first) < (1 - ALIKE) * self.badness(second) - self.noise
-
-    def best(self, trials: Sequence[TriedSettings]) -> list[TriedSettings]:
-        """Return the trials that are about as good as the best."""
-        best = min(trials, key=self.badness)
-        return [trial for trial in trials if not self.better(best, trial)]
+        """Return whether a trial is better than another by more than ALIKE."""
+        return self.badness(first) < (1 - ALIKE) * self.badness(second)
 
 
 RANKS: Final = (  # what matters most comes first
@@ -72,15 +62,13 @@ RANKS: Final = (  # what matters most comes first
     ),
     Rank(
         "RMS gap",
-        lambda trial: trial.gap_rms if trial.apart is None else math.inf,
+        lambda trial: max(trial.gap_rms - NEGLIGIBLE_GAP, 0.0) if trial.apart is None else math.inf,
         lambda trial: trial.units.text(Dimension.LENGTH, "{:.4g}", trial.gap_rms),
-        NEGLIGIBLE_GAP,
     ),
     Rank(
         "energy error",
-        lambda trial: trial.energy_error or 0.0,
+        lambda trial: max((trial.energy_error or 0.0) - NEGLIGIBLE_ENERGY, 0.0),
         lambda trial: "-" if trial.energy_error is None else percent(trial.energy_error),
-        NEGLIGIBLE_ENERGY,
     ),
 )
 
@@ -105,8 +93,7 @@ def try_settings(
 def _changes(scene: Scene) -> Iterator[dict[str, int]]:
     """Yield what to change, the simplest first; of equally many changes, what costs the least time."""
     steady = {"collision_persistence": 1}
-    enough = math.ceil((needed_rate(scene, spawn(scene)) or 0) / scene.rate)  # the rate that `check` names
-    finer = {"substeps": max(FINER_STEPS * scene.pymunk.substeps, enough)}
+    finer = {"substeps": FINER_STEPS * scene.pymunk.substeps}
     converged = {"iterations": MORE_ITERATIONS, **steady}
     yield from ({}, steady, finer, {"iterations": MORE_ITERATIONS}, converged, finer | converged)
 
@@ -116,7 +103,7 @@ def _trial(comparison: Comparison, engine: str, changes: dict[str, int]) -> Trie
     trusted = comparison.time < (math.inf if until is None else until)
     return TriedSettings(
         changes,
-        passages=len(run.missed),
+        passages=run.missed,
         escapes=run.figures.escaped,
         apart=run.apart,
         gap_rms=float(np.sqrt(np.mean(run.gap_rms[trusted] ** 2))) if trusted.any() else 0.0,
@@ -136,7 +123,8 @@ def advice_rows(trials: Sequence[TriedSettings]) -> Iterator[list[str]]:
 def advised(trials: Sequence[TriedSettings]) -> TriedSettings:
     """Return the trial to use: of those about as good as the best by every rank in turn, the simplest."""
     for rank in RANKS:
-        trials = rank.best(trials)
+        best = min(trials, key=rank.badness)
+        trials = [trial for trial in trials if not rank.better(best, trial)]
     return min(trials, key=lambda trial: len(trial.changes))
 
 

@@ -113,7 +113,7 @@ class Comparison:
         return csv_text([[*rows[0]], *([*row.values()] for row in rows)])
 
     def exceeded(
-        self, max_gap: float | None = None, max_drift: float | None = None, max_energy_error: float | None = None
+        self, max_gap: float | None = None, max_energy_error: float | None = None
     ) -> Iterator[tuple[str, str]]:
         """Yield each engine that exceeds a limit, of those that are not None, and by how much.
 
@@ -122,10 +122,9 @@ class Comparison:
         for name, run in self.runs.items():
             for what, limit, values, unit in (
                 ("gap", max_gap, run.gap_max, " px"),
-                ("drift", max_drift, np.abs(run.energy_change), ""),
                 ("energy error", max_energy_error, np.abs(run.energy_gap), ""),
             ):
-                if limit is not None and (np.isnan(values[1:]).all() or (what != "drift" and not self.others)):
+                if limit is not None and (np.isnan(values[1:]).all() or not self.others):
                     why = "means nothing from the start" if run.energy_scale else "has no ball that moves"
                     raise SandboxError(
                         f"{name}: there is no {what} to compare with the limit of {limit:g}: {self.against} "

@@ -8,7 +8,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.analysis.difference import Difference, Passage
+from sandbox.analysis.difference import Difference
 from sandbox.analysis.expectations import Score
 from sandbox.analysis.gas import TheoryRow
 from sandbox.analysis.impacts import Impacts, Misreport
@@ -79,8 +79,8 @@ class Run(Course):
     energy_gap: (steps + 1,) the difference from the reference's energy as a fraction of the scale, give or take a step,
     NaN where that means nothing or soft contacts hold energy; apart: s, when a ball is first more than its radius from
     the reference's; impacts: the motion before and after the first MAX_IMPACTS contacts; gained: (steps, 3), momentum
-    and angular momentum that nothing outside gave; differences: its wrong steps, none of the reference's; path:
-    (frames, n, 2) px.
+    and angular momentum that nothing outside gave; differences: its wrong steps, none of the reference's; missed:
+    how many contacts did not happen; path: (frames, n, 2) px.
     """
 
     energy_scale: float
@@ -94,7 +94,7 @@ class Run(Course):
     gained: Floats
     ledger: tuple[Entry, ...]
     differences: tuple[Difference, ...]
-    missed: tuple[Passage, ...]
+    missed: int
     causes: tuple[CauseOfError, ...]
     is_spinless: bool
     escape: Escape | None

@@ -7,12 +7,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.analysis.difference import differences, passages
+from sandbox.analysis.difference import differences
 from sandbox.analysis.energy_scale import EnergyScale
 from sandbox.analysis.expectations import overlap_in, scores
 from sandbox.analysis.figures import Course, Escape, Run
 from sandbox.analysis.gas import TheoryRow, measure_gas, why_lawless, why_no_gas
 from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, Misreport, impacts_in, misreports
+from sandbox.judge.causes import Cause
 from sandbox.judge.judge import Steps
 from sandbox.judge.thresholds import NEGLIGIBLE
 from sandbox.quantity import deepest_overlap, energy, length, meeting, momentum, outside
@@ -169,7 +170,7 @@ class Measurement:
             gained=verdict.gained,
             ledger=verdict.ledger,
             differences=differences(scene, verdict) if reference and course.gap_max.any() else (),
-            missed=passages(verdict),
+            missed=int(np.count_nonzero(verdict.errors["cause"] == Cause.MISSED)),
             causes=verdict.causes,
             is_spinless=verdict.is_spinless,
             escape=self._escape(final),

@@ -186,7 +186,6 @@ def compare(
     csv_file: options.CsvFile = None,
     report: options.ReportFile = None,
     max_gap: options.MaxGap = None,
-    max_drift: options.MaxDrift = None,
     max_energy_error: options.MaxEnergyError = None,
     all_rows: options.AllRows = False,
     first: options.First = False,
@@ -226,7 +225,7 @@ def compare(
         if trials:
             print()
             print_advice(trials, console())
-    exceeded = [message for _, message in comparison.exceeded(max_gap, max_drift, max_energy_error)]
+    exceeded = [message for _, message in comparison.exceeded(max_gap, max_energy_error)]
     for error in comparison.failed.values():
         print_error(error)
     if exceeded:

@@ -7,7 +7,6 @@ from typing import Final
 
 from rich.cells import cell_len
 from rich.console import Console
-from rich.padding import Padding
 from rich.table import Table
 
 from sandbox.analysis.advice import TriedSettings, advice_rows, recommend
@@ -51,7 +50,7 @@ def print_comparison(
     scene = comparison.scene
     terminal.print(f"{headline(comparison)}\n")
     width = max(map(cell_len, [*comparison.runs, *comparison.failed]))
-    for engine, lines in summaries(comparison):
+    for engine, lines in summaries(comparison).items():
         _print_beside(engine, lines, width, terminal)
     rows = list(comparison_rows(comparison))
     shown = rows if all_rows else rows[:MAX_ROWS]
@@ -248,15 +247,7 @@ class Scoreboard:
 
 def print_advice(trials: Sequence[TriedSettings], terminal: Console) -> None:
     """Print the results of other settings of Pymunk, and what to change."""
-    labels, *rows = [[row[0].replace(", ", ",\n"), *row[1:]] for row in advice_rows(trials)]
-    widths = [max(map(cell_len, "\n".join(column).split("\n"))) for column in zip(labels, *rows, strict=True)]
-    if sum(widths) + COLUMN_GAP * (len(widths) - 1) <= terminal.width:
-        terminal.print(_table(labels, *rows))
-    else:
-        for settings, *values in rows:
-            terminal.print(f"{labels[0]} {' '.join(settings.split())}:")
-            pairs = (f"{label} {value}" for label, value in zip(labels[1:], values, strict=True))
-            terminal.print(Padding("; ".join(pairs), (0, 0, 0, 2)))
+    terminal.print(_table(*([row[0].replace(", ", ",\n"), *row[1:]] for row in advice_rows(trials))))
     terminal.print(f"\n{recommend(trials)}")
 
 

@@ -133,7 +133,7 @@ def test_a_table_always_has_the_same_columns_and_unknown_values_stay_empty() -> 
     assert list(read[0]) == csv.DictReader(io.StringIO(as_csv([]))).fieldnames
     assert [row["first_difference.cause"] for row in read] == ["", "late"]
     assert [row["first_difference.before"] for row in read] == ["", "[[1.5, 2]]"]
-    assert read[0]["ledger.late.energy"] == read[0]["theory.compressibility.measured"] == ""
+    assert read[0]["ledger.late.energy"] == read[0]["theory.contacts per second.measured"] == ""
     assert "of a later version" not in read[0]
     assert [list(read[0])[place] for place in (0, -1)] == ["scene", "pow"]
 
