@@ -25,7 +25,7 @@ MODULES: Final = {
 }
 PLAIN: Final = ("bench.engines", "bench.window")  # benchmarks of plain Pymunk and pygame, for comparison
 LIBRARIES: Final = {  # library -> the modules and folders that may import it; numpy is imported everywhere
-    "pydantic": ("scene", "run", "space", "analysis.documents", "view"),
+    "pydantic": ("scene", "run", "space", "view"),
     "pydantic_core": ("scene",),
     "tomlkit": ("scene.files",),
     "pandas": ("run.trajectory", "scripting.comparison_result", "scripting.calls"),

@@ -112,10 +112,8 @@ class Comparison:
         rows = self.rows()
         return csv_text([[*rows[0]], *([*row.values()] for row in rows)])
 
-    def exceeded(
-        self, max_gap: float | None = None, max_energy_error: float | None = None
-    ) -> Iterator[tuple[str, str]]:
-        """Yield each engine that exceeds a limit, of those that are not None, and by how much.
+    def exceeded(self, max_gap: float | None = None, max_energy_error: float | None = None) -> Iterator[str]:
+        """Yield which engine exceeds a limit, of those that are not None, and by how much.
 
         Raises SandboxError if a limit cannot be judged: the engine is alone, or its figure is unknown at all times.
         """
@@ -132,7 +130,7 @@ class Comparison:
                     )
                 if limit is not None and (beyond := values > limit).any():
                     since, largest = self.time[int(beyond.argmax())], f"{np.nanmax(values):.6g}{unit}"
-                    yield name, f"{name}: {what} {largest} exceeds the limit of {limit:g}{unit}, first at {since:.3f} s"
+                    yield f"{name}: {what} {largest} exceeds the limit of {limit:g}{unit}, first at {since:.3f} s"
 
 
 def _as_json(run: Run) -> dict[str, Any]:

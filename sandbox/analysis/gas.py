@@ -74,23 +74,15 @@ def _reach(contacts: Contacts, radius: Floats) -> Floats:
     return np.asarray(radius[contacts["first"]] + of_second - contacts["depth"])
 
 
-def packing_fraction(radius: Floats, size: Sequence[float]) -> float:
-    """Return the fraction of the arena that discs cover, η. radius: (n,) px; size: of the arena, px."""
-    return float(np.pi * np.sum(radius**2) / math.prod(size))
-
-
-def contact_value(eta: float) -> float:
-    """Return g, the density of discs at contact relative to the average (D. Henderson, Mol. Phys. 30 (1975) 971)."""
-    return (1 - 7 * eta / 16) / (1 - eta) ** 2
-
-
 def enskog_rate(n: int, radius: float, size: Sequence[float], mean_square_speed: float) -> float:
     """Return the rate of contacts between n equal discs, 1/s: n 2r (n/A) g √(π kT/m), where 2kT/m is <v²>, px²/s².
 
-    S. Chapman and T. G. Cowling, The Mathematical Theory of Non-Uniform Gases, ch. 16, there in three dimensions.
+    S. Chapman and T. G. Cowling, The Mathematical Theory of Non-Uniform Gases, ch. 16, there in three dimensions. g is
+    the density of discs at contact relative to the average (D. Henderson, Mol. Phys. 30 (1975) 971).
     """
     area = math.prod(size)
-    g = contact_value(n * math.pi * radius**2 / area)
+    eta = n * math.pi * radius**2 / area
+    g = (1 - 7 * eta / 16) / (1 - eta) ** 2
     return n * 2 * radius * n / area * g * math.sqrt(math.pi * mean_square_speed / 2)
 
 
@@ -125,8 +117,8 @@ def why_no_gas(scene: Scene) -> str:
     lawless = why_lawless(scene)
     if lawless or len(scene.bodies) < MIN_GAS_DISCS:
         return lawless or f"fewer than {MIN_GAS_DISCS} balls"
-    fluid = packing_fraction(scene.bodies.radius, scene.arena.size) < FREEZING
-    return "" if fluid else "so dense that it freezes"
+    eta = np.pi * np.sum(scene.bodies.radius**2) / math.prod(scene.arena.size)
+    return "" if eta < FREEZING else "so dense that it freezes"
 
 
 def measure_gas(scene: Scene, contacts: Contacts, velocity: Floats, seconds: float) -> tuple[TheoryRow, ...]:

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.expectations import overlap_in, worst
+from sandbox.analysis.expectations import overlap_in
 from sandbox.analysis.figures import Figures, Run
 from sandbox.engines import REFERENCE
 from sandbox.engines.specs import TUNED, settings_in
@@ -177,18 +177,10 @@ def _besides(comparison: Comparison, name: str) -> Iterator[str]:
         step, ball = run.misreports[0]
         first = f"first of ball {ball} at {scene.clock.time(step):.3f} s"
         yield f"Misreports contacts in {counted(len(run.misreports), 'step')}, {first}."
-    if missed := [score for score in run.scores if score.missed]:
-        furthest = worst(missed)
-        deviation, dimension = furthest.missed[0], furthest.missed[0].quantity.dimension
-        off = scene.units.text(dimension, "{:.4g}", deviation.error)
-        tolerance = scene.units.text(dimension, "{:g}", furthest.expect.tolerance)
-        whole = counted(run.figures.expected, "expectation")
-        yield f"Misses {len(missed)} of {whole}: {deviation.quantity.label} by up to {off} (tolerance {tolerance})."
     if escape := run.escape:
-        at_end = f", {escape.left} still outside at the end" if escape.left else ""
         by = scene.units.text(Dimension.LENGTH, "{:.4g}", escape.furthest)
         first = f"first ball {escape.ball} at {escape.time:.3f} s"
-        yield f"{counted(escape.balls, 'ball')} left the arena, {first}, by up to {by}{at_end}."
+        yield f"{counted(escape.balls, 'ball')} left the arena, {first}, by up to {by}."
 
 
 # The table
@@ -200,14 +192,6 @@ def is_heap(comparison: Comparison) -> bool:
     return comparison.trusted_until is not None and any(scene.gravity) and not scene.keeps_energy
 
 
-def _energy_change(run: Run, rows: slice) -> float | None:
-    return 100 * float(run.energy_change[rows][-1]) if run.energy_scale else None
-
-
-def _rms_gap(run: Run, rows: slice) -> float:
-    return float(np.sqrt(np.mean(run.gap_rms[rows] ** 2)))
-
-
 def _in_percent(share: float | None) -> float | None:
     return None if share is None else 100 * share
 
@@ -216,9 +200,9 @@ COUNT: Final = "{:.0f}", Dimension.NUMBER
 LENGTH: Final = "{:.4g}", Dimension.LENGTH
 SHARE: Final = "{:.3g} %", Dimension.NUMBER
 ROWS: Final[Mapping[str, tuple[tuple[str, Dimension], Callable[[Run, slice], float | None]]]] = {
-    "energy change": (("{:+.3g} %", Dimension.NUMBER), _energy_change),
+    "energy change": (("{:+.3g} %", Dimension.NUMBER), lambda run, rows: 100 * float(run.energy_change[rows][-1])),
     "energy error": (SHARE, lambda run, _: _in_percent(run.figures.energy_error)),
-    "RMS gap": (LENGTH, _rms_gap),
+    "RMS gap": (LENGTH, lambda run, rows: float(np.sqrt(np.mean(run.gap_rms[rows] ** 2)))),
     "largest gap": (LENGTH, lambda run, rows: float(run.gap_max[rows].max())),
     "ball contacts": (COUNT, lambda run, _: run.figures.pair_contacts),
     "wall contacts": (COUNT, lambda run, _: run.figures.wall_contacts),

@@ -225,7 +225,7 @@ def compare(
         if trials:
             print()
             print_advice(trials, console())
-    exceeded = [message for _, message in comparison.exceeded(max_gap, max_energy_error)]
+    exceeded = list(comparison.exceeded(max_gap, max_energy_error))
     for error in comparison.failed.values():
         print_error(error)
     if exceeded:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import numbers_in, scene_of
+from conftest import scene_of
 
 from sandbox.analysis.comparison import Comparison, compare
 from sandbox.analysis.figures import Run
@@ -107,17 +107,6 @@ def test_a_remedy_is_said_once_and_only_of_pymunk() -> None:
     assert all(run.causes[0].cause == Cause.LATE for run in comparison.others.values())
     assert verdict(comparison).count("More steps a second, or substeps, find them sooner.") == 1
     assert "More steps" not in verdict(compare(load("oblique"), ["impulse", "exact"]))
-
-
-@pytest.mark.parametrize("scene", ["head-on", "truths/bounce-half", "truths/cradle-touching"])
-def test_the_lines_and_the_table_have_the_same_expectations_missed(scene: str) -> None:
-    """A ball may be within its radius of the reference, and further off than an expectation allows."""
-    comparison = compare(load(scene), ["pymunk", "impulse", "exact"])
-    for name, run in comparison.runs.items():
-        missed = [numbers_in(line)[:2] for line in lines(comparison, name) if line.startswith("Misses")]
-        met, expected = run.figures.met, run.figures.expected
-        assert missed == ([[expected - met, expected]] if met < expected else [])
-    assert "Misses" in verdict(comparison)
 
 
 def with_energies(gap: float) -> Comparison:
