@@ -211,10 +211,7 @@ def _table(labels: Sequence[str], *rows: Sequence[str]) -> Table:
 
 
 class Scoreboard:
-    """Prints scores as they come: a row for each scene, a column for each engine, as far as the terminal is wide.
-
-    On a narrower one, the names of scenes have lines of their own, and on one narrower still, every cell has.
-    """
+    """Prints scores as they come: a row for each scene, a column for each engine; on a narrow terminal, a line each."""
 
     def __init__(self, scenes: Sequence[str], engines: Sequence[str], terminal: Console) -> None:
         self._terminal = terminal
@@ -222,8 +219,7 @@ class Scoreboard:
         self._name_width = max(map(cell_len, ("scene", *scenes)))
         columns = sum(COLUMN_GAP + width for width in self._widths.values())
         self._is_wide = self._name_width + columns <= self._terminal.width
-        self._is_table = columns <= self._terminal.width
-        if self._is_table:
+        if self._is_wide:
             self._print("scene", {engine: engine for engine in engines})
 
     def print_row(self, scene: str, row: Mapping[str, Result]) -> None:
@@ -231,13 +227,10 @@ class Scoreboard:
         self._print(scene, {engine: _cell(result) for engine, result in row.items()})
 
     def _print(self, scene: str, cells: Mapping[str, str]) -> None:
-        padded = "".join(
-            " " * (COLUMN_GAP + self._widths[name] - cell_len(cell)) + cell for name, cell in cells.items()
-        )
         if self._is_wide:
+            gaps = {name: " " * (COLUMN_GAP + self._widths[name] - cell_len(cell)) for name, cell in cells.items()}
+            padded = "".join(gaps[name] + cell for name, cell in cells.items())
             lines = [scene + " " * (self._name_width - cell_len(scene)) + padded]
-        elif self._is_table:
-            lines = [scene, padded]
         else:
             labels = max(map(cell_len, cells))
             lines = [scene, *(f"  {name}{' ' * (labels - cell_len(name))}  {cell}" for name, cell in cells.items())]

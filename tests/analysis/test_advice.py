@@ -42,13 +42,6 @@ def test_one_setting_is_tried_at_a_time_and_then_several() -> None:
     ]
 
 
-def test_a_trial_has_the_figures_of_the_changed_scene() -> None:
-    scene = load("article").changed(seconds=4.0)
-    finer = settings_of(try_settings(scene, "exact"), substeps=4)
-    run = compare(scene.changed(pymunk={"substeps": 4}), ["pymunk", "exact"]).runs["pymunk"]
-    assert (finer.apart, finer.gap_rms) == (run.apart, run.figures.gap_rms)
-
-
 def test_pymunk_cannot_be_measured_against_itself() -> None:
     with pytest.raises(SandboxError, match="advice on pymunk cannot be measured against pymunk itself"):
         try_settings(load("head-on"), "pymunk")

@@ -104,13 +104,6 @@ def test_the_article_loses_energy_by_the_missing_part_of_the_impulse() -> None:
     assert run.energy[0] - first == pytest.approx((1 - 0.9**2) * 0.5 * 200**2 / 2, rel=1e-12)
 
 
-def test_elasticity_is_the_scene_s_own() -> None:
-    scene = scene_of("radius = 20\nelasticity = 0.5\nposition = [100, 300]\nvelocity = [400, 0]")
-    _, ledger = ledger_of(scene.changed(seconds=3.0), "exact")  # one bounce, at 1.7 s
-    assert set(ledger) <= {"elasticity", "rounding"}
-    assert ledger["elasticity"].energy == pytest.approx(-(1 - 0.5**2) * 400**2 / 2)
-
-
 def test_elasticity_acts_on_the_speed_at_first_touch() -> None:
     """As in `oblique`, the two touch at 45 degrees and approach at 100 √2 px/s along the normal, however late."""
     scene = scene_of(

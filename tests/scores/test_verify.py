@@ -13,7 +13,6 @@ from sandbox.analysis.expectations import ExpectedQuantity, Score
 from sandbox.analysis.verdict import key_figures
 from sandbox.engines import _BUILT_IN, ENTRY_POINTS
 from sandbox.engines.exact import ExactEngine
-from sandbox.errors import SandboxError
 from sandbox.run.edits import SetVelocity
 from sandbox.run.inputs import Grab
 from sandbox.scene.files import bundled, load
@@ -202,15 +201,6 @@ def test_the_engines_asked_for_must_pass_or_else_the_exact_engine() -> None:
     assert all_passed(refused, ["article"])
 
 
-def test_momentum_and_centre_of_mass_are_of_all_balls() -> None:
-    scene = scene_of(
-        "radius = 20\nmass = 3\nposition = [200, 300]\nvelocity = [60, 0]",
-        "radius = 20\nposition = [600, 300]\nvelocity = [0, -60]\n[[expect]]\nat = 1\nmomentum = [180, -60]\n"
-        "centre_of_mass = [345, 285]\nenergy_ratio = 1\ntolerance = 1e-9\nbecause = 'nothing acts on them'\n",
-    )
-    assert result_of(scene).outcome is Outcome.MET
-
-
 @pytest.mark.parametrize(
     ("balls", "walls", "deep"),
     [
@@ -291,17 +281,12 @@ def test_compare_and_verify_score_alike(name: str, rate: int) -> None:
         assert scores == tuple(one for one in result_of(scene, engine).scores if one.expect.at <= scene.seconds)
 
 
-def test_the_mouse_ends_expectations() -> None:
-    inputs, scene = [Grab(step=3, ball=0, at=(400, 500))], FALLING.changed(rate=100)
-    assert compare(scene, ["exact"], inputs=inputs).runs["exact"].scores == ()
-    later = [Grab(step=60, ball=0, at=(400, 500))]
-    assert compare(scene, ["exact"], inputs=later).runs["exact"].figures.met == 1
-
-
-@pytest.mark.parametrize("step", [0, 3])
-def test_an_edit_ends_expectations_also_before_the_first_step(step: int) -> None:
-    inputs = [SetVelocity(step=step, ball=0, velocity=(10.0, 0.0))]
-    assert compare(FALLING, ["exact"], inputs=inputs).runs["exact"].scores == ()
+def test_the_mouse_and_edits_end_expectations() -> None:
+    scene, grab = FALLING.changed(rate=100), Grab(step=3, ball=0, at=(400, 500))
+    for first in (grab, *(SetVelocity(step=step, ball=0, velocity=(10.0, 0.0)) for step in (0, 3))):
+        assert compare(scene, ["exact"], inputs=[first]).runs["exact"].scores == ()
+    later = grab.model_copy(update={"step": 60})
+    assert compare(scene, ["exact"], inputs=[later]).runs["exact"].figures.met == 1
 
 
 # Engines that break
@@ -346,28 +331,6 @@ def test_the_command_names_the_engine_that_broke_and_ends_with_1(command: Comman
     assert err.startswith("Traceback")
 
 
-class Interrupted(ExactEngine):
-    """Is interrupted in a scene with more than five balls."""
-
-    def __init__(self, scene: Scene, initial: State) -> None:
-        super().__init__(scene, initial)
-        if len(scene.bodies) > 5:
-            raise KeyboardInterrupt
-
-
-def test_rows_are_printed_as_scenes_are_done(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    entry = EntryPoint("interrupted", f"{__name__}:{Interrupted.__name__}", ENTRY_POINTS)
-    monkeypatch.setitem(_BUILT_IN, "interrupted", entry)
-    code, out, _ = command("verify", "oblique", "newtons-cradle", "--engines", "interrupted")
-    assert code == 130
-    assert out == "scene              interrupted\noblique             2.0e-14 ok\n"
-
-
-def test_an_unknown_engine_is_an_error_of_the_user() -> None:
-    with pytest.raises(SandboxError, match=r"^no engine 'exat'; did you mean exact\?$"):
-        verify([load("oblique")], ["pymunk", "exat"])
-
-
 # What the command prints
 
 
@@ -379,13 +342,6 @@ bouncing      0.0e+00 ok   1.5e+01 close         refused
 
 
 NARROW = """\
-scene
-           exact          pymunk         article
-oblique
-      2.0e-14 ok   5.9e+00 close  1.2e+02 MISSED
-bouncing
-"""
-NARROWEST = """\
 oblique
   exact    2.0e-14 ok
   pymunk   5.9e+00 close
@@ -394,7 +350,7 @@ bouncing
 """
 
 
-@pytest.mark.parametrize(("columns", "rows"), [(80, WIDE), (50, NARROW), (30, NARROWEST)])
+@pytest.mark.parametrize(("columns", "rows"), [(80, WIDE), (50, NARROW)])
 def test_rows_fit_the_terminal(command: Command, monkeypatch: pytest.MonkeyPatch, columns: int, rows: str) -> None:
     monkeypatch.setenv("COLUMNS", str(columns))
     _, out, _ = command("verify", "oblique", "bouncing", "--engines", "exact,pymunk,article")
