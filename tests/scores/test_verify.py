@@ -14,7 +14,7 @@ from sandbox.analysis.verdict import key_figures
 from sandbox.engines import _BUILT_IN, ENTRY_POINTS
 from sandbox.engines.exact import ExactEngine
 from sandbox.run.edits import SetVelocity
-from sandbox.run.inputs import Grab
+from sandbox.run.inputs import Grab, Input
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scores.verify import Board, Outcome, Result, all_passed, as_json, verify
@@ -282,10 +282,11 @@ def test_compare_and_verify_score_alike(name: str, rate: int) -> None:
 
 
 def test_the_mouse_and_edits_end_expectations() -> None:
-    scene, grab = FALLING.changed(rate=100), Grab(step=3, ball=0, at=(400, 500))
-    for first in (grab, *(SetVelocity(step=step, ball=0, velocity=(10.0, 0.0)) for step in (0, 3))):
+    scene, edits = FALLING.changed(rate=100), [SetVelocity(step=k, ball=0, velocity=(10.0, 0.0)) for k in (0, 3)]
+    firsts: list[Input] = [Grab(step=3, ball=0, at=(400, 500)), *edits]
+    for first in firsts:
         assert compare(scene, ["exact"], inputs=[first]).runs["exact"].scores == ()
-    later = grab.model_copy(update={"step": 60})
+    later = Grab(step=60, ball=0, at=(400, 500))
     assert compare(scene, ["exact"], inputs=[later]).runs["exact"].figures.met == 1
 
 
