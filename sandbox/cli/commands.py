@@ -507,8 +507,7 @@ def bench(
 ) -> None:
     """Measure the speed of the sandbox, in about two minutes.
 
-    The parts are pymunk, article, exact, compare, window and start. A figure with a "/" is a ratio of two
-    measured alternately.
+    The parts are pymunk, exact, compare and window. A figure with a "/" is a ratio of two measured alternately.
     """
     from sandbox.bench.parts import bench as measure
     from sandbox.cli.tables import print_figures
