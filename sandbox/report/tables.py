@@ -17,7 +17,7 @@ from sandbox.analysis.verdict import is_heap, key_figures, summaries
 from sandbox.engines import REFERENCE
 from sandbox.judge.causes import Cause
 from sandbox.judge.thresholds import NEGLIGIBLE
-from sandbox.report.first_contacts import columns, first_contacts
+from sandbox.report.first_contacts import first_contacts
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension, Units
 from sandbox.scores.verify import Board, Outcome, Result, tally
@@ -111,9 +111,9 @@ def _print_first_contacts(scene: Scene, engine: str, run: Run, most: int, termin
         first = f"The first {len(contacts)} of " if len(contacts) > 1 else "The first of "
         first_of = first if len(contacts) < len(run.contacts) else ""
         terminal.print(f"\n{first_of}{counted(len(run.contacts), 'contact')} in {engine}:")
-    for contact in contacts:
-        terminal.print(f"\n{contact.time}, {contact.names}")
-        terminal.print(_table(("", *columns(scene.units)), *contact.rows))
+    for title, rows in contacts:
+        terminal.print(f"\n{title}")
+        terminal.print(_table(*rows))
 
 
 def sentence(scene: Scene, difference: Difference) -> str:
