@@ -80,9 +80,9 @@ class Chart:
 
 
 def charts(comparison: Comparison) -> list[Chart]:
-    """Draw gap and energy over time."""
+    """Draw gap and energy over time: the gap from a reference, and energy where there is a scale of it."""
     gap = [_gap(comparison)] if len(comparison.runs) > 1 else []
-    return [*gap, _energy(comparison)]
+    return gap + ([_energy(comparison)] if comparison.energy_scale else [])
 
 
 def as_document(drawn: Sequence[Chart]) -> tuple[dict[str, Any], dict[str, str]]:
@@ -118,16 +118,6 @@ def _styles(comparison: Comparison) -> dict[str, Style]:
 # Over time
 
 
-def energies(comparison: Comparison) -> tuple[dict[str, Floats], str]:
-    """Return each engine's energy over time and its unit: %, 100 at the start, or the scene's if nothing moves."""
-    runs = comparison.runs
-    if comparison.energy_scale:
-        return {name: 100 * (1 + run.energy_change) for name, run in runs.items()}, "%"
-    units = comparison.scene.units
-    factor = units.factor(Dimension.ENERGY)
-    return {name: factor * run.energy for name, run in runs.items()}, units.name(Dimension.ENERGY)
-
-
 def thinned(values: Floats, most: int = MAX_POINTS) -> np.ndarray[Any, np.dtype[np.intp]]:
     """Return about `most` indices of a series: its ends, and the lowest and the highest value of each interval."""
     if len(values) <= most:
@@ -157,10 +147,8 @@ def _gap(comparison: Comparison) -> Chart:
 
 
 def _energy(comparison: Comparison) -> Chart:
-    """Draw how each engine's energy differs from the reference's; if there is no other, or nothing moves, itself."""
+    """Draw how each engine's energy differs from the reference's; if there is no other, from that at the start."""
     runs, against = comparison.runs, comparison.against
-    if not comparison.energy_scale:
-        return _energy_itself(comparison)
     others = {name: 100 * run.energy_gap for name, run in comparison.others.items()}
     series = others or {against: 100 * runs[against].energy_change}
     compared = against if others else "the start"
@@ -173,16 +161,6 @@ def _energy(comparison: Comparison) -> Chart:
     )
     known = {name: values[np.isfinite(values)] for name, values in series.items()}
     alt = _ends(f"Difference from {compared} at the end", known, "%")
-    return Chart("energy", "Energy", about, alt, styles, plot)
-
-
-def _energy_itself(comparison: Comparison) -> Chart:
-    series, unit = energies(comparison)
-    low = min(0.0, *(float(values.min()) for values in series.values()))
-    high = max(float(values.max()) for values in series.values())
-    plot = _figure(comparison, unit, y_range=Range1d(start=low, end=high + 0.08 * (high - low) or 1.0))
-    styles = _draw(plot, comparison, series)
-    about, alt = "Kinetic and potential energy together.", _ends("Energy at the end", series, unit)
     return Chart("energy", "Energy", about, alt, styles, plot)
 
 

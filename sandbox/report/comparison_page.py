@@ -21,7 +21,7 @@ from sandbox.analysis.difference import MAX_DIFFERENCES, pair_name
 from sandbox.analysis.figures import Run
 from sandbox.analysis.verdict import summaries
 from sandbox.report.about import about
-from sandbox.report.charts import as_document, charts, energies
+from sandbox.report.charts import as_document, charts
 from sandbox.report.numbers import minus, readable
 from sandbox.report.scales import gap_scale
 from sandbox.report.tables import comparison_rows, headline, velocities_and_spins
@@ -137,7 +137,7 @@ def fixed_point(scene: Scene) -> tuple[float, float]:
 def _data(comparison: Comparison, every: int) -> dict[str, Any]:
     scene, names = comparison.scene, list(comparison.runs)
     unit, margin = fixed_point(scene)
-    energy, unit_of_energy = energies(comparison)
+    energy, unit_of_energy = _energies(comparison)
     return {
         "size": scene.arena.size,
         "background": _hex(scene.arena.background),
@@ -160,6 +160,16 @@ def _data(comparison: Comparison, every: int) -> dict[str, Any]:
             for name, run in comparison.runs.items()
         ],
     }
+
+
+def _energies(comparison: Comparison) -> tuple[dict[str, Floats], str]:
+    """Return each engine's energy over time and its unit: %, 100 at the start, or the scene's if nothing moves."""
+    runs = comparison.runs
+    if comparison.energy_scale:
+        return {name: 100 * (1 + run.energy_change) for name, run in runs.items()}, "%"
+    units = comparison.scene.units
+    factor = units.factor(Dimension.ENERGY)
+    return {name: factor * run.energy for name, run in runs.items()}, units.name(Dimension.ENERGY)
 
 
 def _fixed(path: NDArray[np.float32], unit: float, margin: float) -> NDArray[np.uint16]:
