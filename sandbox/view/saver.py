@@ -1,4 +1,4 @@
-"""Saving what the window shows: as a scene, a picture, the inputs of the run, or a program for Pymunk."""
+"""Saving what the window shows: as a scene, a picture, or the inputs of the run."""
 
 import os
 import shlex
@@ -12,12 +12,10 @@ from typing import Final
 import pygame
 from pygame import Surface
 
-from sandbox.files import whole_file
-from sandbox.report.pymunk_program import pymunk_code
 from sandbox.run.inputs import Input, write_run
 from sandbox.scene.files import TRUTHS, bundled, dump
 from sandbox.scene.model import Scene
-from sandbox.view.notice import Notice, NoticeKind
+from sandbox.view.notice import Notice
 from sandbox.view.offscreen import save_picture
 from sandbox.view.playback import Playback
 
@@ -51,19 +49,6 @@ class Saver:
             command = f"sandbox run {_argument(session.start)} --engines {engines} --inputs {shlex.quote(name)}"
             copied = "; copied" if _copy(command) else ""
             self._notice.show_saved(name, f"{copied}: {command}")
-
-    def copy_code(self, pane: int) -> None:
-        """Copy the balls as they are in a pane to the clipboard, as a program for Pymunk; or save it without one."""
-        self._playback.settle()
-        view = self._playback.view
-        code = pymunk_code(view.moment.scene, view.panes[pane].state)
-        if _copy(code):
-            self._notice.show("copied: the balls as they are as a program for Pymunk", NoticeKind.DONE)
-            return
-        name = self.free_name(".py")
-        with self._notice.reporting(), whole_file(name) as file:
-            file.write(code.encode())
-            self._notice.show_saved(name)
 
     def free_name(self, ending: str) -> str:
         """Return a name made of the scene, its seed and the step shown, with a number if such a file exists."""

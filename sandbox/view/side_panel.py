@@ -26,7 +26,7 @@ LAYERS: Final = (
     *(Action.VELOCITY, Action.TRAILS, Action.CENTRE),
     *(Action.NUMBERS, Action.GHOSTS, Action.GRID, Action.CHARTS),
 )
-SAVES: Final = (Action.SAVE_SCENE, Action.SAVE_PICTURE, Action.SAVE_INPUTS, Action.COPY_CODE)
+SAVES: Final = (Action.SAVE_SCENE, Action.SAVE_PICTURE, Action.SAVE_INPUTS)
 LOOKS: Final = (Action.PLAIN, Action.THEME, Action.SMALLER_TEXT, Action.LARGER_TEXT, Action.FULL_SCREEN)
 
 
