@@ -154,7 +154,7 @@ def play(scene: Scene) -> Trajectory:
 def advice() -> list[str]:
     comparison = sandbox.compare("oblique")
     ledger = comparison["pymunk"].ledger
-    tables = [comparison.rows(), sandbox.simulate("oblique", Mine).to_dataframe()]
+    tables = [comparison.rows()]
     found: Advice = sandbox.advise("oblique", seconds=1)
     print(found.recommendation, found.table(), found.best.gap_rms, [trial.changes for trial in found], len(tables))
     accepting = [name for name, support in sandbox.engines().items() if "gravity" in support.accepts]

@@ -29,11 +29,15 @@ CONSTANTS: Final = ("radius", "mass", "elasticity", "friction")  # of a ball
 NO_VALUES: Final = {"step", "do", "ball", "wall", "continued"}  # fields that say when and where an edit is
 
 
-class Edit(Model):
-    """A change before a step."""
+class Input(Model):
+    """What happens before a step. do: its kind."""
 
     step: Index
     do: str
+
+
+class Edit(Input):
+    """A change before a step."""
 
     @property
     def values(self) -> dict[str, Any]:
@@ -156,17 +160,10 @@ class SetVelocity(Edit):
         return replace(state, velocity=velocity)
 
 
-class AddWall(Edit):
+class AddWall(Wall, Edit):
     """Add a wall, after all others."""
 
     do: Literal["add-wall"] = "add-wall"
-    start: Vector = Field(validation_alias="from", serialization_alias="from")
-    """One end, px."""
-    to: Vector
-    """The other end, px."""
-    thickness: NotNegative = 4
-    elasticity: Elasticity = 1
-    friction: NotNegative = 0
 
     def change_scene(self, scene: Scene) -> Scene:
         return scene.changed(walls=[*scene.walls, Wall(**self.values)], expect=())
@@ -287,10 +284,8 @@ def check_ball(ball: int, scene: Scene) -> None:
 
 def check_wall(wall: int, scene: Scene) -> None:
     """Raise SandboxError if a scene has no wall of its own of this number."""
-    if not scene.walls:
-        raise SandboxError(f"the scene has no walls of its own, got wall {wall}")
     if wall >= len(scene.walls):
-        raise SandboxError(f"wall must be at most {len(scene.walls) - 1}, got {wall}")
+        raise SandboxError(f"wall must be the number of one of the scene's {len(scene.walls)} own walls, got {wall}")
 
 
 def _split(scene: Scene, ball: int) -> tuple[list[BallGroup], BallGroup, list[BallGroup]]:

@@ -101,10 +101,8 @@ def _document(text: str, name: str) -> dict[str, Any]:
             if first < last:
                 problem = f"{dotted(path)} is given twice, first in line {first}"
         raise SandboxError(f"{name}{line and ':'}{line}: {problem}") from None
-    except RecursionError:
-        raise SandboxError(f"{name}: is nested too deeply") from None
-    except ValueError:  # from int(), which parses at most 4,300 digits
-        raise SandboxError(f"{name}: contains a number with too many digits") from None
+    except (ValueError, RecursionError):  # int() parses at most 4,300 digits
+        raise SandboxError(f"{name}: is nested too deeply, or contains a number with too many digits") from None
 
 
 def dump(scene: Scene, path: str | Path, state: State | None = None) -> None:

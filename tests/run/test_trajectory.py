@@ -2,11 +2,9 @@
 
 import csv
 import re
-import sys
 import time
 from dataclasses import fields
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -104,18 +102,6 @@ def test_another_ending_is_rejected(tmp_path: Path, name: str) -> None:
     with pytest.raises(SandboxError, match=f"^{re.escape(message)}$"):
         awkward().save(path)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_table_has_what_the_csv_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pandas = ModuleType("pandas")
-    pandas.DataFrame = lambda columns: columns  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "pandas", pandas)
-    awkward().save(tmp_path / "trace.csv")
-    written = np.genfromtxt(tmp_path / "trace.csv", delimiter=",", names=True)
-    columns: dict[str, Floats] = awkward().to_dataframe()
-    assert tuple(columns) == written.dtype.names
-    for name, values in columns.items():
-        assert values.tolist() == written[name].tolist()
 
 
 FREE = "radius = 5\nposition = [400, 300]\nvelocity = [60, -30]"

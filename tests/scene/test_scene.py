@@ -311,7 +311,7 @@ def test_values_are_shortened_in_messages(value: str, got: str) -> None:
 
 
 def test_what_is_nested_too_deeply_is_an_error() -> None:
-    assert errors("a = " + "[" * 1000) == [" is nested too deeply"]
+    assert errors("a = " + "[" * 1000) == [" is nested too deeply, or contains a number with too many digits"]
     (message,) = errors(balls(f"{BALL}\nmass{'.a' * 1000} = 1"))
     assert message.startswith("6: balls[0].mass must be a number, got <dict")
 
@@ -484,7 +484,7 @@ got 4 (or allow it with overlap in [arena])""",
         ),
         ":3000: pegs and walls must be at most 1000 together, got 1001",
     ),
-    "deep": ("a = " + "[" * 20_000 + "]" * 20_000, ": is nested too deeply"),
+    "deep": ("a = " + "[" * 20_000 + "]" * 20_000, ": is nested too deeply, or contains a number with too many digits"),
     "walls": (
         balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 9]\n" * 1001),
         ":6: walls must have at most 1000 entries, got 1001",
