@@ -166,13 +166,13 @@ def _write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:
 def _write_csv(trajectory: Trajectory, file: IO[bytes]) -> None:
     file.write(csv_text([COLUMNS]).encode())
     sizes = [np.broadcast_to(each, trajectory.angle.shape) for each in (trajectory.radius, trajectory.mass)]
-    for step, (time, energy) in enumerate(zip(trajectory.time.tolist(), trajectory.energy.tolist(), strict=True)):
+    for step, (time, total) in enumerate(zip(trajectory.time.tolist(), trajectory.energy.tolist(), strict=True)):
         position, velocity = trajectory.position[step], trajectory.velocity[step]
         of_balls = *sizes, trajectory.angle, trajectory.spin
         columns = np.column_stack([position, velocity, *(part[step] for part in of_balls)])
         balls = np.flatnonzero(~np.isnan(position[:, 0]))
         rows = zip(balls.tolist(), columns[balls].tolist(), strict=True)
-        file.write(csv_text([time, ball, *row, energy] for ball, row in rows).encode())
+        file.write(csv_text([time, ball, *row, total] for ball, row in rows).encode())
 
 
 _WRITERS: Final = {".npz": _write_npz, ".csv": _write_csv}

@@ -51,6 +51,7 @@ KINDS = (
     "start, grab, move, release, kick, add, change, delete, velocity, add-wall, change-wall, delete-wall, "
     "elasticity, gravity, rate, end"
 )
+UNREADABLE = "is nested too deeply, or contains a number with too many digits"
 BAD_INPUTS = {
     "not-json": ('{"step": 0', "is not JSON: Expecting ',' delimiter: line 1 column 11 (char 10)"),
     "not-an-object": ("[1]", f'must be an object with "do" as one of {KINDS}, got [1]'),
@@ -65,7 +66,7 @@ BAD_INPUTS = {
         '{"step": 0, "do": "start", "scene": "x", "seed": 0, "rate": 1}',
         "start must come before all other inputs",
     ),
-    "deep": ("[" * 100_000, "is nested too deeply, or contains a number with too many digits"),
+    "deep": ("[" * 100_000, UNREADABLE),
     "deep-kind": (
         '{"do": ' + "[" * 700 + "]" * 700 + "}",
         f'must be an object with "do" as one of {KINDS}, got {{"do": {"[" * 30}...',
@@ -84,7 +85,7 @@ BAD_INPUTS = {
     ),
     "number-too-long": (
         '{"step": ' + "9" * 5000 + "}",
-        "is nested too deeply, or contains a number with too many digits",
+        UNREADABLE,
     ),
     "a-start-later-on": (
         '{"step": 3, "do": "start", "scene": "x", "seed": 0, "rate": 60}',
