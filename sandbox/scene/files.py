@@ -13,7 +13,7 @@ import numpy as np
 import tomlkit
 from pydantic import ValidationError
 
-from sandbox.errors import MAX_REPORTED_ERRORS, SandboxError, dotted, first_errors, shown, suggestion
+from sandbox.errors import SandboxError, dotted, first_errors, shown, suggestion
 from sandbox.files import MAX_TEXT_FILE_BYTES, read_text, write_text
 from sandbox.scene.balls import BallGroup, Filter
 from sandbox.scene.fields import partial
@@ -78,7 +78,7 @@ def parse(text: str, file: str) -> Scene:
         scene = Scene.model_validate(document, by_alias=True, by_name=False)
         scene._source = Source(file, text)
     except ValidationError as error:
-        problems += problems_of(error, Scene)[: MAX_REPORTED_ERRORS + 1]
+        problems += problems_of(error, Scene)
         scene = partial(Scene, document)
     problems += scene.problems_of_file()
     if not problems:

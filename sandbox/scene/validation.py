@@ -9,7 +9,7 @@ from typing import Final, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from sandbox.errors import KeyPath, SandboxError, dotted, shown, suggestion
+from sandbox.errors import MAX_REPORTED_ERRORS, KeyPath, SandboxError, dotted, shown, suggestion
 
 Problem = tuple[KeyPath, str]  # a path, and what is wrong there: "must be ..."
 NUMBER, TABLE = KINDS = ("<number>", "<table>")  # tags of values that may be either, which pydantic adds to paths
@@ -36,9 +36,9 @@ _MESSAGES: Final[Mapping[str, str]] = {
 
 
 def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
-    """Return what pydantic found in a table: its own problems, and those of its inner tables, which are worded."""
+    """Return what pydantic found in a table: its own first problems, and those of its inner tables, already worded."""
     found: dict[Problem, None] = {}  # both entries of an empty pair are one problem
-    for detail in error.errors(include_url=False):
+    for detail in error.errors(include_url=False)[: MAX_REPORTED_ERRORS + 1]:
         path = tuple(key for key in detail["loc"] if key not in KINDS)
         if detail["type"] == "problems":
             found |= {((*path, *inner), message): None for inner, message in detail["ctx"]["problems"]}

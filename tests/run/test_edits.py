@@ -141,14 +141,6 @@ def test_a_refused_edit_changes_nothing(scene: Scene) -> None:
     for edit, message in refused:
         with pytest.raises(Refused, match=message):
             lockstep.apply(edit)
-    impossible: list[tuple[Edit, str]] = [
-        (DeleteBall(step=1, ball=0), "balls must contain at least one ball"),
-        (DeleteBall(step=1, ball=1), "ball must be at most 0, got 1"),
-        (SetRate(step=1, rate=900_000), "seconds must be at most"),
-    ]
-    for edit, message in impossible:
-        with pytest.raises(SandboxError, match=message):
-            lockstep.apply(edit)
     assert {name: runner.engine for name, runner in lockstep.engines.items()} == engines
     assert (lockstep.scene, lockstep.given, lockstep.balls) == (scene, [], [0])
 
@@ -296,21 +288,6 @@ def test_a_ball_of_another_mass_and_elasticity_collides_as_the_formula_says(engi
     assert run.velocity[-1, :, 0] == pytest.approx([together - e * 120 / (m + 1), together + e * m * 120 / (m + 1)])
 
 
-def test_only_what_is_given_changes_in_every_engine() -> None:
-    scene = head_on("gravity = [0, 90]")
-    lockstep = Lockstep(scene, ENGINES)
-    for _ in range(20):
-        lockstep.step()
-    before = lockstep.states()
-    lockstep.apply(ChangeBall(step=20, ball=0, y=100, vx=7, spin=-3))
-    for name, state in lockstep.states().items():
-        position, velocity = before[name].position.copy(), before[name].velocity.copy()
-        position[0, 1], velocity[0, 0] = 100, 7
-        assert state.position.tobytes() == position.tobytes()
-        assert state.velocity.tobytes() == velocity.tobytes()
-        assert state.spin.tolist() == [-3, 0]
-
-
 def test_a_trace_has_the_mass_and_radius_of_each_step(tmp_path: Path) -> None:
     edits: list[Input] = [ChangeBall(step=3, ball=0, mass=4, radius=30), AddBall(step=4, position=(600, 100), radius=5)]
     run = simulate(head_on(), "exact", steps=6, inputs=edits)
@@ -354,6 +331,8 @@ REFUSED: list[tuple[Edit, str]] = [
     (ChangeBall(step=0, ball=1, x=790), r"balls\[1\].position puts a ball outside the arena: x must be from 20 to 780"),
     (ChangeBall(step=0, ball=2, radius=60), "pymunk: ball 2 would overlap the bottom wall by 10 px"),
     (ChangeBall(step=0, ball=3, mass=2), "ball must be at most 2, got 3"),
+    (DeleteBall(step=0, ball=3), "ball must be at most 2, got 3"),
+    (SetRate(step=0, rate=900_000), "seconds must be at most"),
     (AddBall(step=0, position=(500, 290), radius=50), "pymunk: ball 3 would overlap wall 0 by"),
     (AddWall(step=0, start=(100, 315), to=(400, 315)), "pymunk: ball 0 would overlap wall 1 by 7 px"),
     (ChangeWall(step=0, wall=0, start=(200, 200)), "pymunk: ball 1 would overlap wall 0 by 30 px"),

@@ -41,12 +41,6 @@ def test_inputs_are_read_as_they_were_written(tmp_path: Path) -> None:
     ]
 
 
-def test_inputs_as_in_the_module_s_docstring_are_read(tmp_path: Path) -> None:
-    path = tmp_path / "inputs.jsonl"
-    path.write_text(LINES)
-    assert load_inputs(path, two_balls()) == RECORDED
-
-
 KINDS = (
     "start, grab, move, release, kick, add, change, delete, velocity, add-wall, change-wall, delete-wall, "
     "elasticity, gravity, rate, end"

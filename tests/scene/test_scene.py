@@ -274,16 +274,6 @@ def test_both_entries_of_an_empty_pair_are_one_error() -> None:
     assert errors("[arena]\nsize = []\n[[balls]]\n" + BALL) == ["2: arena.size must be a list of two, got []"]
 
 
-def test_a_second_and_a_third_placement_are_both_reported() -> None:
-    found = errors(
-        balls(f"{BALL}\nx = {{ from = 9, to = 9 }}\ny = {{ from = 9, to = 9 }}\ninside = [[0, 0], [50, 50]]")
-    )
-    assert found == [
-        "6: balls[0].x cannot be combined with position; keep one of them",
-        "8: balls[0].inside cannot be combined with position; keep one of them",
-    ]  # fmt: skip
-
-
 @pytest.mark.parametrize("key", ["\\u001b[31m", "a\\nb"], ids=["escape", "newline"])
 def test_a_message_is_printable_and_on_one_line(key: str) -> None:
     (message,) = errors(balls(f'{BALL}\n"{key}" = 1'))
@@ -485,10 +475,6 @@ got 4 (or allow it with overlap in [arena])""",
         ":3000: pegs and walls must be at most 1000 together, got 1001",
     ),
     "deep": ("a = " + "[" * 20_000 + "]" * 20_000, ": is nested too deeply, or contains a number with too many digits"),
-    "walls": (
-        balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 9]\n" * 1001),
-        ":6: walls must have at most 1000 entries, got 1001",
-    ),
     "nul": (balls(BALL, more='title = "\0"\n'), ":6: is not valid TOML: Illegal character '\\x00'"),
 }
 

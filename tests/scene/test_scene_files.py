@@ -155,6 +155,9 @@ def test_a_ball_in_a_wall_is_written_with_the_overlap_allowed(tmp_path: Path) ->
         saved.changed(arena=saved.arena.model_copy(update={"overlap": 5.2}))
     again = reloaded(saved, State(0.0, np.array([[20.0, 100.0]]), np.zeros((1, 2))), tmp_path)
     assert again.arena.overlap == 0
+    walled = again.changed(walls=[{"start": (100, 200), "to": (300, 200), "thickness": 4}])
+    state = State(0.0, np.array([[200.0, 180.5]]), np.zeros((1, 2)))
+    assert reloaded(walled, state, tmp_path).arena.overlap == 2.5
 
 
 @pytest.mark.parametrize("most", [60, 150])
