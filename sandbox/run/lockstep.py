@@ -31,13 +31,12 @@ Build = Callable[[Scene, State], RunningEngine]
 
 
 class Runner:
-    """A named engine of a lockstep; each edit replaces the engine, while time and contacts continue.
+    """An engine of a lockstep; each edit replaces the engine, while time and contacts continue.
 
     build: builds the engine from a scene and a state.
     """
 
-    def __init__(self, name: str, build: Build, scene: Scene, state: State, clock: Clock, steps: int) -> None:
-        self.name = name
+    def __init__(self, build: Build, scene: Scene, state: State, clock: Clock, steps: int) -> None:
         self.build = build
         self.engine = build(scene, state)
         self._clock = clock
@@ -163,7 +162,7 @@ class Lockstep:
 
     def new_runner(self, name: str, state: State, build: Build | None = None) -> Runner:
         """Build an engine that continues from a state at this step; by default the named one."""
-        return Runner(name, build or self.builds[name], self.scene, state, self.clock, self.steps)
+        return Runner(build or self.builds[name], self.scene, state, self.clock, self.steps)
 
     @property
     def time(self) -> float:

@@ -233,7 +233,7 @@ class BallGroup(Model):
                 yield (key,), f"puts a ball outside the arena: {got}"
 
 
-# The C library's sine, cosine and logarithm differ from one machine to the next; these, and Decimal's, do not.
+# The C library's sine, cosine and logarithm differ from one machine to the next; these and Decimal's do not.
 
 
 def sine_cosine(angle: float) -> tuple[float, float]:

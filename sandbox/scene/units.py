@@ -45,10 +45,7 @@ class Units(Model):
     def problems(self) -> Iterator[Problem]:
         """Yield that one of the two keys lacks the other."""
         if not self._invalid and (self.length is LengthUnit.PIXEL) != (self.pixels_per_metre is None):
-            yield (
-                (),
-                "must have both length, as 'mm', 'cm' or 'm', and pixels_per_metre",
-            )
+            yield (), "must have both pixels_per_metre and a length of 'mm', 'cm' or 'm'"
 
     def name(self, dimension: Dimension) -> str:
         """Return the name of a dimension's unit."""
