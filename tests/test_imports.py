@@ -28,7 +28,6 @@ LIBRARIES: Final = {  # library -> the modules and folders that may import it; n
     "pydantic": ("scene", "run", "space", "view"),
     "pydantic_core": ("scene",),
     "tomlkit": ("scene.files",),
-    "pandas": ("run.trajectory", "scripting.comparison_result", "scripting.calls"),
     "PIL": ("scene", "view"),
     "numba": ("compiled",),
     "pymunk": (
