@@ -18,7 +18,6 @@ from sandbox.space.contents import (
     half_width,
     is_dynamic,
     is_static,
-    may_collide,
     place_of,
     shape_words,
 )
@@ -193,29 +192,29 @@ def _shape_not_added(contents: Contents) -> Iterator[Fault]:
             yield contents.fault(shapes[0], f"its {shape_words(shapes[0])} is not in the Space")
 
 
-def _factor(contents: Contents, quantity: str, *, is_unused: bool) -> Iterator[Fault]:
-    """Shapes with an elasticity or a friction that partners without any make 0.
+def _unused(contents: Contents, quantity: str) -> Iterator[Fault]:
+    """Shapes with an elasticity or a friction, if all that they could meet has none.
 
-    is_unused: whether all that they could meet has none. In a run, only what they touched counts.
+    In a run, those that touched something, unless the program gave the contact another factor.
     """
-    met: dict[pymunk.Shape, dict[pymunk.Shape, float | None]] = defaultdict(dict)
-    for meeting in contents.meetings or ():
-        if not getattr(meeting, quantity):
-            for shape, partner in ((meeting.a, meeting.b), (meeting.b, meeting.a)):
-                met[shape].setdefault(partner, meeting.since)
     # Two shapes of each kind stand for all that another shape could meet
     kinds: dict[object, list[pymunk.Shape]] = defaultdict(list)
     for shape in contents.solid:
         kinds[shape.filter, body_of(shape).body_type, bool(getattr(shape, quantity))].append(shape)
     samples = [shape for kind in kinds.values() for shape in kind[:2]]
-    for shape in dict.fromkeys((*contents.new, *met)):
-        value = getattr(shape, quantity)
-        partners = [partner for partner in samples if _could_meet(shape, partner)] if value else []
-        touched = met.get(shape, {}) if contents.meetings is not None else dict.fromkeys(partners)
-        without = next((each for each in touched.items() if not getattr(each[0], quantity)), None)
-        if value and without and is_unused != any(getattr(partner, quantity) for partner in partners):
-            detail = f"{quantity} {value:g}, but a {shape_words(without[0])} has {quantity} 0"
-            yield contents.fault(shape, detail, value)._replace(since=without[1])
+    since = {
+        shape: meeting.since
+        for meeting in reversed(contents.meetings or ())
+        if not getattr(meeting, quantity)
+        for shape in (meeting.a, meeting.b)
+    }
+    for shape in contents.new if contents.meetings is None else contents.solid:
+        partners = [partner for partner in samples if _could_meet(shape, partner)]
+        is_used = not getattr(shape, quantity) or any(getattr(partner, quantity) for partner in partners)
+        if partners and not is_used and (contents.meetings is None or shape in since):
+            value = getattr(shape, quantity)
+            detail = f"{quantity} {value:g}, but a {shape_words(partners[0])} has {quantity} 0"
+            yield contents.fault(shape, detail, value)._replace(since=since.get(shape))
 
 
 def _could_meet(a: pymunk.Shape, b: pymunk.Shape) -> bool:
@@ -248,19 +247,6 @@ def _overlaps(contents: Contents) -> Iterator[Fault]:
             yield contents.fault(shape, f"overlaps a {name} by {depth:.4g} px{joined}", depth / (smaller or 1))
 
 
-def _too_fast(contents: Contents) -> Iterator[Fault]:
-    """Bodies so fast that a step can carry them through the thinnest wall that they could meet, however they turn."""
-    walls = [shape for shape in contents.solid if is_static(body_of(shape))]
-    for body, shapes in contents.new_bodies:
-        speed, reach = body.velocity.length, max(map(half_length, shapes), default=math.inf)
-        if contents.dt * speed <= reach or not math.isfinite(speed):
-            continue
-        met = [wall for wall in walls if any(may_collide(shape, wall) for shape in shapes)]
-        if met and speed > (passing := (reach + min(map(half_width, met))) / contents.dt):
-            what = f"{speed:.4g} px/s; from {passing:.4g} px/s on, one step can carry it through a wall"
-            yield contents.fault(body, what, speed / passing)
-
-
 def _moved_static(contents: Contents) -> Iterator[Fault]:
     for shape in contents.shapes:
         if is_static(body_of(shape)) and (off := off_its_place(shape)):
@@ -288,13 +274,10 @@ RULES: Final[Rules[Contents]] = {
     "categories": _categories,
     "overlap": _overlaps,
     "motor-unlimited": _motor_unlimited,
-    "tunnelling": _too_fast,
 }
 END_RULES: Final[Rules[Contents]] = {  # of which a run shows more
-    "elasticity-unused": partial(_factor, quantity="elasticity", is_unused=True),
-    "friction-unused": partial(_factor, quantity="friction", is_unused=True),
-    "elasticity-zero": partial(_factor, quantity="elasticity", is_unused=False),
-    "friction-zero": partial(_factor, quantity="friction", is_unused=False),
+    "elasticity-unused": partial(_unused, quantity="elasticity"),
+    "friction-unused": partial(_unused, quantity="friction"),
     "body-not-added": _body_not_added,
     "static-moved": _moved_static,
 }
