@@ -162,7 +162,7 @@ def advice() -> list[str]:
 def space_of(scene: Scene) -> list[sandbox.Finding]:
     space = sandbox.to_space(scene)
     print(sandbox.from_space(space, size=(400, 300)).gravity)
-    return sandbox.lint(space, dt=1 / 60)
+    return sandbox.lint(space)
 
 
 class Soft(Mine):

@@ -11,7 +11,7 @@ import numpy as np
 import pymunk
 
 from sandbox.space.contents import body_of, is_static, may_collide
-from sandbox.space.recording import Recording, Step, address
+from sandbox.space.recording import Recording, Step
 from sandbox.space.rules import off_its_place
 
 MIN_WAY: Final = 2.0  # px in a step
@@ -61,5 +61,5 @@ def _stops(wall: pymunk.Shape, shape: pymunk.Shape, space: pymunk.Space) -> bool
 
 def _touched(step: Step, shape: pymunk.Shape, wall: pymunk.Shape) -> bool:
     """Return whether a shape touched a wall in a step."""
-    pair = [address(shape._shape), address(wall._shape)]
+    pair = [id(shape), id(wall)]
     return bool((np.isin(step.contacts["shape_a"], pair) & np.isin(step.contacts["shape_b"], pair)).any())

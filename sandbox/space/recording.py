@@ -1,7 +1,6 @@
 """Recording the steps of any `pymunk.Space`: its bodies before and after each step, and what acted between them.
 
-Bodies come through `pymunk.batch`, contacts as the structs cpArbiter and cpContact, whose fields Pymunk compiles in,
-joints through their properties, which do not have the direction of an impulse.
+Contacts are read from the structs cpArbiter and cpContact, whose fields Pymunk compiles in; all else are properties.
 Handlers and callbacks stay as they are. Bodies and constraints may come and go between steps, and within them.
 """
 
@@ -15,8 +14,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import pymunk
 from numpy.typing import NDArray
-from pymunk._chipmunk_cffi import ffi, lib
-from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
+from pymunk._chipmunk_cffi import lib
 
 from sandbox.quantity import dot
 from sandbox.state import Floats
@@ -31,17 +29,14 @@ original_step: Final = pymunk.Space.step  # another one may take its place
 
 
 # Masses kg, moments kg px², places px, angles rad, velocities px/s and rad/s, forces kg px/s², impulses kg px/s.
-_MOTION: Final = [
-    ("position", "f8", 2),  # of the centre of gravity
-    ("angle", "f8"),
-    ("velocity", "f8", 2),
-    ("spin", "f8"),
-    ("force", "f8", 2),
-    ("torque", "f8"),
-]
 BODY: Final = np.dtype(
     [
-        *_MOTION,
+        ("position", "f8", 2),  # of the centre of gravity
+        ("angle", "f8"),
+        ("velocity", "f8", 2),
+        ("spin", "f8"),
+        ("force", "f8", 2),
+        ("torque", "f8"),
         ("id", "u8"),  # pymunk.Body.id
         ("mass", "f8"),
         ("moment", "f8"),
@@ -53,7 +48,7 @@ CONTACT: Final = np.dtype(  # a point of an arbiter; the normal points from body
     [
         ("body_a", "u8"),
         ("body_b", "u8"),
-        ("shape_a", "u8"),  # addresses
+        ("shape_a", "u8"),  # keys
         ("shape_b", "u8"),
         ("hash", "u8"),  # of the point: the same in the next step
         ("is_first", "?"),  # the shapes did not touch in the step before, so that no cached impulse was applied
@@ -75,40 +70,6 @@ JOINT: Final = np.dtype(
         ("is_hard", "?"),  # it neither drives its bodies nor gives way: what it does to their energy is an error
         ("error", "f8"),  # how far its anchors are off its law, px
     ]
-)
-
-
-def _struct(name: str, **kinds: Any) -> np.dtype[Any]:
-    """Return the type of a struct of Chipmunk, with those of its fields that are named."""
-    offsets = [ffi.offsetof(f"struct {name}", field) for field in kinds]
-    formats = list(kinds.values())
-    return np.dtype(
-        {"names": [*kinds], "formats": formats, "offsets": offsets, "itemsize": ffi.sizeof(f"struct {name}")}
-    )
-
-
-_ARBITER: Final = _struct("cpArbiter", e="f8", u="f8", a="u8", b="u8", n="2f8", count="i4", stamp="u4", state="i4")
-_POINT: Final = _struct("cpContact", r1="2f8", r2="2f8", jnAcc="f8", jtAcc="f8", hash="u8")
-_OF_ARBITER: Final = {
-    "shape_a": "a",
-    "shape_b": "b",
-    "elasticity": "e",
-    "friction": "u",
-    "normal": "n",
-}
-_OF_POINT: Final = {"arm_a": "r1", "arm_b": "r2", "impulse": "jnAcc", "tangential": "jtAcc", "hash": "hash"}
-_BODY_FIELDS: Final = (
-    BodyFields.BODY_ID
-    | BodyFields.POSITION
-    | BodyFields.ANGLE
-    | BodyFields.VELOCITY
-    | BodyFields.ANGULAR_VELOCITY
-    | BodyFields.FORCE
-    | BodyFields.TORQUE
-)
-_READ: Final = {"asleep": lib.cpBodyIsSleeping, "mass": lib.cpBodyGetMass, "moment": lib.cpBodyGetMoment}
-_ARBITER_FIELDS: Final = (
-    ArbiterFields.BODY_A_ID | ArbiterFields.BODY_B_ID | ArbiterFields.DISTANCE_1 | ArbiterFields.DISTANCE_2
 )
 
 
@@ -158,15 +119,11 @@ class Step(NamedTuple):
         return ROWS_OF_A_STEP + 2 * len(self.new) + len(self.contacts) + len(self.joints)
 
 
-def address(pointer: object) -> int:
-    """Return the address of a struct of Chipmunk."""
-    return int(ffi.cast("uintptr_t", pointer))
-
-
 class Recording:
     """The last steps of a Space, as many as MAX_ROWS allows.
 
-    bodies: by `pymunk.Body.id`; shapes, joints: by their address; also those that are gone, so that no other gets it.
+    bodies: by `pymunk.Body.id`, without the Space's own static one; shapes, joints: by their keys; also those that are
+    gone, so that no other gets a key of theirs.
     """
 
     def __init__(self, space: pymunk.Space) -> None:
@@ -176,8 +133,6 @@ class Recording:
         self.bodies: dict[int, pymunk.Body] = {}
         self.shapes: dict[int, pymunk.Shape] = {}
         self.joints: dict[int, pymunk.Constraint] = {}
-        self._buffer = Buffer()
-        self._seen: tuple[int, list[int], list[int]] | None = None
 
     def record(self, step: Callable[[float], None], dt: float) -> None:
         """Call a Space's own `step`, and record what it does. dt: s; a step of 0 s does nothing and is not recorded.
@@ -187,59 +142,41 @@ class Recording:
         if not 0 < dt < math.inf:
             step(dt)
             return
-        self._look()
         settings, old = self._settings(), self._bodies()
         before = energies(old, settings.gravity)
         step(dt)
-        self._look()
-        new, joints = self._bodies(), self._joints()
+        new, contacts, joints = self._bodies(), self._contacts(), self._joints()
         after = energies(new, self._settings().gravity)
         old = _of_bodies(old, new)
         was = _of_bodies(self.steps[-1].new, old) if self.steps else old
-        step_done = Step(self._time, dt, settings, before, after, was, old, new, _contacts(self._space), joints)
-        self.steps.append(step_done)
+        self.steps.append(Step(self._time, dt, settings, before, after, was, old, new, contacts, joints))
         self._time += dt
-        self._rows += step_done.rows
+        self._rows += self.steps[-1].rows
         while len(self.steps) > 1 and self._rows > MAX_ROWS:
             self._rows -= self.steps.popleft().rows
 
-    def _look(self) -> None:
-        """Look at what is new, and keep it."""
-        space = self._space
-        joints = list(space.constraints)
-        seen = lib.cpSpaceGetShapeIDCounter(space._space), [*map(id, space.bodies)], [*map(id, joints)]
-        if seen == self._seen:
-            return
-        self._seen = seen
-        shapes = [shape for shape in space.shapes if shape.body]
-        self.shapes |= {address(shape._shape): shape for shape in shapes}
-        self.joints |= {address(joint._constraint): joint for joint in joints}
-        used = [*space.bodies, *(shape.body for shape in shapes)]
-        used += [body for joint in joints for body in (joint.a, joint.b)]
-        self.bodies |= {body.id: body for body in used if body and body is not space._static_body}
-
     def _bodies(self) -> Rows:
-        """Return all bodies."""
-        self._buffer.clear()
-        get_space_bodies(self._space, _BODY_FIELDS, self._buffer)
-        ids = np.frombuffer(self._buffer.int_buf(), np.uintp)
-        rows = np.zeros(len(ids), BODY)
-        rows["id"], motion = ids, np.frombuffer(self._buffer.float_buf(), np.dtype(_MOTION))
-        for name in motion.dtype.names or ():
-            rows[name] = motion[name]
-        bodies = [self.bodies.get(each) or self._space.static_body for each in ids.tolist()]
-        rows["is_own"] = [bool(body._velocity_func or body._position_func) for body in bodies]
-        for name, read in _READ.items():
-            rows[name] = [read(body._body) for body in bodies]
-        for row, body in enumerate(bodies):
-            centre = lib.cpBodyGetCenterOfGravity(body._body)
-            if centre.x or centre.y:
-                rows["position"][row] += pymunk.Vec2d(centre.x, centre.y).rotated(float(rows["angle"][row]))
-        return rows
+        """Return all bodies but the Space's own static one."""
+        bodies = list(self._space.bodies)
+        self.bodies |= {body.id: body for body in bodies}
+        return np.array([_body(body) for body in bodies], BODY)
+
+    def _contacts(self) -> Rows:
+        """Return the contact points that the last step solved."""
+        rows, stamp = [], lib.cpSpaceGetTimestamp(self._space._space)
+        for arbiter in self._space._get_arbiters():
+            if arbiter.stamp == stamp:
+                shapes = pymunk.Shape._from_cp_shape(arbiter.a), pymunk.Shape._from_cp_shape(arbiter.b)
+                self.shapes |= {id(shape): shape for shape in shapes if shape}
+                rows += [_contact(arbiter, number, shapes) for number in range(arbiter.count)]
+        return np.array(rows, CONTACT)
 
     def _joints(self) -> Rows:
         """Return the joints that are awake."""
         joints = [joint for joint in self._space.constraints if not (joint.a.is_sleeping or joint.b.is_sleeping)]
+        ends = {body for joint in joints for body in (joint.a, joint.b) if body is not self._space._static_body}
+        self.joints |= {id(joint): joint for joint in joints}
+        self.bodies |= {body.id: body for body in ends}
         return np.array([_joint(joint) for joint in joints], JOINT)
 
     def _settings(self) -> Settings:
@@ -248,27 +185,21 @@ class Recording:
         return Settings(gravity, space.damping, persistence, space.current_time_step, bool(space._handlers))
 
 
-def _contacts(space: pymunk.Space) -> Rows:
-    """Return the contact points that the last step solved."""
-    pointers = space._get_arbiters()
-    listed = Buffer()
-    get_space_arbiters(space, _ARBITER_FIELDS, listed)  # in the same order
-    arbiters = np.frombuffer(b"".join([ffi.buffer(each, _ARBITER.itemsize) for each in pointers]), _ARBITER)
-    solved = (arbiters["stamp"] == lib.cpSpaceGetTimestamp(space._space)) & (arbiters["count"] > 0)
-    counts = arbiters["count"][solved]
-    points = [
-        ffi.buffer(pointers[at].contacts, count * _POINT.itemsize)
-        for at, count in zip(np.flatnonzero(solved).tolist(), counts.tolist(), strict=True)
-    ]
-    of_arbiter, of_point = arbiters[solved].repeat(counts), np.frombuffer(b"".join(points), _POINT)
-    rows = np.zeros(len(of_point), CONTACT)
-    rows["body_a"], rows["body_b"] = np.frombuffer(listed.int_buf(), "u8").reshape(-1, 2)[solved].repeat(counts, 0).T
-    rows["distance"] = np.frombuffer(listed.float_buf()).reshape(-1, 2)[solved][np.arange(2) < counts[:, None]]
-    rows["is_first"] = of_arbiter["state"] == 0
-    for fields, source in ((_OF_ARBITER, of_arbiter), (_OF_POINT, of_point)):
-        for name, field in fields.items():
-            rows[name] = source[field]
-    return rows
+def _body(body: pymunk.Body) -> tuple[Any, ...]:
+    """Return a row of BODY."""
+    place, motion = body.local_to_world(body.center_of_gravity), (body.velocity, body.angular_velocity)
+    is_own = bool(body._velocity_func or body._position_func)
+    constants = body.id, body.mass, body.moment, body.is_sleeping, is_own
+    return place, body.angle, *motion, body.force, body.torque, *constants
+
+
+def _contact(arbiter: Any, number: int, shapes: Sequence[pymunk.Shape | None]) -> tuple[Any, ...]:
+    """Return a row of CONTACT: a point of an arbiter, by its number."""
+    point, bodies = arbiter.contacts[number], [shape.body.id if shape and shape.body else 0 for shape in shapes]
+    vectors = [(vector.x, vector.y) for vector in (arbiter.n, point.r1, point.r2)]
+    factors = point.hash, arbiter.state == 0, arbiter.e, arbiter.u
+    depth = lib.cpArbiterGetDepth(arbiter, number)
+    return *bodies, *map(id, shapes), *factors, *vectors, point.jnAcc, point.jtAcc, depth
 
 
 def _joint(joint: pymunk.Constraint) -> tuple[Any, ...]:
@@ -276,7 +207,7 @@ def _joint(joint: pymunk.Constraint) -> tuple[Any, ...]:
     drives = isinstance(joint, pymunk.SimpleMotor | pymunk.DampedSpring | pymunk.DampedRotarySpring)
     drives |= pymunk.Body.KINEMATIC in (joint.a.body_type, joint.b.body_type)
     is_hard = not drives and math.isinf(joint.max_force)
-    return address(joint._constraint), joint.a.id, joint.b.id, is_hard, _error(joint)
+    return id(joint), joint.a.id, joint.b.id, is_hard, _error(joint)
 
 
 def _error(joint: pymunk.Constraint) -> float:

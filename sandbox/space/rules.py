@@ -2,7 +2,7 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Final
 
@@ -173,14 +173,6 @@ def _categories(contents: Contents) -> Iterator[Fault]:
             yield contents.fault(shape, what)
 
 
-def _motor_unlimited(contents: Contents) -> Iterator[Fault]:
-    for joint in contents.new_joints:
-        if isinstance(joint, pymunk.SimpleMotor) and math.isinf(joint.max_force) and joint.rate:
-            body, end = (joint.a, joint.b) if is_dynamic(joint.a) else (joint.b, joint.a)
-            what = f"turns against {contents.name(end)} at {joint.rate:.3g} rad/s, with any torque that this takes"
-            yield contents.fault(body, what, abs(joint.rate))
-
-
 def _pair(point: tuple[float, float]) -> str:
     return f"({point[0]:.4g}, {point[1]:.4g})"
 
@@ -192,29 +184,21 @@ def _shape_not_added(contents: Contents) -> Iterator[Fault]:
             yield contents.fault(shapes[0], f"its {shape_words(shapes[0])} is not in the Space")
 
 
-def _unused(contents: Contents, quantity: str) -> Iterator[Fault]:
-    """Shapes with an elasticity or a friction, if all that they could meet has none.
+def unused(contents: Contents, quantity: str, touched: Mapping[pymunk.Shape, float] | None = None) -> Iterator[Fault]:
+    """Yield the shapes with an elasticity or a friction, if all that they could meet has none.
 
-    In a run, those that touched something, unless the program gave the contact another factor.
+    touched: in a run, the shapes that touched others without it, and since when, s.
     """
     # Two shapes of each kind stand for all that another shape could meet
     kinds: dict[object, list[pymunk.Shape]] = defaultdict(list)
     for shape in contents.solid:
         kinds[shape.filter, body_of(shape).body_type, bool(getattr(shape, quantity))].append(shape)
     samples = [shape for kind in kinds.values() for shape in kind[:2]]
-    since = {
-        shape: meeting.since
-        for meeting in reversed(contents.meetings or ())
-        if not getattr(meeting, quantity)
-        for shape in (meeting.a, meeting.b)
-    }
-    for shape in contents.new if contents.meetings is None else contents.solid:
-        partners = [partner for partner in samples if _could_meet(shape, partner)]
-        is_used = not getattr(shape, quantity) or any(getattr(partner, quantity) for partner in partners)
-        if partners and not is_used and (contents.meetings is None or shape in since):
-            value = getattr(shape, quantity)
+    for shape in contents.new if touched is None else filter(touched.__contains__, contents.solid):
+        value, partners = getattr(shape, quantity), [each for each in samples if _could_meet(shape, each)]
+        if value and partners and not any(getattr(partner, quantity) for partner in partners):
             detail = f"{quantity} {value:g}, but a {shape_words(partners[0])} has {quantity} 0"
-            yield contents.fault(shape, detail, value)._replace(since=since.get(shape))
+            yield contents.fault(shape, detail, value)._replace(since=touched[shape] if touched else None)
 
 
 def _could_meet(a: pymunk.Shape, b: pymunk.Shape) -> bool:
@@ -273,11 +257,10 @@ RULES: Final[Rules[Contents]] = {
     "moment": _moment,
     "categories": _categories,
     "overlap": _overlaps,
-    "motor-unlimited": _motor_unlimited,
 }
 END_RULES: Final[Rules[Contents]] = {  # of which a run shows more
-    "elasticity-unused": partial(_unused, quantity="elasticity"),
-    "friction-unused": partial(_unused, quantity="friction"),
+    "elasticity-unused": partial(unused, quantity="elasticity"),
+    "friction-unused": partial(unused, quantity="friction"),
     "body-not-added": _body_not_added,
     "static-moved": _moved_static,
 }

@@ -2,9 +2,9 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -12,7 +12,6 @@ import pymunk
 
 from sandbox.space.contents import (
     Contents,
-    Meeting,
     body_of,
     half_length,
     half_width,
@@ -24,7 +23,7 @@ from sandbox.space.energy import pair_key
 from sandbox.space.findings import Fault, Rules
 from sandbox.space.passages import Passage
 from sandbox.space.recording import Numbers, Recording, Rows, Run, Step
-from sandbox.space.rules import END_RULES
+from sandbox.space.rules import unused
 from sandbox.state import Floats
 
 MAX_STRETCH: Final = 0.1  # of the joint's length, or half that of the bodies that it connects
@@ -96,18 +95,6 @@ class Evidence:
         return [Series(joints[rows[0]], step[rows], joints["error"][rows]) for rows in by_key(joints["key"], step)]
 
     @cached_property
-    def met(self) -> Contents:
-        """What the Space has now, and which of its shapes touched, in the order of time."""
-        step, contacts = self.run.contact_step, self.run.contacts
-        found = []
-        for rows in by_key(pair_key(contacts, "shape"), step):
-            a, b = (self.recording.shapes.get(int(contacts[side][rows[0]])) for side in ("shape_a", "shape_b"))
-            if a and b and a.body and b.body:
-                largest = (float(contacts[name][rows].max()) for name in ("elasticity", "friction"))
-                found.append(Meeting(a, b, self.run.steps[step[rows[0]]].end, *largest))
-        return replace(self.contents, meetings=found)
-
-    @cached_property
     def too_deep(self) -> dict[str, list[Fault]]:
         """The overlaps that are too deep, by the rules for why: impacts unless of what sank in before.
 
@@ -130,11 +117,12 @@ class Evidence:
         way = np.hypot(*(step.old["position"] - step.was["position"]).T)
         return float(way[np.isin(step.old["id"], ends)].max(initial=0.0))
 
-    def driven(self, steps: Numbers, ends: tuple[int, int]) -> int:
-        """Return before how many of some steps, by their numbers, the program changed the velocity of two bodies."""
-        step, old = self.run.step, self.run.old
-        is_changed = (old["velocity"] != self.run.was["velocity"]).any(axis=1)
-        return len(np.unique(step[is_changed & np.isin(step, steps) & np.isin(old["id"], ends)]))
+    def touched(self, quantity: str) -> dict[pymunk.Shape, float]:
+        """Return the shapes all of whose contacts had no elasticity, or no friction, and since when they touched, s."""
+        contacts, step = self.run.contacts, np.tile(self.run.contact_step, 2)
+        keys, values = np.append(contacts["shape_a"], contacts["shape_b"]), np.tile(contacts[quantity], 2)
+        firsts = [rows[0] for rows in by_key(keys, step) if not values[rows].any()]
+        return {self.recording.shapes[int(keys[row])]: self.run.steps[step[row]].end for row in firsts}
 
     def lasts(self, steps: Numbers) -> bool:
         """Return whether some steps, by their numbers, follow so closely that they are more than an impact."""
@@ -251,9 +239,7 @@ def _deep_overlap(evidence: Evidence, overlap: Series) -> tuple[str, Fault] | No
     if is_impact and evidence.placed(deep[0], ends) > depth / 2:
         return None  # the program put one into the other
     worst, since = evidence.run.steps[number], evidence.run.steps[deep[0]].end
-    times = evidence.driven(deep, ends)
-    driven = f"; the program changed its velocity before {times} of the steps" if times > MOST * len(deep) else ""
-    what = f"{depth:.3g} px deep in {{}} at {worst.end:.3f} s{driven}"
+    what = f"{depth:.3g} px deep in {{}} at {worst.end:.3f} s"
     return "deep-at-once" if is_impact else "sinks-in", evidence.fault(
         ends, worst, what, depth / half, f"{depth:.3g} px", since
     )
@@ -331,11 +317,6 @@ def _hanging(evidence: Evidence) -> Iterator[Fault]:
             yield evidence.fault([body.id], evidence.run.steps[-1], what)._replace(since=None)
 
 
-def _met(find: Callable[[Contents], Iterator[Fault]], evidence: Evidence) -> Iterator[Fault]:
-    """Yield the faults of a rule for how a Space is set up, by what touched in a run."""
-    return find(evidence.met)
-
-
 ALWAYS: Final[Rules[Evidence]] = {
     "dt-varies": _steps_vary,
     "not-finite": _not_finite,
@@ -350,5 +331,6 @@ STEP_RULES: Final[Rules[Evidence]] = {
     "joint-stretched": _stretched,
     "sinks-in": lambda evidence: iter(evidence.too_deep["sinks-in"]),
     "deep-at-once": lambda evidence: iter(evidence.too_deep["deep-at-once"]),
-    **{rule: partial(_met, find) for rule, find in END_RULES.items()},
+    "elasticity-unused": lambda evidence: unused(evidence.contents, "elasticity", evidence.touched("elasticity")),
+    "friction-unused": lambda evidence: unused(evidence.contents, "friction", evidence.touched("friction")),
 }

@@ -48,7 +48,7 @@ class Trial:
     def step(self, dt: float) -> None:
         """Look at the Space, do a step, record it, and look at what it did."""
         self.line = self.line or program_line()
-        self._look(dt)
+        self._look()
         self._recording.record(self._step, dt)
         if 0 < dt < math.inf and (step := self._recording.steps[-1]).is_finite:
             self._passed += passages_of(step, self.space, self._recording)
@@ -60,13 +60,13 @@ class Trial:
         original_step(self.space, dt)
         self.cost += time.process_time() - begin
 
-    def _look(self, dt: float) -> None:
+    def _look(self) -> None:
         counts = len(self.space.bodies), len(self.space.shapes), len(self.space.constraints)
         self._most = [max(most, count) for most, count in zip(self._most, counts, strict=True)]
         if self.changed and self._looked_at <= MAX_LOOKED_AT:
             self.changed = False
             self._looked_at += counts[1]
-            self._linter.look(RULES, self.time if self.steps else None, dt)
+            self._linter.look(RULES, self.time if self.steps else None)
 
     def diagnosis(self, number: int) -> Diagnosis:
         """Return the diagnosis of what was recorded."""

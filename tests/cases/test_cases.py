@@ -36,7 +36,7 @@ TABLE: dict[str, Case] = {
     "landing": Case("deep-at-once", "deep in the Space's static body"),
     "paddle": Case("moved-by-hand", "before 239 of the steps", LATE),
     "pendulum": Case("", "joints -"),
-    "player": Case("sinks-in", "the program changed its velocity before"),
+    "player": Case("sinks-in", "A velocity that is set between steps is carried out before contacts"),
     "potted": Case("body-not-added", "its circle of radius 15 is still in the Space"),
     "shelf": Case("hangs", "sleeps, and touches nothing"),
     "ship": Case("off-centre", "middle of its shapes at (48.2, 10): 49.23 px off"),

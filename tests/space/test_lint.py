@@ -102,10 +102,6 @@ def moved_wall(space: pymunk.Space) -> None:
     body.position = 500, 200
 
 
-def motor_of_any_torque(space: pymunk.Space) -> None:
-    space.add(pymunk.SimpleMotor(space.static_body, body_of(disc(space, 200)), 1))
-
-
 def removed_without_its_shape(space: pymunk.Space) -> None:
     KEPT.append(body_of(disc(space, 200)))
     space.remove(KEPT[-1])
@@ -152,7 +148,6 @@ FAULTS: dict[Callable[[pymunk.Space], None], tuple[str, str]] = {
     overlapping_on_a_joint: ("overlap", "overlaps a circle of radius 20 of body 3 by 10 px, which a joint holds to it"),
     overlapping: ("overlap", "overlaps a circle of radius 20 of body 2 by 30 px"),
     moved_wall: ("static-moved", "its bounding box is 500 px off where it was added"),
-    motor_of_any_torque: ("motor-unlimited", "turns against the Space's static body at 1 rad/s"),
     removed_without_its_shape: ("body-not-added", "its circle of radius 20 is still in the Space"),
     joint_to_nothing: ("joint-not-added", "its PivotJoint holds on to a Body() that was never added and has no mass"),
     wall_placed_twice: ("placed-twice", "its body is at (300, 400), as are its corners; so they are about (600, 800)"),
