@@ -19,8 +19,7 @@ from sandbox.quantity import dot
 from sandbox.space.recording import Numbers, Rows, Run, finite
 from sandbox.state import Floats
 
-LEAST_SHARE: Final = 0.005  # of the largest kinetic energy; smaller lines are printed together
-SMALLEST_SHOWN: Final = 5e-5
+SMALLEST_SHOWN: Final = 5e-5  # of the largest kinetic energy
 LEAST_ENERGY: Final = 1e-6  # kg px²/s²: with less than that, nothing moved
 SUSPECT: Final = 0.05  # of the largest kinetic energy: a line that is not the program's own, and worth a headline
 STEPS: Final = "gravity and what bears it, in steps instead of at every moment"
@@ -107,17 +106,14 @@ class Ledger:
 
     def text(self) -> Iterator[str]:
         """Yield its balance in lines of text: how much energy there was, and what changed it."""
-        scale, shares = self.scale, self.shares
+        scale = self.scale
         if scale < LEAST_ENERGY:
             yield "Its energy: nothing moved."
             return
         since, until = self.time[[0, -1]].tolist()
         yield f"Its energy from {since:.4g} to {until:.4g} s, in % of the largest kinetic energy, {scale:.3g}:"
-        large = {words: share for words, share in shares.items() if abs(share) >= LEAST_SHARE}
-        change = float(self.total[-1] - self.total[0]) / scale
-        rest = change - sum(large.values())
-        lines = [*large.items(), *([("all else", rest)] if abs(rest) >= SMALLEST_SHOWN else []), ("together", change)]
-        yield from (f"  {100 * share:+9.2f} %  {words}" for words, share in lines)
+        lines = [*self.shares.items(), ("together", float(self.total[-1] - self.total[0]) / scale)]
+        yield from (f"  {100 * share:+9.2f} %  {words}" for words, share in lines if abs(share) >= SMALLEST_SHOWN)
 
     def as_json(self) -> dict[str, Any]:
         """Return its balance as a JSON document has it: energies in kg px²/s², times in s."""

@@ -25,7 +25,6 @@ from sandbox.state import Bodies, Floats, State
 from sandbox.text import counted
 
 MAX_MOMENT_ERROR: Final = 1e-9  # of m r²/2, which is rounding
-MAX_LISTED: Final = 5  # moments in a warning
 
 
 def from_space(
@@ -200,8 +199,7 @@ def _warnings(space: pymunk.Space, circles: Sequence[pymunk.Shape]) -> Iterator[
         if turns and MAX_MOMENT_ERROR * disc < abs(body.moment - disc):
             odd.append(f"ball {number} {body.moment:.6g} instead of {disc:.6g}")
     if odd:
-        more = f" and {len(odd) - MAX_LISTED} more" if len(odd) > MAX_LISTED else ""
-        yield f"balls turn as uniform discs, with moments m r²/2; in this Space, {', '.join(odd[:MAX_LISTED])}{more}"
+        yield f"balls turn as uniform discs, with moments m r²/2; in this Space, {', '.join(odd)}"
     if sensors := sum(shape.sensor for shape in space.shapes):
         yield f"left out of the scene: {counted(sensors, 'sensor')}, which touch nothing"
     buffer = Buffer()
