@@ -112,8 +112,9 @@ class Ledger:
             return
         since, until = self.time[[0, -1]].tolist()
         yield f"Its energy from {since:.4g} to {until:.4g} s, in % of the largest kinetic energy, {scale:.3g}:"
-        lines = [*self.shares.items(), ("together", float(self.total[-1] - self.total[0]) / scale)]
-        yield from (f"  {100 * share:+9.2f} %  {words}" for words, share in lines if abs(share) >= SMALLEST_SHOWN)
+        lines = [line for line in self.shares.items() if abs(line[1]) >= SMALLEST_SHOWN]
+        lines.append(("together", float(self.total[-1] - self.total[0]) / scale))
+        yield from (f"  {100 * share:+9.2f} %  {words}" for words, share in lines)
 
     def as_json(self) -> dict[str, Any]:
         """Return its balance as a JSON document has it: energies in kg px²/s², times in s."""
@@ -218,22 +219,8 @@ class _Work:
         return np.asarray(energies / 2)
 
     def _contacts(self) -> _Contacts:
-        """Return the contacts with the impulses that the steps applied.
-
-        Of an accumulated impulse, the solver applies what it adds to the cached one, and the cached one itself times
-        the ratio of dt to that of the step before. If the shapes touch for the first time after some steps, of which
-        there are at most `collision_persistence`, the cached one is not applied.
-        """
         step, rows = self._run.contact_step, self._run.contacts
-        pair = pair_key(rows)
-        last, of_pair = _previous(pair ^ rows["hash"], step), _previous(pair, step)
-        persistence = np.array([each.settings.persistence for each in self._run.steps], int)[step]
-        is_cached = (last >= 0) & (step[last] == step[of_pair]) & (step - step[last] <= persistence)
-        last_dt = np.array([each.settings.last_dt for each in self._run.steps])
-        ratio = np.divide(self._run.dt, last_dt, where=last_dt > 0, out=np.zeros_like(last_dt))[step]
-        share = np.where(is_cached, np.where(rows["is_first"], -1.0, ratio - 1), 0.0)
-        normal, tangential = (rows[key] + share * rows[key][last] for key in ("impulse", "tangential"))
-        impulse = normal[:, None] * rows["normal"] + tangential[:, None] * turned(rows["normal"])
+        impulse = rows["impulse"][:, None] * rows["normal"] + rows["tangential"][:, None] * turned(rows["normal"])
         a, b = (self._run.rows_of(step, rows[side]) for side in ("body_a", "body_b"))
         return _Contacts(step, rows, a, b, impulse)
 
@@ -316,20 +303,3 @@ class _Work:
         self._book(Cause.INTEGRATION, _potential(old, drift, gravity))
         change = _potential(old, self._new["position"] - old["position"] - drift, gravity)
         self._book(Cause.CORRECTION, change * (is_awake & ~self._new["is_own"]))
-
-
-def _previous(keys: Rows, step: Numbers) -> Numbers:
-    """Return, for each row, the first row with its key in the latest earlier step that has the key, or -1: (rows,)."""
-    _, key = np.unique(keys, return_inverse=True)
-    count = step.max(initial=0) + 1
-    codes, first, group = np.unique(key * count + step, return_index=True, return_inverse=True)
-    is_known = (group > 0) & (codes[group - 1] // count == key)
-    return np.where(is_known, first[group - 1], -1)
-
-
-def pair_key(contacts: Rows, of: str = "shape") -> Rows:
-    """Return a number for the two shapes, or bodies, of each contact, whichever is A."""
-    a, b = contacts[f"{of}_a"], contacts[f"{of}_b"]
-    low, high = np.minimum(a, b), np.maximum(a, b)
-    mixed: Rows = low * np.uint64(0x9E3779B97F4A7C15) + high * np.uint64(0xC2B2AE3D27D4EB4F)
-    return mixed

@@ -20,11 +20,13 @@ from sandbox.quantity import dot
 from sandbox.state import Floats
 
 Rows = NDArray[Any]
+Cached = dict[tuple[frozenset[Any], int], tuple[float, float]]  # by the two shapes, either of which may be A
 Numbers = NDArray[np.intp]
 
 MAX_ROWS: Final = 5_000_000  # of bodies, contacts and joints, some 200 bytes each
 ROWS_OF_A_STEP: Final = 100  # that a step counts as besides its own: with few bodies, 10 min are kept
 LARGEST: Final = 1e120  # px, px/s, rad or rad/s: beyond that, energies overflow
+FIRST: Final = 0  # the state of an arbiter whose shapes did not touch in the step before
 original_step: Final = pymunk.Space.step  # another one may take its place
 
 
@@ -50,15 +52,13 @@ CONTACT: Final = np.dtype(  # a point of an arbiter; the normal points from body
         ("body_b", "u8"),
         ("shape_a", "u8"),  # keys
         ("shape_b", "u8"),
-        ("hash", "u8"),  # of the point: the same in the next step
-        ("is_first", "?"),  # the shapes did not touch in the step before, so that no cached impulse was applied
         ("elasticity", "f8"),
         ("friction", "f8"),
         ("normal", "f8", 2),
         ("arm_a", "f8", 2),  # from the centre of gravity to the point
         ("arm_b", "f8", 2),
-        ("impulse", "f8"),  # accumulated, on B along the normal
-        ("tangential", "f8"),  # accumulated, on B along the normal turned by +90°
+        ("impulse", "f8"),  # that the step applied, on B along the normal
+        ("tangential", "f8"),  # that on B along the normal turned by +90°
         ("distance", "f8"),  # below 0: overlap
     ]
 )
@@ -74,12 +74,10 @@ JOINT: Final = np.dtype(
 
 
 class Settings(NamedTuple):
-    """Of a Space: px/s²; per second; steps; the dt of its last step, s; whether it has a collision handler."""
+    """Of a Space: px/s²; per second; whether it has a collision handler."""
 
     gravity: tuple[float, float]
     damping: float
-    persistence: int
-    last_dt: float
     handles: bool
 
 
@@ -143,9 +141,9 @@ class Recording:
             step(dt)
             return
         settings, old = self._settings(), self._bodies()
-        before = energies(old, settings.gravity)
+        before, cached, last_dt = energies(old, settings.gravity), self._cached(), self._space.current_time_step
         step(dt)
-        new, contacts, joints = self._bodies(), self._contacts(), self._joints()
+        new, contacts, joints = self._bodies(), self._contacts(cached, dt / (last_dt or dt)), self._joints()
         after = energies(new, self._settings().gravity)
         old = _of_bodies(old, new)
         was = _of_bodies(self.steps[-1].new, old) if self.steps else old
@@ -161,14 +159,33 @@ class Recording:
         self.bodies |= {body.id: body for body in bodies}
         return np.array([_body(body) for body in bodies], BODY)
 
-    def _contacts(self) -> Rows:
-        """Return the contact points that the last step solved."""
+    def _cached(self) -> Cached:
+        """Return the accumulated impulses of points of contact, from which the next step starts if they touch in it."""
+        return {
+            (frozenset((arbiter.a, arbiter.b)), point.hash): (point.jnAcc, point.jtAcc)
+            for arbiter in self._space._get_arbiters()
+            for point in arbiter.contacts[0 : arbiter.count]
+        }
+
+    def _contacts(self, cached: Cached, ratio: float) -> Rows:
+        """Return the contact points that the last step solved.
+
+        Of cached impulses it applied as much as its dt is of that of the step before, the ratio; nothing if the shapes
+        did not touch in that step.
+        """
         rows, stamp = [], lib.cpSpaceGetTimestamp(self._space._space)
         for arbiter in self._space._get_arbiters():
             if arbiter.stamp == stamp:
                 shapes = pymunk.Shape._from_cp_shape(arbiter.a), pymunk.Shape._from_cp_shape(arbiter.b)
                 self.shapes |= {id(shape): shape for shape in shapes if shape}
-                rows += [_contact(arbiter, number, shapes) for number in range(arbiter.count)]
+                ids = *(shape.body.id if shape and shape.body else 0 for shape in shapes), *map(id, shapes)
+                left = 1.0 if arbiter.state == FIRST else 1 - ratio
+                for number, point in enumerate(arbiter.contacts[0 : arbiter.count]):
+                    normal, tangential = cached.get((frozenset((arbiter.a, arbiter.b)), point.hash), (0.0, 0.0))
+                    impulses = point.jnAcc - left * normal, point.jtAcc - left * tangential
+                    vectors = ((vector.x, vector.y) for vector in (arbiter.n, point.r1, point.r2))
+                    depth = lib.cpArbiterGetDepth(arbiter, number)
+                    rows.append((*ids, arbiter.e, arbiter.u, *vectors, *impulses, depth))
         return np.array(rows, CONTACT)
 
     def _joints(self) -> Rows:
@@ -181,8 +198,7 @@ class Recording:
 
     def _settings(self) -> Settings:
         space = self._space
-        gravity, persistence = (space.gravity.x, space.gravity.y), int(space.collision_persistence)
-        return Settings(gravity, space.damping, persistence, space.current_time_step, bool(space._handlers))
+        return Settings((space.gravity.x, space.gravity.y), space.damping, bool(space._handlers))
 
 
 def _body(body: pymunk.Body) -> tuple[Any, ...]:
@@ -191,15 +207,6 @@ def _body(body: pymunk.Body) -> tuple[Any, ...]:
     is_own = bool(body._velocity_func or body._position_func)
     constants = body.id, body.mass, body.moment, body.is_sleeping, is_own
     return place, body.angle, *motion, body.force, body.torque, *constants
-
-
-def _contact(arbiter: Any, number: int, shapes: Sequence[pymunk.Shape | None]) -> tuple[Any, ...]:
-    """Return a row of CONTACT: a point of an arbiter, by its number."""
-    point, bodies = arbiter.contacts[number], [shape.body.id if shape and shape.body else 0 for shape in shapes]
-    vectors = [(vector.x, vector.y) for vector in (arbiter.n, point.r1, point.r2)]
-    factors = point.hash, arbiter.state == 0, arbiter.e, arbiter.u
-    depth = lib.cpArbiterGetDepth(arbiter, number)
-    return *bodies, *map(id, shapes), *factors, *vectors, point.jnAcc, point.jtAcc, depth
 
 
 def _joint(joint: pymunk.Constraint) -> tuple[Any, ...]:

@@ -19,7 +19,6 @@ from sandbox.space.contents import (
     may_collide,
     shape_words,
 )
-from sandbox.space.energy import pair_key
 from sandbox.space.findings import Fault, Rules
 from sandbox.space.passages import Passage
 from sandbox.space.recording import Numbers, Recording, Rows, Run, Step
@@ -83,7 +82,7 @@ class Evidence:
         deep = contacts["distance"] < 0
         step, contacts = step[deep], contacts[deep]
         found = []
-        for rows in by_key(pair_key(contacts, "body"), step):
+        for rows in by_key(pair_key(contacts), step):
             at, first = np.unique(step[rows], return_index=True)
             found.append(Series(contacts[rows[0]], at, np.maximum.reduceat(-contacts["distance"][rows], first)))
         return found
@@ -167,6 +166,12 @@ class Evidence:
             "sinks-in": deepest,
             "deep-at-once": deepest,
         }
+
+
+def pair_key(contacts: Rows) -> Rows:
+    """Return a number for the two bodies of each contact, whichever is A."""
+    low, high = np.minimum(contacts["body_a"], contacts["body_b"]), np.maximum(contacts["body_a"], contacts["body_b"])
+    return np.asarray(low * np.uint64(0x9E3779B97F4A7C15) + high * np.uint64(0xC2B2AE3D27D4EB4F))
 
 
 def by_key(keys: Rows, step: Numbers) -> list[Numbers]:
@@ -274,7 +279,7 @@ def _contacts_within(evidence: Evidence) -> Iterator[Fault]:
             joined = assembly.get(joint.a.id, {joint.a.id}) | assembly.get(joint.b.id, {joint.b.id})
             assembly |= dict.fromkeys(joined, joined)
     step, contacts = evidence.run.contact_step, evidence.run.contacts
-    for rows in by_key(pair_key(contacts, "body"), step) if assembly else ():
+    for rows in by_key(pair_key(contacts), step) if assembly else ():
         first, at = contacts[rows[0]], np.unique(step[rows])
         ends = int(first["body_a"]), int(first["body_b"])
         is_mostly = len(at) > MOST * (len(evidence.run.steps) - at[0])

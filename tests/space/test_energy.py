@@ -8,8 +8,8 @@ import pymunk
 import pytest
 from spaces import DT, boxed, record
 
-from sandbox.space.energy import Cause, Ledger, ledger_of, pair_key
-from sandbox.space.recording import CONTACT, Recording, Run
+from sandbox.space.energy import Cause, Ledger, ledger_of
+from sandbox.space.recording import Recording, Run
 
 ROUNDING = 1e-9  # of the scale of the energy
 
@@ -359,16 +359,6 @@ def test_a_handler_that_sets_a_velocity_is_not_blamed_on_the_contact() -> None:
     ledger = ledger_of(Run(record(space, 3)))
     assert ledger.lines[Cause.CALLBACKS] == pytest.approx(2 * (150**2 - 100**2) / 2)
     assert_adds_up(ledger)
-
-
-def test_no_two_pairs_of_shapes_are_taken_for_the_same() -> None:
-    a, b = np.triu_indices(400, 1)
-    contacts = np.zeros(len(a), CONTACT)
-    contacts["shape_a"], contacts["shape_b"] = 0x7F0000 + 16 * a, 0x7F0000 + 16 * b
-    keys = pair_key(contacts)
-    assert len(np.unique(keys)) == len(keys)
-    contacts["shape_a"], contacts["shape_b"] = contacts["shape_b"].copy(), contacts["shape_a"].copy()
-    assert (pair_key(contacts) == keys).all()
 
 
 def remove(space: pymunk.Space, body: pymunk.Body) -> None:
