@@ -28,7 +28,6 @@ class Certainty(StrEnum):
 
     CERTAIN = "certain"  # a fact of the Space, which is wrong in every program
     LIKELY = "likely"  # rarely meant
-    POSSIBLE = "possible"  # often meant: for you to decide
 
 
 @dataclass(frozen=True)

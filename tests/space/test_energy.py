@@ -281,17 +281,6 @@ def test_a_kinematic_paddle_gives_what_it_does_to_the_ball() -> None:
     only(ledger, Cause.KINEMATIC)
 
 
-def test_a_conveyor_gives_a_box_the_energy_of_its_speed() -> None:
-    body = pymunk.Body(2, math.inf)
-    shape = pymunk.Poly.create_box(body, (60, 10))
-    space = resting_on_floor(body, shape, friction=0.5)
-    space.gravity, body.position = (0, -900), (0, 5.95)
-    next(iter(space.static_body.shapes)).surface_velocity = (90, 0)
-    ledger = ledger_of(Run(record(space, 60)))
-    assert abs(body.velocity.x) == pytest.approx(90)
-    assert ledger.lines[Cause.FRICTION] == pytest.approx(90**2, rel=1e-9)
-
-
 def test_what_the_program_sets_between_steps_is_its_own() -> None:
     space, body = pymunk.Space(), pymunk.Body(2, 30)
     body.velocity = (3, 4)
@@ -417,14 +406,3 @@ def test_a_ledger_ends_before_what_is_not_finite() -> None:
     ledger = ledger_of(Run(record(space, 3)))
     assert ledger.work.shape == (0, len(Cause))
     assert ledger.kinetic == pytest.approx([50])
-
-
-def test_a_body_that_is_put_to_sleep_in_flight_stays_with_its_energy() -> None:
-    space, body = pymunk.Space(), pymunk.Body(2, 40)
-    space.gravity, space.sleep_time_threshold = (0, -900), 5
-    space.add(body)
-    body.velocity = (0, -300)
-    body.sleep()
-    ledger = ledger_of(Run(record(space, 5)))
-    assert body.position == (0, 0)
-    only(ledger)

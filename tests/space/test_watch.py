@@ -8,21 +8,9 @@ from spaces import ball, world
 
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
-from sandbox.space.energy import Cause
 from sandbox.space.watch import Trials, watch
 
 RATE = 60
-
-
-def test_damping_is_recognised() -> None:
-    space = world(gravity=0)
-    space.damping = 0.5
-    ball(space, 60, 150, velocity=(100, 0))
-    with watch(space) as watched:
-        for _ in range(RATE):
-            space.step(1 / RATE)
-    assert watched.diagnosis.energy
-    assert watched.diagnosis.energy.lines[Cause.DAMPING] == pytest.approx(-(100**2) / 2 * (1 - 0.5**2))
 
 
 def test_the_space_s_own_step_comes_back_even_after_an_error() -> None:
