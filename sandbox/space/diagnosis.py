@@ -17,13 +17,13 @@ MAX_FINDINGS: Final = 10  # in text
 class Diagnosis:
     """What a Space did while it was recorded, and what is wrong with it.
 
-    number: of the Space, from 1; line: of the program, that stepped it first; seconds: of its time; bodies, shapes,
-    joints: the most at one time; findings: worst first; energy: None if no step was recorded; figures: of the rules
-    whose cures can be tried, also where these are no fault; cost: s of the processor, of the Space's own steps.
+    space: its number, from 1; stepped_in: the line of the program that stepped it first; seconds: of its time; bodies,
+    shapes, joints: the most at one time; findings: worst first; energy: None if no step was recorded; figures: of the
+    rules whose cures can be tried, also where these are no fault; cost: s of the processor, of the Space's own steps.
     """
 
-    number: int
-    line: str
+    space: int
+    stepped_in: str
     steps: int
     seconds: float
     bodies: int
@@ -37,13 +37,13 @@ class Diagnosis:
     @property
     def heading(self) -> str:
         """Which Space it is, and what was recorded, in a line."""
-        stepped = f", stepped in {printable(self.line)}" if self.line else ""
+        stepped = f", stepped in {printable(self.stepped_in)}" if self.stepped_in else ""
         counts = [
             f"{self.bodies:,} {'body' if self.bodies == 1 else 'bodies'}",
             counted(self.shapes, "shape"),
             counted(self.joints, "joint"),
         ]
-        return f"Space {self.number}{stepped}: {counted(self.steps, 'step')}, {self.seconds:.4g} s; {', '.join(counts)}"
+        return f"Space {self.space}{stepped}: {counted(self.steps, 'step')}, {self.seconds:.4g} s; {', '.join(counts)}"
 
     @property
     def headline(self) -> str:
@@ -73,17 +73,9 @@ class Diagnosis:
 
     def as_json(self) -> dict[str, Any]:
         """Return it as a JSON document has it."""
-        return {
-            "space": self.number,
-            "stepped_in": self.line,
-            "steps": self.steps,
-            "seconds": self.seconds,
-            "bodies": self.bodies,
-            "shapes": self.shapes,
-            "joints": self.joints,
+        return {key: value for key, value in vars(self).items() if key != "cost"} | {
             "headline": self.headline,
             "findings": [_as_json(finding) for finding in self.findings],
-            "figures": self.figures,
             "energy": self.energy.as_json() if self.energy else None,
         }
 

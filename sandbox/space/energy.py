@@ -50,8 +50,8 @@ class Cause(StrEnum):
     INTEGRATION = "integration", STEPS
     CORRECTION = "correction", "bodies moved apart that overlapped", True  # against gravity
     # The impulses on bodies besides those of contacts:
-    JOINTS = "joints", "joints", True  # of bodies that nothing else moves
-    DRIVEN = "driven", "motors, springs, joints that give way, and functions of the program"
+    JOINTS = "joints", "joints", True  # in steps without any of these:
+    DRIVEN = "driven", "motors, springs, joints that give way, functions, and all joints beside them"
     # Changed within the step by nothing that was recorded: handlers, and what they add and remove:
     CALLBACKS = "callbacks", "handlers and callbacks"
     PROGRAM = "program", "the program: what it sets, adds and removes between steps"
@@ -199,14 +199,13 @@ class _Work:
         """Add the work of each cause."""
         updated, contacts = self._add_velocity_update(), self._contacts()
         pushed = self._pushed(contacts, updated)
-        on_joints, is_driven = self._acting()
-        is_free = ~on_joints & ~is_driven
+        is_free = ~self._on_joints() & ~np.append(self._new["is_own"], False)
         solved = _Motion(
             np.where(is_free[:, None], pushed.velocity, self._end.velocity),
             np.where(is_free, pushed.spin, self._end.spin),
         )
         self._add_contacts(contacts, updated, solved)
-        self._add_rest(updated, _Motion(solved.velocity - pushed.velocity, solved.spin - pushed.spin), is_driven)
+        self._add_rest(updated, _Motion(solved.velocity - pushed.velocity, solved.spin - pushed.spin))
         self._add_positions()
 
     def _book(self, cause: Cause, energy: Floats, step: Numbers | None = None) -> None:
@@ -233,27 +232,23 @@ class _Work:
         velocity = updated.velocity + self._inverse[0][:, None] * linear
         return _Motion(velocity, updated.spin + self._inverse[1] * angular)
 
-    def _acting(self) -> tuple[Any, Any]:
-        """Return which bodies are on joints, and which are driven, also through joints: (n + 1,) of bool."""
-        handles = np.array([step.settings.handles for step in self._run.steps], bool)
-        step, joints = self._run.joint_step, self._run.joints
-        a, b = (self._run.rows_of(step, joints[side]) for side in ("body_a", "body_b"))
-        on_joints, is_driven = np.zeros(len(self._mass), bool), np.append(self._new["is_own"], False)
-        on_joints[a] = on_joints[b] = True
-        drives = ~joints["is_hard"] | handles[step]
-        passes_on = self._mass > 0
-        while True:
-            drives |= (is_driven & passes_on)[a] | (is_driven & passes_on)[b]
-            if is_driven[a[drives]].all() and is_driven[b[drives]].all():
-                return on_joints, is_driven
-            is_driven[a[drives]] = is_driven[b[drives]] = True
+    def _on_joints(self) -> Any:
+        """Return which bodies are on joints: (n + 1,) of bool."""
+        run, on_joints = self._run, np.zeros(len(self._mass), bool)
+        for side in ("body_a", "body_b"):
+            on_joints[run.rows_of(run.joint_step, run.joints[side])] = True
+        return on_joints
 
-    def _add_rest(self, updated: _Motion, rest: _Motion, is_driven: Any) -> None:
+    def _add_rest(self, updated: _Motion, rest: _Motion) -> None:
         """Add the work of impulses besides those of contacts. rest: how much they changed the motion."""
+        run, start, end = self._run, self._start, self._end
         linear, angular = self._mass[:, None] * rest.velocity, self._moment * rest.spin
-        start, end = self._start, self._end
         work = dot(linear, start.velocity + end.velocity) + angular * (start.spin + end.spin)
         support = dot(linear, updated.velocity - start.velocity) + angular * (updated.spin - start.spin)
+        drives = np.array([step.settings.handles for step in run.steps], bool)
+        drives[run.joint_step[~run.joints["is_hard"]]] = True
+        drives[run.step[run.new["is_own"]]] = True
+        is_driven = np.append(drives[self._step], False)
         self._book(Cause.JOINTS, work * ~is_driven / 2)
         self._book(Cause.DRIVEN, work * is_driven / 2)
         self._book(Cause.INTEGRATION, support / 2)

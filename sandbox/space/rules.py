@@ -54,17 +54,13 @@ def _moment(contents: Contents) -> Iterator[Fault]:
 
 
 def _can_turn(body: pymunk.Body, shapes: list[pymunk.Shape]) -> bool:
-    """Return whether something can turn a body: not a frictionless circle round its centre of gravity.
+    """Return whether contacts can turn a body: it is not a frictionless circle round its centre of gravity.
 
     If its shapes have mass, Pymunk computed the moment from them.
     """
-    if not shapes or any(shape.mass for shape in shapes):
-        return False
-    smooth = all(
-        isinstance(shape, pymunk.Circle) and not shape.friction and shape.offset == body.center_of_gravity
-        for shape in shapes
-    )
-    return not smooth or bool(body.constraints) or body.angular_velocity != 0 or body.torque != 0
+    centre = body.center_of_gravity
+    can_turn = any(shape.friction or not isinstance(shape, pymunk.Circle) or shape.offset != centre for shape in shapes)
+    return can_turn and not any(shape.mass for shape in shapes)
 
 
 def _area(shape: pymunk.Shape) -> float:
