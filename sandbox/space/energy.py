@@ -22,7 +22,6 @@ from sandbox.state import Floats
 SMALLEST_SHOWN: Final = 5e-5  # of the largest kinetic energy
 LEAST_ENERGY: Final = 1e-6  # kg px²/s²: with less than that, nothing moved
 SUSPECT: Final = 0.05  # of the largest kinetic energy: a line that is not the program's own, and worth a headline
-STEPS: Final = "gravity and what bears it, in steps instead of at every moment"
 
 
 class Cause(StrEnum):
@@ -47,10 +46,10 @@ class Cause(StrEnum):
     FORCES = "forces", "forces and torques"  # Body.force and Body.torque
     # Work of gravity, less the potential energy of the way with the step's first velocity; contacts and joints against
     # what gravity, forces and damping did in the same step:
-    INTEGRATION = "integration", STEPS
+    INTEGRATION = "integration", "gravity and what bears it, in steps instead of at every moment"
     CORRECTION = "correction", "bodies moved apart that overlapped", True  # against gravity
     # The impulses on bodies besides those of contacts:
-    JOINTS = "joints", "joints", True  # in steps without any of these:
+    JOINTS = "joints", "joints", True  # in steps in which nothing else pushes bodies:
     DRIVEN = "driven", "motors, springs, joints that give way, functions, and all joints beside them"
     # Changed within the step by nothing that was recorded: handlers, and what they add and remove:
     CALLBACKS = "callbacks", "handlers and callbacks"

@@ -4,7 +4,7 @@ import math
 import os
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from itertools import combinations, pairwise
+from itertools import pairwise, product
 from typing import Any, Final
 from warnings import warn
 
@@ -105,7 +105,9 @@ def _unsupported(space: pymunk.Space, solid: Sequence[pymunk.Shape]) -> Iterator
         if body.body_type == pymunk.Body.KINEMATIC and (body.velocity != (0, 0) or body.angular_velocity):
             yield "moving kinematic body"
     yield from (name for shape in solid for name in _unsupported_of(shape))
-    yield from ["filter between a ball and a wall"] * _filtered(solid)
+    balls, walls = ({shape.filter for shape in solid if is_dynamic(body_of(shape)) == moves} for moves in (True, False))
+    if any(pass_through(ball, wall) for ball, wall in product(balls, walls)):
+        yield "filter between a ball and a wall"
     for handler in space._handlers.values():  # Pymunk has no public list of them
         if any((handler.begin, handler.pre_solve, handler.post_solve, handler.separate)):
             yield "collision handler"
@@ -125,17 +127,6 @@ def _unsupported_of(shape: pymunk.Shape) -> Iterator[str]:
         yield "elasticity outside 0 to 1"
     if shape.surface_velocity != (0, 0):
         yield "surface velocity"
-
-
-def _filtered(shapes: Sequence[pymunk.Shape]) -> int:
-    """Return the number of balls and walls that ignore a wall or a ball by their filters."""
-    kinds = Counter((shape.filter, is_dynamic(body_of(shape))) for shape in shapes)
-    ignoring = [
-        {kind, partner}
-        for kind, partner in combinations(kinds, 2)
-        if kind[1] != partner[1] and pass_through(kind[0], partner[0])
-    ]
-    return sum(kinds[kind] for kind in set().union(*ignoring))
 
 
 def _settings_of(space: pymunk.Space, solid: Sequence[pymunk.Shape]) -> dict[str, float]:

@@ -3,7 +3,6 @@
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any, Final
 from weakref import WeakSet
 
@@ -33,7 +32,7 @@ def lint(space: pymunk.Space) -> list[Finding]:
     """
     linter = Linter(checked(space), Origins())
     linter.look({**RULES, **END_RULES}, None)
-    return linter.findings()
+    return linter.findings({})
 
 
 @dataclass
@@ -53,6 +52,6 @@ class Linter:
             del self._faults[rule][MAX_FAULTS:]
         self._seen.update([*contents.shapes, *contents.bodies, *contents.space.constraints])
 
-    def findings(self, more: Mapping[str, Sequence[Fault]] = MappingProxyType({})) -> list[Finding]:
+    def findings(self, more: Mapping[str, Sequence[Fault]]) -> list[Finding]:
         """Return one finding for each rule with faults, worst first. more: faults that were found otherwise."""
         return findings_of({rule: [*self._faults[rule], *more.get(rule, ())] for rule in {**self._faults, **more}})

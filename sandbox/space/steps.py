@@ -289,7 +289,7 @@ def _contacts_within(evidence: Evidence) -> Iterator[Fault]:
 
 
 def _untouched(evidence: Evidence) -> Iterator[Fault]:
-    """Bodies with friction and no bounce that go on and on after a push, and hardly touch anything."""
+    """Bodies with friction and no bounce that go on and on without a push, and hardly touch anything."""
     run, space = evidence.run, evidence.contents.space
     if tuple(space.gravity) != (0, 0) or space.damping != 1:
         return

@@ -245,7 +245,7 @@ UNSUPPORTED = {
     "1 x force or torque": of_ball(force=(0, 5)),
     "1 x function for a velocity or position": of_ball(position_func=lambda body, dt: None),
     "1 x surface velocity": of_ball(surface_velocity=(10, 0)),
-    "2 x filter between a ball and a wall": ignore_each_other,
+    "1 x filter between a ball and a wall": ignore_each_other,
     "1 x collision handler": lambda space: space.on_collision(None, None, begin=lambda arbiter, space, data: None),
     "1 x damping outside 0 to 1": lambda space: setattr(space, "damping", 1.5),
     "2 x PivotJoint": add_joint,
