@@ -18,6 +18,7 @@ from sandbox.judge.thresholds import NEGLIGIBLE
 from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension
+from sandbox.scene.walls import walls_of
 from sandbox.state import Floats, State
 from sandbox.view.layout import Layout
 from sandbox.view.overlay import Canvas
@@ -63,9 +64,9 @@ class ContactMark:
         """Draw everything. colour: of the engine; overlap: whether to draw how deep it is."""
         ink, found = self._canvas.palette.ink, self._difference
         if found.second is not None and found.second < 0:
-            *ends, thickness = self._canvas.scene.wall_line(~found.second)
-            start, end = self._at(np.array(ends)).tolist()
-            radius = max(thickness / 2 * self._canvas.scale, 2 * self._width)
+            walls, wall = walls_of(self._canvas.scene), ~found.second
+            start, end = self._at(np.array([walls.start[wall], walls.end[wall]])).tolist()
+            radius = max(float(walls.half_thickness[wall]) * self._canvas.scale, 2 * self._width)
             capsule(self._surface, self._canvas.palette.contact, start, end, radius)
         for ball in found.balls:
             centre = self._at(self._state.position[ball]).round().astype(int).tolist()

@@ -144,10 +144,6 @@ class Action(Enum):
     SAVE_INPUTS = _files(
         "J", "What I did", "save what you did, and show the command that replays it", lambda w: w.saver.save_inputs()
     )
-    SAVE_CODE = _files(
-        "Q", "Pymunk code", "save the balls as they are as a program for Pymunk",
-        lambda w: w.saver.save_code(w.mouse.pane or 0),
-    )  # fmt: skip
     SAVE_PICTURE = _files("F12", "Picture", "save a picture of the window", lambda w: w.save_picture())
     RECORD = _files(
         "F9", "Record", "start or stop recording a GIF",

@@ -1,4 +1,4 @@
-"""Saving what the window shows: as a scene, a picture, the inputs of the run, or a program for Pymunk."""
+"""Saving what the window shows: as a scene, a picture, or the inputs of the run."""
 
 import os
 import shlex
@@ -7,8 +7,6 @@ from itertools import count
 
 from pygame import Surface
 
-from sandbox.files import whole_file
-from sandbox.report.pymunk_program import pymunk_code
 from sandbox.run.inputs import write_run
 from sandbox.scene.files import TRUTHS, bundled, dump
 from sandbox.scene.model import Scene
@@ -40,15 +38,6 @@ class Saver:
             engines = shlex.quote(",".join(session.names))
             command = f"sandbox run {_argument(session.start)} --engines {engines} --inputs {shlex.quote(name)}"
             self._notice.show_saved(name, f": {command}")
-
-    def save_code(self, pane: int) -> None:
-        """Save the balls as they are in a pane as a program for Pymunk."""
-        self._playback.settle()
-        view, name = self._playback.view, self.free_name(".py")
-        with self._notice.reporting():
-            with whole_file(name) as file:
-                file.write(pymunk_code(view.moment.scene, view.panes[pane].state).encode())
-            self._notice.show_saved(name)
 
     def free_name(self, ending: str) -> str:
         """Return a name made of the scene, its seed and the step shown, with a number if such a file exists."""

@@ -23,7 +23,7 @@ GRAVITIES: Final = tuple(range(-10, 21))  # m/s², downwards
 PIXELS_PER_METRE: Final = 100.0  # of scenes that do not say it
 RATES: Final = (15, 30, 60, 120, 240, 480, 960, 1920, 3840)
 LAYERS: Final = (Action.VELOCITY, Action.TRAILS, Action.NUMBERS, Action.GHOSTS, Action.CHARTS)
-SAVES: Final = (Action.SAVE_SCENE, Action.SAVE_PICTURE, Action.SAVE_INPUTS, Action.SAVE_CODE)
+SAVES: Final = (Action.SAVE_SCENE, Action.SAVE_PICTURE, Action.SAVE_INPUTS)
 LOOKS: Final = (Action.THEME, Action.SMALLER_TEXT, Action.LARGER_TEXT)
 
 
