@@ -96,7 +96,7 @@ def shown(value: object) -> str:
         text = json.dumps(value, default=str)
         if not isinstance(value, str):
             text = text.replace("NaN", "nan").replace("Infinity", "inf")
-    except (TypeError, ValueError):  # keys that are not text; an integer of too many digits
+    except (TypeError, ValueError, RecursionError):  # keys that are not text; an integer of too many digits; too deep
         text = hex(value) if isinstance(value, int) else object.__repr__(value)
     return text if len(text) <= MAX_VALUE_LENGTH else f"{text[: MAX_VALUE_LENGTH - 3]}..."
 

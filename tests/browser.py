@@ -21,12 +21,8 @@ FLAGS = (
     "--hide-scrollbars",
     "--no-first-run",
     "--disable-dev-shm-usage",
-    "--allow-pre-commit-input",  # else keys and clicks before a page's first paint are discarded
+    "--allow-pre-commit-input",  # else clicks before a page's first paint are discarded
 )
-KEYS = {" ": ("Space", 32), "ArrowLeft": ("ArrowLeft", 37), "ArrowRight": ("ArrowRight", 39)} | {
-    "Home": ("Home", 36), "End": ("End", 35), "Tab": ("Tab", 9), "d": ("KeyD", 68), "g": ("KeyG", 71)
-}  # fmt: skip
-
 DRAWN = "[...document.querySelectorAll('.chart')].every((chart) => chart.firstElementChild?.shadowRoot)"
 CHARTS = f"(!document.querySelector('.chart') || globalThis.Bokeh?.documents[0]?.is_idle && {DRAWN})"
 READY = f"document.readyState === 'complete' && {CHARTS}"
@@ -115,13 +111,6 @@ class Browser:
             time.sleep(0.05)
         raise AssertionError(f"timeout while waiting for {script}")
 
-    def press(self, key: str) -> None:
-        code, number = KEYS[key]
-        text = {"text": key} if len(key) == 1 else {}
-        named = {"key": key, "code": code, "windowsVirtualKeyCode": number}
-        self.call("Input.dispatchKeyEvent", type="keyDown", **named, **text)
-        self.call("Input.dispatchKeyEvent", type="keyUp", **named)
-
     def click(self, selector: str, x: float = 0.5, y: float = 0.5) -> None:
         """Click on an element with the mouse, at fractions of its width and height."""
         left, top, width, height = self.run(
@@ -133,10 +122,9 @@ class Browser:
         self.call("Input.dispatchMouseEvent", type="mousePressed", **at)
         self.call("Input.dispatchMouseEvent", type="mouseReleased", **at)
 
-    def prefer(self, scheme: str, medium: str = "") -> None:
-        """Emulate a reader who prefers light or dark pages, on the screen or, for the medium "print", on paper."""
-        features = [{"name": "prefers-color-scheme", "value": scheme}]
-        self.call("Emulation.setEmulatedMedia", media=medium, features=features)
+    def show_on(self, medium: str) -> None:
+        """Emulate a medium of CSS: "screen", or "print" for paper."""
+        self.call("Emulation.setEmulatedMedia", media=medium)
 
     def picture(self, path: Path) -> None:
         """Save a picture of the whole page."""

@@ -9,8 +9,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 import sandbox.state
+from sandbox.analysis.comparison import Conditions
 from sandbox.analysis.difference import Difference
-from sandbox.analysis.documents import Conditions
 from sandbox.analysis.figures import Figures
 from sandbox.judge.causes import Cause, Entry
 from sandbox.judge.summary import CauseOfError

@@ -25,10 +25,9 @@ MODULES: Final = {
 }
 PLAIN: Final = ("bench.engines", "bench.window")  # benchmarks of plain Pymunk and pygame, for comparison
 LIBRARIES: Final = {  # library -> the modules and folders that may import it; numpy is imported everywhere
-    "pydantic": ("scene", "run", "space", "analysis.documents", "view"),
+    "pydantic": ("scene", "run", "space", "view"),
     "pydantic_core": ("scene",),
     "tomlkit": ("scene.files",),
-    "pandas": ("run.trajectory", "scripting.comparison_result", "scripting.calls"),
     "PIL": ("scene", "view"),
     "numba": ("compiled",),
     "pymunk": (
@@ -139,7 +138,7 @@ def test_heavy_libraries_are_loaded_only_when_needed(module: str, allowed: set[s
 
 
 @pytest.mark.wide
-@pytest.mark.parametrize("command", ["check article", "schema", "schema compare", "scenes", "--help", "--version"])
+@pytest.mark.parametrize("command", ["check article", "schema", "scenes", "--help", "--version"])
 def test_commands_that_run_nothing_need_neither_a_compiler_nor_an_engine(command: str) -> None:
     program = "import atexit, sys; atexit.register(lambda: print(*sys.modules, file=sys.stderr))"
     program += f"; sys.argv[1:] = {command.split()}; from sandbox.cli import main; main()"

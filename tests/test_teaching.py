@@ -7,7 +7,7 @@ import pytest
 from test_docs import ROOT, files
 
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.impacts import Impacts
+from sandbox.analysis.figures import Impacts
 from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
 

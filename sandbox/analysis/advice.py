@@ -2,33 +2,37 @@
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from sandbox.analysis.comparison import Comparison, compare
-from sandbox.analysis.documents import TrialFigures
 from sandbox.analysis.verdict import NEGLIGIBLE_ENERGY, percent
 from sandbox.engines import REFERENCE
 from sandbox.engines.specs import TUNED, format_settings, with_settings
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import Grab, Input
 from sandbox.scene.model import Scene
-from sandbox.scene.spawn import needed_rate, spawn
 from sandbox.scene.units import Dimension, Units
 
 FINER_STEPS: Final = 4  # factor on the substeps
 MORE_ITERATIONS: Final = 200
 ALIKE: Final = 0.05  # fraction by which two trials may differ and count as equally good
-NEGLIGIBLE_GAP: Final = 0.01  # px; a smaller difference counts as none
+NEGLIGIBLE_GAP: Final = 0.01  # px; a smaller gap counts as none
 
 
 @dataclass(frozen=True)
-class TriedSettings(TrialFigures):
-    """A trial. units: of the scene."""
+class TriedSettings:
+    """A run of Pymunk with some settings changed, compared with the reference; JSON has it without the units."""
 
-    units: Units
+    changes: dict[str, int]  # settings of `[pymunk]`
+    passages: int  # of balls through walls or each other, without a contact
+    escapes: int  # balls that left the arena
+    apart: float | None  # s, when its paths leave the reference's; None if not while the reference means anything
+    gap_rms: float  # px, over all balls and the times up to when the reference means nothing
+    energy_error: float | None  # as in `Figures`, None if the mouse gives each engine its own energy
+    units: Units  # of the scene
 
     @property
     def settings(self) -> str:
@@ -37,24 +41,15 @@ class TriedSettings(TrialFigures):
 
 
 class Rank(NamedTuple):
-    """A figure to rank trials by.
-
-    badness: smaller is better; text: the figure in words; noise: what two values may differ by and mean the same.
-    """
+    """A figure to rank trials by. badness: smaller is better; text: the figure in words."""
 
     label: str
     badness: Callable[[TriedSettings], float]
     text: Callable[[TriedSettings], str]
-    noise: float = 0.0
 
     def better(self, first: TriedSettings, second: TriedSettings) -> bool:
-        """Return whether a trial is better than another by more than ALIKE and the noise."""
-        return self.badness(first) < (1 - ALIKE) * self.badness(second) - self.noise
-
-    def best(self, trials: Sequence[TriedSettings]) -> list[TriedSettings]:
-        """Return the trials that are about as good as the best."""
-        best = min(trials, key=self.badness)
-        return [trial for trial in trials if not self.better(best, trial)]
+        """Return whether a trial is better than another by more than ALIKE."""
+        return self.badness(first) < (1 - ALIKE) * self.badness(second)
 
 
 RANKS: Final = (  # what matters most comes first
@@ -67,15 +62,13 @@ RANKS: Final = (  # what matters most comes first
     ),
     Rank(
         "RMS gap",
-        lambda trial: trial.gap_rms if trial.apart is None else math.inf,
+        lambda trial: max(trial.gap_rms - NEGLIGIBLE_GAP, 0.0) if trial.apart is None else math.inf,
         lambda trial: trial.units.text(Dimension.LENGTH, "{:.4g}", trial.gap_rms),
-        NEGLIGIBLE_GAP,
     ),
     Rank(
         "energy error",
-        lambda trial: trial.energy_error or 0.0,
+        lambda trial: max((trial.energy_error or 0.0) - NEGLIGIBLE_ENERGY, 0.0),
         lambda trial: "-" if trial.energy_error is None else percent(trial.energy_error),
-        NEGLIGIBLE_ENERGY,
     ),
 )
 
@@ -100,8 +93,7 @@ def try_settings(
 def _changes(scene: Scene) -> Iterator[dict[str, int]]:
     """Yield what to change, the simplest first; of equally many changes, what costs the least time."""
     steady = {"collision_persistence": 1}
-    enough = math.ceil((needed_rate(scene, spawn(scene)) or 0) / scene.rate)  # the rate that `check` names
-    finer = {"substeps": max(FINER_STEPS * scene.pymunk.substeps, enough)}
+    finer = {"substeps": FINER_STEPS * scene.pymunk.substeps}
     converged = {"iterations": MORE_ITERATIONS, **steady}
     yield from ({}, steady, finer, {"iterations": MORE_ITERATIONS}, converged, finer | converged)
 
@@ -111,7 +103,7 @@ def _trial(comparison: Comparison, engine: str, changes: dict[str, int]) -> Trie
     trusted = comparison.time < (math.inf if until is None else until)
     return TriedSettings(
         changes,
-        passages=len(run.missed),
+        passages=run.missed,
         escapes=run.figures.escaped,
         apart=run.apart,
         gap_rms=float(np.sqrt(np.mean(run.gap_rms[trusted] ** 2))) if trusted.any() else 0.0,
@@ -131,7 +123,8 @@ def advice_rows(trials: Sequence[TriedSettings]) -> Iterator[list[str]]:
 def advised(trials: Sequence[TriedSettings]) -> TriedSettings:
     """Return the trial to use: of those about as good as the best by every rank in turn, the simplest."""
     for rank in RANKS:
-        trials = rank.best(trials)
+        best = min(trials, key=rank.badness)
+        trials = [trial for trial in trials if not rank.better(best, trial)]
     return min(trials, key=lambda trial: len(trial.changes))
 
 
@@ -150,6 +143,9 @@ def as_json(trials: Sequence[TriedSettings]) -> dict[str, Any]:
     """Return what `--json` writes about trials; an empty dictionary if nothing was tried."""
     if not trials:
         return {}
-    best, keys = advised(trials), [field.name for field in fields(TrialFigures)]
-    listed = [{key: getattr(trial, key) for key in keys} | {"advised": trial is best} for trial in trials]
+    best = advised(trials)
+    listed = [
+        {key: value for key, value in vars(trial).items() if key != "units"} | {"advised": trial is best}
+        for trial in trials
+    ]
     return {"advice": listed, "recommendation": recommend(trials)}

@@ -2,18 +2,21 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
+from functools import cache
 from typing import Any, Final
 
 import numpy as np
 
-from sandbox.analysis.documents import Conditions, Failure, figure_columns
+from sandbox.analysis.difference import Difference
 from sandbox.analysis.expectations import step_of
-from sandbox.analysis.figures import Run
+from sandbox.analysis.figures import Figures, Run
+from sandbox.analysis.gas import THEORY_FIGURES, TheoryRow
 from sandbox.analysis.measurement import Measurement
 from sandbox.analysis.reference import Trust, Twins, reference_of
 from sandbox.engines import REFERENCE, Engines, Source, default_engines, named
 from sandbox.errors import EngineError, LimitReached, SandboxError, suggestion
+from sandbox.judge.causes import Cause, Entry
 from sandbox.run.edits import Edit, edited_scenes
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
@@ -22,6 +25,23 @@ from sandbox.state import Floats
 from sandbox.text import csv_text
 
 BLOCK_BYTES: Final = 1_000_000  # of an engine's states that are measured together: they stay in a core's cache
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What all engines of a comparison share, by the keys of JSON and CSV; see `Comparison` for their meaning."""
+
+    scene: str  # its name
+    seed: int  # of what is drawn at random
+    rate: int  # steps per second
+    since: float  # s, time of the last edit, from which times count
+    seconds: float  # how long the engines ran
+    against: str  # the reference
+    horizon: float | None  # s, from when on its paths mean nothing; None if they mean something to the end
+    undecided: float | None  # s, likewise
+    unresolved: float | None  # s, likewise
+    reference_until: float | None  # s, when an engine that cannot go on ended the comparison; None if none did
+    energy_scale: float  # kg px²/s², what shares of energy are relative to; 0 if nothing moves
 
 
 @dataclass(frozen=True)
@@ -68,7 +88,7 @@ class Comparison:
         """Return what `--json` writes."""
         return asdict(self.conditions) | {
             "engines": {name: _as_json(run) for name, run in self.runs.items()},
-            "failed": {name: asdict(Failure(error.time, str(error))) for name, error in self.failed.items()},
+            "failed": {name: {"time": error.time, "message": str(error)} for name, error in self.failed.items()},
         }
 
     @property
@@ -92,20 +112,17 @@ class Comparison:
         rows = self.rows()
         return csv_text([[*rows[0]], *([*row.values()] for row in rows)])
 
-    def exceeded(
-        self, max_gap: float | None = None, max_drift: float | None = None, max_energy_error: float | None = None
-    ) -> Iterator[tuple[str, str]]:
-        """Yield each engine that exceeds a limit, of those that are not None, and by how much.
+    def exceeded(self, max_gap: float | None = None, max_energy_error: float | None = None) -> Iterator[str]:
+        """Yield which engine exceeds a limit, of those that are not None, and by how much.
 
         Raises SandboxError if a limit cannot be judged: the engine is alone, or its figure is unknown at all times.
         """
         for name, run in self.runs.items():
             for what, limit, values, unit in (
                 ("gap", max_gap, run.gap_max, " px"),
-                ("drift", max_drift, np.abs(run.energy_change), ""),
                 ("energy error", max_energy_error, np.abs(run.energy_gap), ""),
             ):
-                if limit is not None and (np.isnan(values[1:]).all() or (what != "drift" and not self.others)):
+                if limit is not None and (np.isnan(values[1:]).all() or not self.others):
                     why = "means nothing from the start" if run.energy_scale else "has no ball that moves"
                     raise SandboxError(
                         f"{name}: there is no {what} to compare with the limit of {limit:g}: {self.against} "
@@ -113,7 +130,7 @@ class Comparison:
                     )
                 if limit is not None and (beyond := values > limit).any():
                     since, largest = self.time[int(beyond.argmax())], f"{np.nanmax(values):.6g}{unit}"
-                    yield name, f"{name}: {what} {largest} exceeds the limit of {limit:g}{unit}, first at {since:.3f} s"
+                    yield f"{name}: {what} {largest} exceeds the limit of {limit:g}{unit}, first at {since:.3f} s"
 
 
 def _as_json(run: Run) -> dict[str, Any]:
@@ -133,6 +150,22 @@ def _as_json(run: Run) -> dict[str, Any]:
             row.figure: {key: value for key, value in asdict(row).items() if key != "figure"} for row in run.theory
         }
     return figures
+
+
+@cache
+def figure_columns() -> tuple[str, ...]:
+    """Return the columns of an engine's figures in CSV, the same for all engines and scenes."""
+    line, law = [*_keys(Entry, "cause"), "share"], _keys(TheoryRow, "figure")
+    return (
+        *_keys(Figures, "first_difference", "causes", "ledger"),
+        *(f"first_difference.{key}" for key in _keys(Difference)),
+        *(f"ledger.{cause.key}.{key}" for cause in Cause for key in line),
+        *(f"theory.{figure}.{key}" for figure in THEORY_FIGURES for key in law),
+    )
+
+
+def _keys(of: type[Any], *besides: str) -> list[str]:
+    return [each.name for each in fields(of) if each.name not in besides]
 
 
 def flatten(figures: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

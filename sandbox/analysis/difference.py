@@ -1,7 +1,7 @@
 """What is wrong with an engine's steps, beside the exact step from its own state: where, since when, and why."""
 
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -46,28 +46,15 @@ class Difference:
         return [body for body in (self.first, self.second) if body is not None and body >= 0]
 
 
-class Passage(NamedTuple):
-    """A contact that did not happen. step: of the run, from 1; first: ball; second: ball, or ~wall."""
-
-    step: int
-    first: int
-    second: int
-
-
-def pair_name(scene: Scene, contact: Difference | Passage) -> str:
-    """Name the two bodies of a difference or a passage."""
-    return f"ball {contact.first}" if contact.second is None else contact_name(scene, contact.first, contact.second)
+def pair_name(scene: Scene, difference: Difference) -> str:
+    """Name the bodies of a difference."""
+    first, second = difference.first, difference.second
+    return f"ball {first}" if second is None else contact_name(scene, first, second)
 
 
 def contact_name(scene: Scene, first: int, second: int) -> str:
     """Name the two bodies of a contact, by the numbers that contacts have."""
     return f"balls {first} and {second}" if second >= 0 else f"ball {first} and {scene.wall_name(~second)}"
-
-
-def passages(verdict: Verdict) -> tuple[Passage, ...]:
-    """Return the contacts of a run that did not happen."""
-    missed = verdict.errors[verdict.errors["cause"] == Cause.MISSED]
-    return tuple(Passage(*each) for each in missed[["step", "first", "second"]].tolist())
 
 
 def differences(scene: Scene, verdict: Verdict) -> tuple[Difference, ...]:

@@ -10,8 +10,8 @@ import numpy as np
 
 from sandbox.quantity import deepest_overlap, energy, momentum
 from sandbox.scene.model import Columns, Expect, Scene
+from sandbox.scene.overlaps import depths_in_walls
 from sandbox.scene.units import Dimension
-from sandbox.scene.walls import wall_distance
 from sandbox.state import Floats, State
 
 SAME_TIME: Final = 1e-6  # of a step; a time that is closer to a step than this is that step's
@@ -137,7 +137,7 @@ def _numbers(values: Floats) -> Numbers:
 def overlap_in(scene: Scene, position: Floats) -> float:
     """Return the deepest overlap of two balls, or of a ball and a wall, px; 0 if nothing overlaps."""
     radius, filters = scene.bodies.radius, scene.bodies.filters
-    return max(deepest_overlap(position, radius, filters)[0], float((radius - wall_distance(scene, position)).max()))
+    return max(deepest_overlap(position, radius, filters)[0], float(depths_in_walls(scene, position).max()))
 
 
 def shares_in(columns: Columns, x: Floats) -> Floats:

@@ -3,19 +3,21 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Self
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.analysis.difference import Difference, Passage
+from sandbox.analysis.difference import Difference
 from sandbox.analysis.expectations import Score
 from sandbox.analysis.gas import TheoryRow
-from sandbox.analysis.impacts import Impacts, Misreport
 from sandbox.judge.causes import Cause, Entry
 from sandbox.judge.summary import CauseOfError
 from sandbox.quantity import length
 from sandbox.state import Bools, Contacts, Floats, State
+
+IMPACT: Final = np.dtype([("before", "f8", (2, 3)), ("after", "f8", (2, 3))])  # px/s twice, and rad/s; zeros of a wall
+Impacts = NDArray[np.void]
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,6 @@ class Escape(NamedTuple):
     ball: int  # the first of them
     balls: int  # how many did
     furthest: float  # px from the arena
-    left: int  # how many are still outside at the end
 
 
 @dataclass(frozen=True)
@@ -78,9 +79,10 @@ class Run(Course):
     energy_scale: kg px²/s², the `EnergyScale` of the reference, which all shares of energy are of, 0 if nothing moves;
     energy_gap: (steps + 1,) the difference from the reference's energy as a fraction of the scale, give or take a step,
     NaN where that means nothing or soft contacts hold energy; apart: s, when a ball is first more than its radius from
-    the reference's; impacts: the motion before and after the first MAX_IMPACTS contacts; gained: (steps, 3), momentum
-    and angular momentum that nothing outside gave; differences: its wrong steps, none of the reference's; path:
-    (frames, n, 2) px.
+    the reference's; impacts: the motion before and after the first contacts; misreports: a step, from 1, and a ball
+    that reported contacts change otherwise than it changed; gained: (steps, 3), momentum and angular momentum that
+    nothing outside gave; differences: its wrong steps, none of the reference's; missed: how many contacts did not
+    happen; path: (frames, n, 2) px.
     """
 
     energy_scale: float
@@ -90,11 +92,11 @@ class Run(Course):
     contacts: Contacts
     reports_contacts: bool
     impacts: Impacts
-    misreports: tuple[Misreport, ...]
+    misreports: tuple[tuple[int, int], ...]
     gained: Floats
     ledger: tuple[Entry, ...]
     differences: tuple[Difference, ...]
-    missed: tuple[Passage, ...]
+    missed: int
     causes: tuple[CauseOfError, ...]
     is_spinless: bool
     escape: Escape | None

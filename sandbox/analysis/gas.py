@@ -20,9 +20,8 @@ MIN_GAS_DISCS: Final = 100  # with fewer, walls change the figures by more than 
 FREEZING: Final = 0.70  # packing fraction up to which discs are a liquid (Bernard and Krauth, PRL 107 (2011) 155704)
 SPEEDS: Final = "distance of speeds from their law"
 WALL_PRESSURE: Final = "wall pressure, kg/s²"
-COMPRESSIBILITY: Final = "compressibility"
 CONTACT_RATE: Final = "contacts per second"
-THEORY_FIGURES: Final = (SPEEDS, WALL_PRESSURE, COMPRESSIBILITY, CONTACT_RATE)
+THEORY_FIGURES: Final = (SPEEDS, WALL_PRESSURE, CONTACT_RATE)
 
 
 def speed_law(speed: Floats, whole: Floats | float, n: int) -> Floats:
@@ -69,40 +68,21 @@ def virial_pressure(contacts: Contacts, radius: Floats, kinetic: float, size: Se
     return float((kinetic + impulse_reach / (2 * seconds)) / math.prod(size))
 
 
-def pair_compressibility(contacts: Contacts, radius: Floats, kinetic: float, seconds: float) -> float:
-    """Return Z from the contacts between discs alone, 1 + Σ impulse · distance / (2E · seconds); E in kg px²/s²."""
-    pairs = contacts[contacts["second"] >= 0]
-    return float(1 + np.sum(pairs["impulse"] * _reach(pairs, radius)) / (2 * kinetic * seconds))
-
-
 def _reach(contacts: Contacts, radius: Floats) -> Floats:
     """Return the distance between the two centres of each contact, or from the centre to the wall, px."""
     of_second = np.append(radius, 0.0)[np.maximum(contacts["second"], -1)]  # any wall gets the 0
     return np.asarray(radius[contacts["first"]] + of_second - contacts["depth"])
 
 
-def packing_fraction(radius: Floats, size: Sequence[float]) -> float:
-    """Return the fraction of the arena that discs cover, η. radius: (n,) px; size: of the arena, px."""
-    return float(np.pi * np.sum(radius**2) / math.prod(size))
-
-
-def contact_value(eta: float) -> float:
-    """Return g, the density of discs at contact relative to the average (D. Henderson, Mol. Phys. 30 (1975) 971)."""
-    return (1 - 7 * eta / 16) / (1 - eta) ** 2
-
-
-def compressibility(eta: float) -> float:
-    """Return Z = pA / (n kT) = 1 + 2ηg."""
-    return 1 + 2 * eta * contact_value(eta)
-
-
 def enskog_rate(n: int, radius: float, size: Sequence[float], mean_square_speed: float) -> float:
     """Return the rate of contacts between n equal discs, 1/s: n 2r (n/A) g √(π kT/m), where 2kT/m is <v²>, px²/s².
 
-    S. Chapman and T. G. Cowling, The Mathematical Theory of Non-Uniform Gases, ch. 16, there in three dimensions.
+    S. Chapman and T. G. Cowling, The Mathematical Theory of Non-Uniform Gases, ch. 16, there in three dimensions. g is
+    the density of discs at contact relative to the average (D. Henderson, Mol. Phys. 30 (1975) 971).
     """
     area = math.prod(size)
-    g = contact_value(n * math.pi * radius**2 / area)
+    eta = n * math.pi * radius**2 / area
+    g = (1 - 7 * eta / 16) / (1 - eta) ** 2
     return n * 2 * radius * n / area * g * math.sqrt(math.pi * mean_square_speed / 2)
 
 
@@ -137,8 +117,8 @@ def why_no_gas(scene: Scene) -> str:
     lawless = why_lawless(scene)
     if lawless or len(scene.bodies) < MIN_GAS_DISCS:
         return lawless or f"fewer than {MIN_GAS_DISCS} balls"
-    fluid = packing_fraction(scene.bodies.radius, scene.arena.size) < FREEZING
-    return "" if fluid else "so dense that it freezes"
+    eta = np.pi * np.sum(scene.bodies.radius**2) / math.prod(scene.arena.size)
+    return "" if eta < FREEZING else "so dense that it freezes"
 
 
 def measure_gas(scene: Scene, contacts: Contacts, velocity: Floats, seconds: float) -> tuple[TheoryRow, ...]:
@@ -158,11 +138,6 @@ def measure_gas(scene: Scene, contacts: Contacts, velocity: Floats, seconds: flo
     )
     if why_no_gas(scene):
         return rows
-    measured, eta = pair_compressibility(contacts, radius, kinetic, seconds), packing_fraction(radius, size)
     pairs = int(np.count_nonzero(contacts["second"] >= 0))
     rate = enskog_rate(n, float(radius[0]), size, 2 * kinetic / float(bodies.mass.sum()))
-    return (
-        *rows,
-        TheoryRow(COMPRESSIBILITY, measured, compressibility(eta), "Henderson 1975"),
-        TheoryRow(CONTACT_RATE, pairs / seconds, rate, "Enskog"),
-    )
+    return *rows, TheoryRow(CONTACT_RATE, pairs / seconds, rate, "Enskog")

@@ -7,22 +7,24 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.analysis.difference import differences, passages
+from sandbox.analysis.difference import differences
 from sandbox.analysis.energy_scale import EnergyScale
 from sandbox.analysis.expectations import overlap_in, scores
-from sandbox.analysis.figures import Course, Escape, Run
+from sandbox.analysis.figures import IMPACT, Course, Escape, Impacts, Run
 from sandbox.analysis.gas import TheoryRow, measure_gas, why_lawless, why_no_gas
-from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, Misreport, impacts_in, misreports
+from sandbox.judge.causes import Cause
 from sandbox.judge.judge import Steps
 from sandbox.judge.thresholds import NEGLIGIBLE
-from sandbox.quantity import deepest_overlap, energy, length, meeting, momentum, outside
+from sandbox.quantity import deepest_overlap, energy, impulse_of, length, meeting, momentum, outside
 from sandbox.run.lockstep import Runner
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Expect, Scene
-from sandbox.state import NO_DAMPING, PUSH, Contacts, Floats, State, States
+from sandbox.state import NO_DAMPING, PUSH, Contacts, Floats, Integers, State, States
 
 MAX_PATH_BYTES: Final = 20_000_000  # of an engine's positions kept; of a long run, one frame in so many
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law
+MAX_IMPACTS: Final = 500  # contacts of which a run keeps the motion before and after
+ENOUGH: Final = 1e-3  # of a change of velocity, by which reports in single precision, of several substeps, may be off
 OF_PLACE: Final = "place"  # the law of flight that leaves velocities right
 
 
@@ -52,7 +54,7 @@ class Measurement:
         self.scale = EnergyScale(scene, state)
         self._contacts: list[Contacts] = []
         self._impacts: list[Impacts] = [np.empty(0, IMPACT)]
-        self._misreports: list[Misreport] = []
+        self._misreports: list[tuple[int, int]] = []
         self._courses: list[Course] = []
         self._entered = 0  # steps
         self._apart: float | None = None  # s
@@ -88,7 +90,7 @@ class Measurement:
         self._impacts.append(impacts_in(scene, pushed, contacts[first], row_of[first], within[first]))
         if self._traits.reports_contacts and not self._traits.soft and self._traits.damping == NO_DAMPING:
             found = misreports(scene, pushed, states, contacts, row_of, dt)
-            self._misreports += [each._replace(step=done + each.step) for each in found]
+            self._misreports += [(done + row, ball) for row, ball in found]
         self._max_overlap = max(self._max_overlap, self._deepest(states.position[1:]))
         self.scale.follow(scene, states, contacts, done)
         self._entered += rows - 1
@@ -169,10 +171,10 @@ class Measurement:
             gained=verdict.gained,
             ledger=verdict.ledger,
             differences=differences(scene, verdict) if reference and course.gap_max.any() else (),
-            missed=passages(verdict),
+            missed=int(np.count_nonzero(verdict.errors["cause"] == Cause.MISSED)),
             causes=verdict.causes,
             is_spinless=verdict.is_spinless,
-            escape=self._escape(final),
+            escape=self._escape(),
             scores=tuple(scores(scene, expects, self.start, self.kept, energy_scale, "the run ends before")),
             theory=self._theory(contacts, final.time) if trusted_until is not None or not why_no_gas(scene) else (),
             path=np.concatenate(self._path),
@@ -195,15 +197,58 @@ class Measurement:
         gap[1:][unknown[1:]] = np.nan
         return gap
 
-    def _escape(self, final: State) -> Escape | None:
-        if self._first_outside is None:
-            return None
-        furthest, left = self._furthest_outside, outside(final.position, self._scene.arena.size) > 0
-        return Escape(
-            *self._first_outside, int(np.count_nonzero(furthest)), float(furthest.max()), int(np.count_nonzero(left))
-        )
+    def _escape(self) -> Escape | None:
+        furthest, first = self._furthest_outside, self._first_outside
+        return Escape(*first, int(np.count_nonzero(furthest)), float(furthest.max())) if first else None
 
     def _theory(self, contacts: Contacts, seconds: float) -> tuple[TheoryRow, ...]:
         if not self._obeys_laws or not self._traits.reports_contacts:
             return ()
         return measure_gas(self._scene, contacts, np.concatenate(self._velocities), seconds)
+
+
+# What reported contacts do. The states are what an engine is judged by; reports are only compared with them.
+
+
+def impacts_in(scene: Scene, states: States, contacts: Contacts, rows: Integers, within: Floats) -> Impacts:
+    """Return the motion before and after each contact, one after another: (k,) IMPACT.
+
+    states: after the pushes, of steps + 1 rows, the first before the steps; rows: (k,) that each contact's step leads
+    to, and within: s since that step began.
+    """
+    impacts, bodies, push = np.zeros(len(contacts), IMPACT), scene.bodies, impulse_of(contacts)
+    motion, pull = np.dstack([states.velocity, states.spin]), np.append(scene.gravity, 0.0)
+    now, last = motion[0], (0, 0.0)
+    for k, (row, time) in enumerate(zip(rows.tolist(), within.tolist(), strict=True)):
+        if row != last[0]:
+            now, last = motion[row - 1].copy(), (row, 0.0)
+        now += pull * (time - last[1])
+        last = row, time
+        for side, ball in enumerate(contacts[["first", "second"]][k]):
+            if ball >= 0:
+                impacts["before"][k, side] = now[ball]
+                now[ball, :2] += (1 if side else -1) * push[k] / bodies.mass[ball]
+                now[ball, 2] -= contacts["tangential"][k] * bodies.radius[ball] / bodies.moment[ball]
+                impacts["after"][k, side] = now[ball]
+    return impacts
+
+
+def misreports(
+    scene: Scene, pushed: States, states: States, contacts: Contacts, rows: Integers, dt: Floats
+) -> list[tuple[int, int]]:
+    """Return each row to which reported contacts change a ball otherwise than it changed, and the first such ball.
+
+    states: of steps + 1 rows; pushed: these after the pushes with which the next step begins; rows: (k,) that each
+    contact's step leads to; dt: (steps,) s.
+    """
+    mass, push = scene.bodies.mass, impulse_of(contacts)
+    fallen = pushed.velocity[:-1] + np.multiply.outer(dt, scene.gravity)[:, None]
+    seen, reported = states.velocity[1:] - fallen, np.zeros_like(fallen)
+    for ball, sign in ((contacts["first"], -1), (contacts["second"], 1)):
+        is_ball = ball >= 0
+        given = sign * push[is_ball] / mass[ball[is_ball], None]
+        np.add.at(reported, (rows[is_ball] - 1, ball[is_ball]), given)
+    fastest = float(max(length(fallen).max(initial=0.0), length(states.velocity).max()))
+    off = length(seen - reported) > ENOUGH * np.maximum(length(seen), length(reported)) + ENOUGH**2 * fastest
+    off &= (states.velocity[1:] != pushed.velocity[:-1]).any(axis=2)  # what rests need report nothing
+    return [(step + 1, int(off[step].argmax())) for step in np.flatnonzero(off.any(axis=1)).tolist()]

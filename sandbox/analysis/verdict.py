@@ -2,26 +2,25 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.expectations import overlap_in, worst
+from sandbox.analysis.expectations import overlap_in
 from sandbox.analysis.figures import Figures, Run
 from sandbox.engines import REFERENCE
 from sandbox.engines.specs import TUNED, settings_in
 from sandbox.judge.causes import Cause
 from sandbox.judge.thresholds import NEGLIGIBLE
 from sandbox.judge.words import OF_STEPS
-from sandbox.quantity import length
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension
 from sandbox.text import counted
 
 NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller error counts as none
 ROUNDING: Final = 1e-6  # of any figure in the table, px or %; less is written as 0
-SEEN_AT_START: Final = 1e-3  # of a radius, far above what an engine that computes in float32 loses
+SEEN_AT_START: Final = 1e-3  # of a radius; a smaller overlap is not said
 MAX_CAUSES: Final = 3  # of an engine
 FURTHER_ON: Final = 0.1  # of the largest error in energy: "at worst" is said if the last differs from it by more
 SHARE_SHOWN: Final = 0.01  # of an engine's error, below which a further cause is not said
@@ -35,26 +34,21 @@ REMEDIES: Final = {  # said once, of Pymunk
 }
 
 
-class Summary(NamedTuple):
-    """What is said of one engine, line by line."""
-
-    engine: str
-    lines: tuple[str, ...]
-
-
-def summaries(comparison: Comparison) -> list[Summary]:
-    """Return what is said of each engine: those that failed, then the worst first, and the reference last."""
+def summaries(comparison: Comparison) -> dict[str, tuple[str, ...]]:
+    """Return the lines on each engine: those that failed, then the worst first, and the reference last."""
     remedies = dict(REMEDIES)
-    said = [Summary(name, (f"Failed at {error.time:.3f} s.",)) for name, error in comparison.failed.items()]
+    said: dict[str, tuple[str, ...]] = {
+        name: (f"Failed at {error.time:.3f} s.",) for name, error in comparison.failed.items()
+    }
     worst_first = sorted(comparison.others, key=lambda name: _badness(comparison.runs[name]))
-    said += [Summary(name, tuple(_lines(comparison, name, remedies))) for name in worst_first]
-    said.append(Summary(comparison.against, tuple(_lines_of_reference(comparison, remedies))))
-    return [each for each in said if each.lines]
+    said |= {name: tuple(_lines(comparison, name, remedies)) for name in worst_first}
+    said[comparison.against] = tuple(_lines_of_reference(comparison, remedies))
+    return {name: lines for name, lines in said.items() if lines}
 
 
 def verdict(comparison: Comparison) -> str:
     """Return a paragraph for each engine."""
-    return "\n".join(f"{name}: {' '.join(lines)}" for name, lines in summaries(comparison))
+    return "\n".join(f"{name}: {' '.join(lines)}" for name, lines in summaries(comparison).items())
 
 
 def _badness(run: Run) -> tuple[float, float, float]:
@@ -67,16 +61,17 @@ def _badness(run: Run) -> tuple[float, float, float]:
 def _lines(comparison: Comparison, name: str, remedies: dict[Cause, str]) -> Iterator[str]:
     """Yield the lines of an engine. remedies: those not said yet."""
     run, reference = comparison.runs[name], comparison.runs[comparison.against]
-    yield from _start(comparison, run, reference)
     yield from _energy(comparison, run)
     yield from _causes(comparison, name, remedies)
     if run.is_spinless and reference.final.spin.any():
         yield "It reports no spins, so its friction cannot match; an engine that is a class can report them."
     if not run.differences and run.gap_max.any() and any(each.cause != Cause.UNKNOWN for each in reference.causes):
         yield f"No step of it is wrong: the differences are errors of {_short(comparison)}."
-    if run.apart is not None and run.apart:
+    if run.apart == 0:
+        yield f"Begins more than a ball's radius from {_short(comparison)}, so their paths cannot be compared."
+    elif run.apart is not None:
         yield f"Within a ball's radius of {_short(comparison)} until {run.apart:.2f} s."
-    elif run.apart is None and comparison.trusted_until != 0:
+    elif comparison.trusted_until != 0:
         end = comparison.trusted_until
         until = "to the end" if end is None else f"until {end:.2f} s, as long as paths can be compared"
         yield f"Within a ball's radius of {_short(comparison)} {until}."
@@ -92,23 +87,12 @@ def _lines_of_reference(comparison: Comparison, remedies: dict[Cause, str]) -> I
     if name != REFERENCE:
         yield from _causes(comparison, name, remedies)
     overlap = overlap_in(comparison.scene, comparison.runs[name].start.position)
-    if overlap > _least(comparison.scene):
+    if overlap > SEEN_AT_START * comparison.scene.bodies.radius.min():
         deep = comparison.scene.units.text(Dimension.LENGTH, "{:.3g}", overlap)
         yield f"At the start, bodies overlap by up to {deep}, which engines part in different ways."
     if comparison.trusted_until is not None:
         yield f"From {comparison.trusted_until:.2f} s on, compare statistics only: {why_it_ends(comparison)}."
     yield from _besides(comparison, name)
-
-
-def _start(comparison: Comparison, run: Run, reference: Run) -> Iterator[str]:
-    """Say how far an engine is from the reference at the start, in places and velocities."""
-    units, fastest = comparison.scene.units, float(length(reference.start.velocity).max())
-    away = float(length(run.start.position - reference.start.position).max())
-    faster = float(length(run.start.velocity - reference.start.velocity).max())
-    if away > _least(comparison.scene) or faster > SEEN_AT_START * fastest:
-        by = units.text(Dimension.LENGTH, "{:.4g}", away), units.text(Dimension.VELOCITY, "{:.4g}", faster)
-        what = f"Begins up to {by[0]} and {by[1]} from {_short(comparison)}"
-        yield f"{what}; later differences may come from that."
 
 
 def _short(comparison: Comparison) -> str:
@@ -119,11 +103,6 @@ def _short(comparison: Comparison) -> str:
 def percent(share: float) -> str:
     """Return a fraction in %, with three digits."""
     return f"{100 * share if abs(share) > ROUNDING else 0:.3g} %"
-
-
-def _least(scene: Scene) -> float:
-    """Return the distance that is seen at the start, px."""
-    return SEEN_AT_START * float(scene.bodies.radius.min())
 
 
 def _energy(comparison: Comparison, run: Run) -> Iterator[str]:
@@ -137,14 +116,19 @@ def _energy(comparison: Comparison, run: Run) -> Iterator[str]:
         yield f"Energy as it should be {until}".rstrip() + "."
         return
     share = run.energy_gap[np.argmax(np.abs(run.energy_gap) >= error * (1 - NEGLIGIBLE))]
-    what = f"{percent(-share)} of the energy is missing" if share < 0 else f"{percent(share)} too much energy"
-    at_worst = " at worst" if abs(run.energy_gap[known][-1] - share) > FURTHER_ON * error else ""
-    yield f"{until.capitalize()}, {what}{at_worst}.".removeprefix(", ")
+    last = float(run.energy_gap[known][-1])
+    in_the_end = f" at worst; {_amount(last)} in the end" if abs(last - share) > FURTHER_ON * error else ""
+    yield f"{until.capitalize()}, {_amount(share)}{in_the_end}.".removeprefix(", ")
     runs = (run, comparison.runs[comparison.against])
     given, expected = (each.energy_by_cause.get(Cause.APPLIED, 0.0) for each in runs)
     if abs(given - expected) > NEGLIGIBLE_ENERGY * run.energy_scale:
         than = f"{'less' if given < expected else 'more'} than {_short(comparison)}"
         yield f"The mouse or your code gave it {percent(abs(given - expected) / run.energy_scale)} {than}."
+
+
+def _amount(share: float) -> str:
+    """Return how much energy is missing or too much. share: what there is too much, of the scale."""
+    return f"{percent(share)} too much energy" if share > 0 else f"{percent(-share)} of the energy is missing"
 
 
 def _causes(comparison: Comparison, name: str, remedies: dict[Cause, str]) -> Iterator[str]:
@@ -193,18 +177,10 @@ def _besides(comparison: Comparison, name: str) -> Iterator[str]:
         step, ball = run.misreports[0]
         first = f"first of ball {ball} at {scene.clock.time(step):.3f} s"
         yield f"Misreports contacts in {counted(len(run.misreports), 'step')}, {first}."
-    if missed := [score for score in run.scores if score.missed]:
-        furthest = worst(missed)
-        deviation, dimension = furthest.missed[0], furthest.missed[0].quantity.dimension
-        off = scene.units.text(dimension, "{:.4g}", deviation.error)
-        tolerance = scene.units.text(dimension, "{:g}", furthest.expect.tolerance)
-        whole = counted(run.figures.expected, "expectation")
-        yield f"Misses {len(missed)} of {whole}: {deviation.quantity.label} by up to {off} (tolerance {tolerance})."
     if escape := run.escape:
-        at_end = f", {escape.left} still outside at the end" if escape.left else ""
         by = scene.units.text(Dimension.LENGTH, "{:.4g}", escape.furthest)
         first = f"first ball {escape.ball} at {escape.time:.3f} s"
-        yield f"{counted(escape.balls, 'ball')} left the arena, {first}, by up to {by}{at_end}."
+        yield f"{counted(escape.balls, 'ball')} left the arena, {first}, by up to {by}."
 
 
 # The table
@@ -216,14 +192,6 @@ def is_heap(comparison: Comparison) -> bool:
     return comparison.trusted_until is not None and any(scene.gravity) and not scene.keeps_energy
 
 
-def _energy_change(run: Run, rows: slice) -> float | None:
-    return 100 * float(run.energy_change[rows][-1]) if run.energy_scale else None
-
-
-def _rms_gap(run: Run, rows: slice) -> float:
-    return float(np.sqrt(np.mean(run.gap_rms[rows] ** 2)))
-
-
 def _in_percent(share: float | None) -> float | None:
     return None if share is None else 100 * share
 
@@ -232,13 +200,13 @@ COUNT: Final = "{:.0f}", Dimension.NUMBER
 LENGTH: Final = "{:.4g}", Dimension.LENGTH
 SHARE: Final = "{:.3g} %", Dimension.NUMBER
 ROWS: Final[Mapping[str, tuple[tuple[str, Dimension], Callable[[Run, slice], float | None]]]] = {
-    "energy change": (("{:+.3g} %", Dimension.NUMBER), _energy_change),
+    "energy change": (("{:+.3g} %", Dimension.NUMBER), lambda run, rows: 100 * float(run.energy_change[rows][-1])),
     "energy error": (SHARE, lambda run, _: _in_percent(run.figures.energy_error)),
-    "RMS gap": (LENGTH, _rms_gap),
+    "RMS gap": (LENGTH, lambda run, rows: float(np.sqrt(np.mean(run.gap_rms[rows] ** 2)))),
     "largest gap": (LENGTH, lambda run, rows: float(run.gap_max[rows].max())),
     "ball contacts": (COUNT, lambda run, _: run.figures.pair_contacts),
     "wall contacts": (COUNT, lambda run, _: run.figures.wall_contacts),
-    "missed contacts": (COUNT, lambda run, _: len(run.missed)),
+    "missed contacts": (COUNT, lambda run, _: run.missed),
     "escaped balls": (COUNT, lambda run, _: run.figures.escaped),
     "deepest overlap": (LENGTH, lambda run, _: run.figures.max_overlap),
     "unexplained momentum": (SHARE, lambda run, _: _in_percent(run.figures.momentum_drift)),

@@ -1,11 +1,7 @@
-"""Time of comparisons: beside their engines, and as whole programs whose engines are compiled and in the cache."""
+"""Time of comparisons, beside that of their engines."""
 
-import subprocess
-import sys
 from collections.abc import Iterator, Sequence
 from functools import partial
-from time import perf_counter
-from typing import Final
 
 from sandbox.analysis.comparison import compare
 from sandbox.bench.figure import Figure, alternately, figure, processor_time, repeats_of
@@ -13,8 +9,6 @@ from sandbox.engines import create
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-
-SANDBOX: Final = (sys.executable, "-m", "sandbox")
 
 
 def comparison(rounds: int) -> Iterator[Figure]:
@@ -34,18 +28,3 @@ def run_each(scene: Scene, engines: Sequence[str]) -> None:
         engine = create(name, scene, spawn(scene))
         for _ in range(scene.steps):
             engine.step()
-
-
-def start(rounds: int) -> Iterator[Figure]:
-    """Measure programs from start to end."""
-    for name, arguments in (("--version", ("--version",)), ("compare", ("compare", "article", "--seconds", "0.1"))):
-        command = (*SANDBOX, *arguments)
-        run(command)  # compiles kernels that are not cached yet
-        yield figure(f"start {name}", f"sandbox {' '.join(arguments)}", [run(command) for _ in range(rounds)], "s")
-
-
-def run(command: Sequence[str]) -> float:
-    """Run a program; return how long it took, s. Raises CalledProcessError if it fails."""
-    began = perf_counter()
-    subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
-    return perf_counter() - began

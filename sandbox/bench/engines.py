@@ -17,7 +17,6 @@ from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 
 RMS_SPEED: Final = 200  # px/s, of a gas: 3.3 px a step; time-stepped engines need less than the radius
-STEPS: Final = 20  # of the article's engine, from the start: later its gas has cooled into heaps
 COLLISIONS: Final = 100_000  # in a round of the exact engine
 
 
@@ -41,22 +40,6 @@ def against_plain_pymunk(rounds: int) -> Iterator[Figure]:
         ours, plain = partial(processor_time, engine.step, times), partial(processor_time, step, times)
         ratios = [a / b for a, b in alternately(rounds, ours, plain)]
         yield figure(f"pymunk n={n}", f"{n:,} balls: step / a plain Pymunk loop's", ratios)
-
-
-def article(rounds: int) -> Iterator[Figure]:
-    """Measure the article's engine relative to `Space.step`."""
-    scene = gas(20_000, 0.2)
-    step = partial(plain_space(scene).step, 1 / scene.rate)
-    pairs = alternately(rounds, partial(processor_time, step, 3), partial(first_steps, scene))
-    means = "20,000 balls: speed / Pymunk's Space.step"
-    yield figure("article / Space.step n=20000", means, [a / b for a, b in pairs])
-
-
-def first_steps(scene: Scene) -> float:
-    """Return the time of a step of the article's engine at the start of a scene, s."""
-    engine = create("article", scene, spawn(scene))
-    engine.step()
-    return processor_time(engine.step, STEPS)
 
 
 def exact(rounds: int) -> Iterator[Figure]:

@@ -20,11 +20,9 @@ class Benchmark(NamedTuple):
 
 PARTS: Final = {
     "pymunk": Benchmark("reading a Space costs little beside its steps", engines.against_plain_pymunk),
-    "article": Benchmark("it is faster than Pymunk's step", engines.article),
     "exact": Benchmark("the event queue and the order in memory serve any gas", engines.exact),
     "compare": Benchmark("what judging costs beside the engines", comparisons.comparison),
     "window": Benchmark("60 frames a second with thousands of balls", window.frame),
-    "start": Benchmark("heavy libraries are imported only where they are needed", comparisons.start),
 }
 
 

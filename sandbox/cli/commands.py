@@ -9,7 +9,6 @@ import os
 import sys
 from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext, redirect_stdout, suppress
-from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
@@ -187,7 +186,6 @@ def compare(
     csv_file: options.CsvFile = None,
     report: options.ReportFile = None,
     max_gap: options.MaxGap = None,
-    max_drift: options.MaxDrift = None,
     max_energy_error: options.MaxEnergyError = None,
     all_rows: options.AllRows = False,
     first: options.First = False,
@@ -227,7 +225,7 @@ def compare(
         if trials:
             print()
             print_advice(trials, console())
-    exceeded = [message for _, message in comparison.exceeded(max_gap, max_drift, max_energy_error)]
+    exceeded = list(comparison.exceeded(max_gap, max_energy_error))
     for error in comparison.failed.values():
         print_error(error)
     if exceeded:
@@ -509,8 +507,7 @@ def bench(
 ) -> None:
     """Measure the speed of the sandbox, in about two minutes.
 
-    The parts are pymunk, article, exact, compare, window and start. A figure with a "/" is a ratio of two
-    measured alternately.
+    The parts are pymunk, exact, compare and window. A figure with a "/" is a ratio of two measured alternately.
     """
     from sandbox.bench.parts import bench as measure
     from sandbox.cli.tables import print_figures
@@ -527,34 +524,12 @@ def bench(
         write_text(json_file, json_text([vars(figure) for figure in measured]))
 
 
-class Document(StrEnum):
-    """The documents with a JSON Schema: scene files, and the JSON of two commands."""
-
-    SCENE = "scene"
-    COMPARE = "compare"
-    VERIFY = "verify"
-
-
 @app.command(name="schema")
-def print_schema(
-    document: Annotated[
-        Document,
-        typer.Argument(help="Scene files, or what compare or verify writes with --json."),
-    ] = Document.SCENE,
-) -> None:
-    """Print the JSON Schema of scene files, or what compare or verify writes with --json."""
-    from sandbox.analysis.documents import comparison_schema, json_schema
+def print_schema() -> None:
+    """Print the JSON Schema of scene files."""
     from sandbox.scene.files import schema
-    from sandbox.scores.verify import Scores
 
-    match document:
-        case Document.SCENE:
-            content = schema()
-        case Document.COMPARE:
-            content = comparison_schema()
-        case Document.VERIFY:
-            content = json_schema(Scores)
-    print(json_text(content), end="")
+    print(json_text(schema()), end="")
 
 
 def _compare_and_draw(scene: "Scene", names: Sequence[str] | None, inputs: "Sequence[Input]") -> None:

@@ -165,7 +165,6 @@ ReportFile = Annotated[str | None, file_option("Write a report as one .html file
 SizeOption = Annotated[Any, typer.Option(metavar="WxH", parser=parse_size, help="Width and height, px.")]
 Layers = Annotated[Any, _names(f"What to show: {', '.join(Layer)}.", parse_layers)]
 MaxGap = Annotated[float | None, _limit("a gap is larger", "PX")]
-MaxDrift = Annotated[float | None, _limit("energy changes by a larger fraction")]
 MaxEnergyError = Annotated[float | None, _limit("energy differs by a larger fraction from the reference's")]
 AllRows = Annotated[bool, typer.Option("--all", help="Print all rows of the table.")]
 First = Annotated[bool, typer.Option("--first", help="Print the first difference of each engine.")]

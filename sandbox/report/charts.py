@@ -1,46 +1,36 @@
-"""The report's charts: each engine over time, under one cursor, and the ledger."""
+"""The report's charts: each engine over time, under one cursor."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from textwrap import fill
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from bokeh.document import Document
-from bokeh.models import BasicTicker, FactorRange, FixedTicker, NumeralTickFormatter, Range1d
+from bokeh.models import FixedTicker, NumeralTickFormatter, Range1d
 from bokeh.models.annotations import Span
 from bokeh.models.text import BaseText
 from bokeh.plotting import figure
 from bokeh.themes import Theme
-from bokeh.transform import dodge
 
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.series import energies, thinned
-from sandbox.judge.causes import Cause
 from sandbox.report.colours import colours_of
 from sandbox.report.numbers import minus
 from sandbox.report.scales import BothSigns, Logarithmic, Scale, gap_scale
 from sandbox.scene.units import Dimension
 from sandbox.state import Floats
 
+MAX_POINTS: Final = 2_000  # of a line, about; screens have fewer columns
 MARKERS_PER_LINE: Final = 12  # they distinguish lines without colour
-LABEL_LETTERS: Final = 20  # in a line of a bar's label: leaves room for the bars on a telephone
-MIN_BAR: Final = 1e-3  # fraction of the longest bar; causes with shorter bars are in the table only
 MARKERS: Final = {  # Bokeh's markers, and the letters that stand for them in a legend
     "circle": "○", "square": "□", "triangle": "△", "diamond": "◇", "inverted_triangle": "▽", "star": "☆"
 }  # fmt: skip
 OF_REFERENCE: Final = ("x", "\N{MULTIPLICATION SIGN}")
-BAR: Final = "■"
-HATCHES: Final = ("blank", "right_diagonal_line", "dot", "horizontal_line", "cross", "left_diagonal_line")
 MAX_TICKS: Final = 9  # on an axis of powers of ten
 INK: Final = "#222222"
 GRID: Final = "#e3e3e3"
 GROUND: Final = "#fefefe"  # inside markers
 TRUST: Final = "#777777"  # where the reference's paths stop meaning anything
-EXACT, EXACT_ON_DARK = (colours_of(["exact"], dark=dark)["exact"] for dark in (False, True))
-DARK: Final = {INK: "#e8eaed", GRID: "#343a41", GROUND: "#0b0e11", TRUST: "#9aa0a6", EXACT: EXACT_ON_DARK}
-"""The replacement of each colour of the charts where the reader prefers a dark page; the engines' others stay."""
 FONT: Final = "system-ui, sans-serif"
 THEME: Final = Theme(
     json={
@@ -70,16 +60,11 @@ THEME: Final = Theme(
 
 
 class Style(NamedTuple):
-    """How an engine's lines and bars are drawn. The marker distinguishes engines even without colours.
-
-    color, dark: on light and on dark pages.
-    """
+    """How an engine's lines are drawn. The marker distinguishes engines even without colours."""
 
     color: str
-    dark: str
     marker: str
     symbol: str
-    hatch: str
 
 
 @dataclass(frozen=True)
@@ -95,10 +80,9 @@ class Chart:
 
 
 def charts(comparison: Comparison) -> list[Chart]:
-    """Draw gap and energy over time, and the ledger if it has entries."""
+    """Draw gap and energy over time: the gap from a reference, and energy where there is a scale of it."""
     gap = [_gap(comparison)] if len(comparison.runs) > 1 else []
-    ledger = [_ledger(comparison)] if _bars(comparison)[1] else []
-    return [*gap, _energy(comparison), *ledger]
+    return gap + ([_energy(comparison)] if comparison.energy_scale else [])
 
 
 def as_document(drawn: Sequence[Chart]) -> tuple[dict[str, Any], dict[str, str]]:
@@ -124,15 +108,25 @@ def _renumbered(node: Any, numbers: dict[str, str]) -> Any:
 
 
 def _styles(comparison: Comparison) -> dict[str, Style]:
-    """Return each engine's style, distinct in marker and hatch as well as in colour."""
-    light, dark = colours_of(comparison.runs), colours_of(comparison.runs, dark=True)
-    marks = {comparison.against: (*OF_REFERENCE, "blank")}
-    for index, name in enumerate(comparison.others):
-        marks[name] = (*[*MARKERS.items()][index % len(MARKERS)], HATCHES[index % len(HATCHES)])
-    return {name: Style(light[name], dark[name], *marks[name]) for name in comparison.runs}
+    """Return each engine's style, distinct in marker as well as in colour."""
+    markers = [*MARKERS.items()]
+    marks = {comparison.against: OF_REFERENCE}
+    marks |= {name: markers[index % len(markers)] for index, name in enumerate(comparison.others)}
+    return {name: Style(color, *marks[name]) for name, color in colours_of(comparison.runs).items()}
 
 
 # Over time
+
+
+def thinned(values: Floats, most: int = MAX_POINTS) -> np.ndarray[Any, np.dtype[np.intp]]:
+    """Return about `most` indices of a series: its ends, and the lowest and the highest value of each interval."""
+    if len(values) <= most:
+        return np.arange(len(values))
+    size = -(-2 * len(values) // most)
+    intervals = np.pad(values, (0, -len(values) % size), mode="edge").reshape(-1, size)
+    starts = np.arange(len(intervals)) * size
+    chosen = np.concatenate([[0], starts + intervals.argmin(axis=1), starts + intervals.argmax(axis=1)])
+    return np.unique(np.append(np.minimum(chosen, len(values) - 1), len(values) - 1))
 
 
 def _gap(comparison: Comparison) -> Chart:
@@ -153,10 +147,8 @@ def _gap(comparison: Comparison) -> Chart:
 
 
 def _energy(comparison: Comparison) -> Chart:
-    """Draw how each engine's energy differs from the reference's; if there is no other, or nothing moves, itself."""
+    """Draw how each engine's energy differs from the reference's; if there is no other, from that at the start."""
     runs, against = comparison.runs, comparison.against
-    if not comparison.energy_scale:
-        return _energy_itself(comparison)
     others = {name: 100 * run.energy_gap for name, run in comparison.others.items()}
     series = others or {against: 100 * runs[against].energy_change}
     compared = against if others else "the start"
@@ -169,16 +161,6 @@ def _energy(comparison: Comparison) -> Chart:
     )
     known = {name: values[np.isfinite(values)] for name, values in series.items()}
     alt = _ends(f"Difference from {compared} at the end", known, "%")
-    return Chart("energy", "Energy", about, alt, styles, plot)
-
-
-def _energy_itself(comparison: Comparison) -> Chart:
-    series, unit = energies(comparison)
-    low = min(0.0, *(float(values.min()) for values in series.values()))
-    high = max(float(values.max()) for values in series.values())
-    plot = _figure(comparison, unit, y_range=Range1d(start=low, end=high + 0.08 * (high - low) or 1.0))
-    styles = _draw(plot, comparison, series)
-    about, alt = "Kinetic and potential energy together.", _ends("Energy at the end", series, unit)
     return Chart("energy", "Energy", about, alt, styles, plot)
 
 
@@ -268,59 +250,3 @@ def _mark_first_differences(
 def _ends(what: str, series: dict[str, Floats], unit: str) -> str:
     ends = ", ".join(f"{name} {minus(f'{values[-1]:.4g}')} {unit}".rstrip() for name, values in series.items())
     return f"{what}: {ends}."
-
-
-# The ledger
-
-
-def _ledger(comparison: Comparison) -> Chart:
-    """Draw a bar for each cause and engine."""
-    energy, causes = _bars(comparison)
-    styles = {name: style for name, style in _styles(comparison).items() if energy[name]}
-    _, unit = energies(comparison)
-    axis = "energy, %" if unit == "%" else unit
-    labels = [fill(cause.label, LABEL_LETTERS) for cause in causes]
-    rows = FactorRange(factors=labels[::-1])
-    height = 60 + len(causes) * max(40, 22 * len(styles))
-    plot = figure(height=height, y_range=rows, x_axis_label=axis, tools="", toolbar_location=None)
-    plot.xaxis[0].ticker = BasicTicker(desired_num_ticks=3)  # more would overlap on a telephone
-    plot.xaxis[0].formatter = NumeralTickFormatter(format="0,0.[00000]")
-    thickness = 0.8 / len(styles)
-    for index, (name, style) in enumerate(styles.items()):
-        plot.hbar(
-            y=dodge("cause", (len(styles) - 1 - 2 * index) / 2 * thickness, range=rows),
-            right="energy",
-            height=0.85 * thickness,
-            source={"cause": labels, "energy": [energy[name].get(cause, 0.0) for cause in causes]},
-            fill_color=style.color,
-            fill_alpha=0.75,
-            line_color=INK,
-            hatch_pattern=style.hatch,
-            hatch_color=INK,
-            hatch_alpha=0.6,
-        )
-    plot.add_layout(Span(location=0, dimension="height", line_color=INK))
-    alt = "Change of energy by cause, as in the table below."
-    about = (
-        "How much each cause changed an engine's energy; an engine's bars add up to its whole gain or loss. Causes "
-        "below a thousandth of the longest bar are in the table only."
-    )
-    legend = {name: style._replace(symbol=BAR) for name, style in styles.items()}
-    return Chart("ledger", "Energy by cause", about, alt, legend, plot)
-
-
-def _bars(comparison: Comparison) -> tuple[dict[str, dict[Cause, float]], list[Cause]]:
-    """Return each engine's change of energy by cause, in the unit of `energies`, and the causes that get a bar."""
-    _, unit = energies(comparison)
-    pixels = 1 / comparison.scene.units.factor(Dimension.ENERGY)
-    energy: dict[str, dict[Cause, float]] = {
-        name: {
-            entry.cause: entry.energy / (run.energy_scale / 100 if unit == "%" else pixels)
-            for entry in run.figures.ledger
-            if entry.cause != Cause.SPIN
-        }
-        for name, run in comparison.runs.items()
-    }
-    largest = {cause: max(abs(changes.get(cause, 0.0)) for changes in energy.values()) for cause in Cause}
-    longest = max(largest.values())
-    return energy, [cause for cause, change in largest.items() if change > MIN_BAR * longest]

@@ -6,7 +6,6 @@ import json
 import platform
 import shlex
 from collections.abc import Iterable, Iterator, Sequence
-from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 from typing import Any, Final
@@ -18,36 +17,27 @@ from numpy.typing import NDArray
 
 from sandbox.analysis.advice import TriedSettings, advice_rows, recommend
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.difference import MAX_DIFFERENCES, Velocities, pair_name
+from sandbox.analysis.difference import MAX_DIFFERENCES, pair_name
 from sandbox.analysis.figures import Run
-from sandbox.analysis.series import contacts_by, energies
-from sandbox.analysis.verdict import key_figures, summaries
+from sandbox.analysis.verdict import summaries
 from sandbox.report.about import about
-from sandbox.report.charts import DARK, as_document, charts
-from sandbox.report.numbers import minus, number, readable, share
+from sandbox.report.charts import as_document, charts
+from sandbox.report.numbers import minus, readable
 from sandbox.report.scales import gap_scale
-from sandbox.report.tables import headline
+from sandbox.report.tables import comparison_rows, headline, velocities_and_spins
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import TRUTHS, bundled, parse
 from sandbox.scene.model import Scene
-from sandbox.scene.units import Dimension, Units
+from sandbox.scene.units import Dimension
 from sandbox.state import Floats
 
 MAX_PATHS_BYTES: Final = 3_300_000  # of all packed paths; with Bokeh's script a page stays under 6 MB
 MAX_NUMBERED: Final = 20  # balls that have their numbers drawn on them
 MAX_TRAILED: Final = 200  # balls for which trails are on at first
 MAX_PACKED: Final = 65_535  # of a coordinate in 16 bits
+SAME_TIME: Final = 1e-9  # s; a contact that is later than a step by less is counted at its end
 PACKAGES: Final = ("pymunk-sandbox", "pymunk", "pyb2d3", "numpy", "numba", "bokeh")
 SCRIPTS: Final = ("charts.js", "player.js")
-KEYS: Final = (
-    ("Space", "play or pause"),
-    ("← →", "previous or next frame"),
-    ("Home End", "first or last frame"),
-    ("D", "next contact that differs"),
-    ("G", "ghosts on or off"),
-    ("T", "trails on or off"),
-    ("+ -", "double or halve the speed"),
-)
 
 
 def page(comparison: Comparison, trials: Sequence[TriedSettings] = ()) -> str:
@@ -68,22 +58,19 @@ def page(comparison: Comparison, trials: Sequence[TriedSettings] = ()) -> str:
             policy=_policy(scripts),
             style=_text("page.css"),
             scripts=scripts,
-            document=_json({"document": document, "roots": roots, "dark": DARK}),
+            document=_json({"document": document, "roots": roots}),
             title=scene.title or scene.name,
             scene=scene,
             settings=headline(comparison).removeprefix(f"{scene.title or scene.name}: "),
             comparison=comparison,
             others=comparison.others,
-            ledgers={name: run for name, run in comparison.runs.items() if run.figures.ledger},
-            figures=[["", *comparison.runs], *key_figures(comparison)],
+            figures=[["", *comparison.runs], *comparison_rows(comparison)],
             summaries=summaries(comparison),
             trials=list(advice_rows(trials)) if trials else [],
             recommendation=recommend(trials) if trials else "",
-            theory=list(_theory_rows(comparison)),
-            keys=KEYS,
             max_differences=MAX_DIFFERENCES,
             pair_name=lambda difference: pair_name(scene, difference),
-            outcome=partial(_outcome, scene.units),
+            motion=lambda difference: velocities_and_spins(scene, difference),
             is_bundled=_is_bundled(scene),
             command=_command(comparison) if _equals_its_text(scene) else None,
             python=scene.model_dump_json(by_alias=True, exclude_defaults=True, indent=2),
@@ -104,8 +91,7 @@ def templates() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.globals |= {dimension.name: dimension for dimension in Dimension}
-    environment.filters |= {"number": number, "share": share, "minus": minus, "readable": readable}
+    environment.filters |= {"minus": minus, "readable": readable}
     return environment
 
 
@@ -151,7 +137,7 @@ def fixed_point(scene: Scene) -> tuple[float, float]:
 def _data(comparison: Comparison, every: int) -> dict[str, Any]:
     scene, names = comparison.scene, list(comparison.runs)
     unit, margin = fixed_point(scene)
-    energy, unit_of_energy = energies(comparison)
+    energy, unit_of_energy = _energies(comparison)
     return {
         "size": scene.arena.size,
         "background": _hex(scene.arena.background),
@@ -176,6 +162,16 @@ def _data(comparison: Comparison, every: int) -> dict[str, Any]:
     }
 
 
+def _energies(comparison: Comparison) -> tuple[dict[str, Floats], str]:
+    """Return each engine's energy over time and its unit: %, 100 at the start, or the scene's if nothing moves."""
+    runs = comparison.runs
+    if comparison.energy_scale:
+        return {name: 100 * (1 + run.energy_change) for name, run in runs.items()}, "%"
+    units = comparison.scene.units
+    factor = units.factor(Dimension.ENERGY)
+    return {name: factor * run.energy for name, run in runs.items()}, units.name(Dimension.ENERGY)
+
+
 def _fixed(path: NDArray[np.float32], unit: float, margin: float) -> NDArray[np.uint16]:
     fixed: NDArray[np.uint16] = np.clip(np.rint((path + margin) / unit), 0, MAX_PACKED).astype("<u2")
     return fixed
@@ -184,7 +180,8 @@ def _fixed(path: NDArray[np.float32], unit: float, margin: float) -> NDArray[np.
 def _readings(comparison: Comparison, run: Run, energy: Floats) -> NDArray[np.float32]:
     """Return the readings below a pane, (steps + 1, 3): gap and energy as shown, contacts so far."""
     factor = comparison.scene.units.factor(Dimension.LENGTH)
-    return np.column_stack([factor * run.gap_max, energy, contacts_by(comparison.time, run)]).astype("<f4")
+    contacts = np.searchsorted(run.contacts["time"], comparison.time + SAME_TIME, side="right")
+    return np.column_stack([factor * run.gap_max, energy, contacts]).astype("<f4")
 
 
 def _hex(color: str) -> str:
@@ -235,27 +232,6 @@ def _is_bundled(scene: Scene) -> bool:
     """Return whether a scene comes with the sandbox, unchanged, so that its name is enough."""
     file = {**bundled(), **bundled(TRUTHS)}.get(scene.name)
     return file is not None and file.read_text(encoding="utf-8") == scene.source
-
-
-def _theory_rows(comparison: Comparison) -> Iterator[list[str]]:
-    """Yield the rows of a table of the gas: the labels, then each figure with what theory expects."""
-    theory = {name: run.theory for name, run in comparison.runs.items() if run.theory}
-    if theory:
-        yield ["measured (expected)", *theory]
-    for of_engines in zip(*theory.values(), strict=True):
-        row = of_engines[0]
-        label = f"{row.figure} ({row.because})"
-        yield [label, *(f"{number(row.measured)} ({number(row.expected)})" for row in of_engines)]
-
-
-def _outcome(units: Units, before: Velocities, after: Velocities) -> list[str]:
-    """Return the velocities before and after a step, a line for each ball."""
-    shown = partial(_vector, units)
-    return [" → ".join(map(shown, of_ball)) for of_ball in zip(before, after, strict=True)]
-
-
-def _vector(units: Units, velocity: tuple[float, float]) -> str:
-    return "({}, {})".format(*map(number, units.scaled(Dimension.VELOCITY, *velocity)))
 
 
 def packed(values: NDArray[Any]) -> str:

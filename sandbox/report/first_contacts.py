@@ -1,7 +1,7 @@
 """The motion of both bodies before and after contacts, in words, as a law of impacts has it."""
 
 from collections.abc import Iterator
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from sandbox.analysis.difference import contact_name
 from sandbox.analysis.figures import Run
 from sandbox.report.numbers import rounded
 from sandbox.scene.model import Scene
-from sandbox.scene.units import Dimension, Units
+from sandbox.scene.units import Dimension
 from sandbox.state import Floats
 
 SHOWN: Final = {
@@ -19,40 +19,20 @@ SHOWN: Final = {
 }  # after the mass
 
 
-class Row(NamedTuple):
-    """A body, or both together, before or after a contact; what does not apply is empty."""
+def first_contacts(scene: Scene, run: Run, most: int) -> Iterator[tuple[str, list[list[str]]]]:
+    """Yield the first contacts of an engine, at most `most`, of those whose motion is kept.
 
-    label: str
-    mass: str
-    velocity: str
-    momentum: str
-    energy: str
-
-
-class FirstContact(NamedTuple):
-    """A contact: when, and of which, in words; and its bodies' motion."""
-
-    time: str
-    names: str
-    rows: list[Row]
-
-
-def columns(units: Units) -> list[str]:
-    """Return the names of a row's columns, with their units."""
-    return ["kg", *(f"{name}, {units.name(dimension)}" for name, dimension in SHOWN.items())]
-
-
-def first_contacts(scene: Scene, run: Run, most: int) -> Iterator[FirstContact]:
-    """Yield the first contacts of an engine, at most `most`, of those whose motion is kept."""
+    Each is its time and its bodies in words, and a table: its labels, then rows for each body, and for both together.
+    """
+    labels = ["", "kg", *(f"{name}, {scene.units.name(dimension)}" for name, dimension in SHOWN.items())]
     for impact, contact in zip(run.impacts[:most], run.contacts, strict=False):
         bodies = int(contact["first"]), int(contact["second"])
         balls = [number for number in bodies if number >= 0]
         motion = np.stack([impact["before"], impact["after"]], axis=1)[: len(balls)]  # (balls, 2, 3): before and after
-        time, rows = f"{contact['time']:.3f} s", list(_rows(scene, balls, motion))
-        yield FirstContact(time, contact_name(scene, *bodies), rows)
+        yield f"{contact['time']:.3f} s, {contact_name(scene, *bodies)}", [labels, *_rows(scene, balls, motion)]
 
 
-def _rows(scene: Scene, balls: list[int], motion: Floats) -> Iterator[Row]:
+def _rows(scene: Scene, balls: list[int], motion: Floats) -> Iterator[list[str]]:
     mass, moment = scene.bodies.mass[balls, None], scene.bodies.moment[balls, None]
     energy = (mass * (motion[..., :2] ** 2).sum(axis=2) + moment * motion[..., 2] ** 2) / 2
     quantities = motion[..., :2], mass[..., None] * motion[..., :2], energy
@@ -62,11 +42,10 @@ def _rows(scene: Scene, balls: list[int], motion: Floats) -> Iterator[Row]:
         for after, label in enumerate((f"ball {number}, before", "  after")):
             kilograms = "" if after else f"{mass[row, 0]:g}"
             numbers = _vector(velocity[row, after]), _vector(momentum[row, after]), rounded(energy[row, after])
-            yield Row(label, kilograms, *numbers)
+            yield [label, kilograms, *numbers]
     if len(balls) > 1:
         for after, label in enumerate(("together, before", "  after")):
-            total = _vector(momentum[:, after].sum(axis=0)), rounded(energy[:, after].sum())
-            yield Row(label, "", "", *total)
+            yield [label, "", "", _vector(momentum[:, after].sum(axis=0)), rounded(energy[:, after].sum())]
 
 
 def _vector(vector: Floats) -> str:

@@ -4,8 +4,6 @@ import re
 from decimal import Decimal
 from typing import Final
 
-from sandbox.scene.units import Dimension, Units
-
 LARGEST: Final = Decimal("1e15")  # that is written without a power of ten
 SMALLEST: Final = Decimal("1e-4")
 WHOLE: Final = 1000  # from which on no decimals are written
@@ -34,25 +32,10 @@ def _written(match: re.Match[str]) -> str:
     return f"{digits} \N{MULTIPLICATION SIGN} 10{str(int(exponent)).translate(SUPERSCRIPTS)}"
 
 
-def number(value: float) -> str:
-    """Format a number with four digits, or without decimals if it is large."""
-    return minus(rounded(value))
-
-
 def rounded(value: float) -> str:
-    """Format a number like `number`, for a terminal: in ASCII. Numbers that differ by noise are written alike."""
+    """Format a number with four digits, or without decimals if it is large. Values that differ by noise look alike."""
     value = float(f"{value:.12g}")
     return f"{value + 0.0:,.4g}" if abs(value) < WHOLE else f"{value:,.0f}"
-
-
-def share(value: float, whole: float, units: Units) -> str:
-    """Format an energy as a percentage of the scale of energy, or in its unit if nothing moves."""
-    if not value:
-        return "0"
-    if not whole:
-        return f"{number(units.factor(Dimension.ENERGY) * value)} {units.name(Dimension.ENERGY)}"
-    percent = 100 * value / whole
-    return minus(f"{percent:+.4g} %" if abs(percent) >= SMALLEST else f"{percent:+.1e} %")
 
 
 def minus(text: str) -> str:

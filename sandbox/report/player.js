@@ -22,20 +22,13 @@
   const framesPerSecond = Math.round(1 / data.frame);
 
   const [play, scrubber, speed, ghosts, trails] = ["play", "scrubber", "speed", "ghosts", "trails"].map(element);
-  const differences = [...document.querySelectorAll("[data-time]")]; // their buttons, in order of time
-  differences.sort((a, b) => a.dataset.time - b.dataset.time);
   let frame = 0;
   let chosen = null; // the button of the selected difference
   const cursors = [];
 
   // Panes
 
-  const NIGHT = "#14171b"; // replaces a background that would glare in the dark
   const MIN_DASHED = 9; // px of the screen, the least radius of a dashed outline
-  const ghostsByColor = [...new Set(data.colors)].map((color) => [
-    color,
-    [...data.colors.keys()].filter((ball) => data.colors[ball] === color),
-  ]);
   const place = (pane, at, ball) => {
     const index = 2 * (at * balls + ball);
     return [pane.path[index] * data.unit - data.margin, pane.path[index + 1] * data.unit - data.margin];
@@ -45,14 +38,8 @@
     const [red, green, blue] = [1, 3, 5].map((start) => parseInt(color.slice(start, start + 2), 16));
     return 0.299 * red + 0.587 * green + 0.114 * blue < 128;
   };
-  const night = matchMedia("(prefers-color-scheme: dark)");
-  let background, ink; // the ink is visible on the background, as a ball's own colour may not be
-
-  function followScheme() {
-    background = night.matches && !isDark(data.background) ? NIGHT : data.background;
-    ink = isDark(background) ? "#ffffff" : "#000000";
-  }
-
+  const background = data.background;
+  const ink = isDark(background) ? "#ffffff" : "#000000"; // visible on the background, as a ball's own colour may not be
   const visible = (ball) => (data.colors[ball] === background ? ink : data.colors[ball]);
 
   const addCircle = (context, x, y, radius) => {
@@ -126,18 +113,16 @@
   }
 
   function drawGhosts(context, thin) {
-    for (const [color, some] of ghostsByColor) {
-      for (const dashed of [true, false]) { // dashes of small outlines are blots
-        context.lineWidth = (dashed ? 1.5 : 1) * thin;
-        context.strokeStyle = dashed || color === background ? ink : color;
-        context.setLineDash(dashed ? [4 * thin, 3 * thin] : []);
-        context.beginPath();
-        for (const ball of some) {
-          const radius = data.radius[ball];
-          if (radius >= MIN_DASHED * thin === dashed) addCircle(context, ...place(reference, frame, ball), radius);
-        }
-        context.stroke();
+    context.strokeStyle = ink;
+    for (const dashed of [true, false]) { // dashes of small outlines are blots
+      context.lineWidth = (dashed ? 1.5 : 1) * thin;
+      context.setLineDash(dashed ? [4 * thin, 3 * thin] : []);
+      context.beginPath();
+      for (let ball = 0; ball < balls; ball++) {
+        const radius = data.radius[ball];
+        if (radius >= MIN_DASHED * thin === dashed) addCircle(context, ...place(reference, frame, ball), radius);
       }
+      context.stroke();
     }
     context.setLineDash([]);
   }
@@ -241,45 +226,8 @@
     seek(frameAt(chosen.dataset.time));
   }
 
-  function chooseNext() {
-    const here = chosen && frameAt(chosen.dataset.time) === frame;
-    const next = here
-      ? differences[differences.indexOf(chosen) + 1]
-      : differences.find((button) => frameAt(button.dataset.time) > frame);
-    if (next) choose(next);
-  }
-
-  function changeSpeed(by) {
-    speed.selectedIndex = Math.min(Math.max(speed.selectedIndex + by, 0), speed.options.length - 1);
-  }
-
-  function tick(box) {
-    box.checked = !box.checked;
-    show(frame);
-  }
-
   // Input
 
-  const keys = {
-    " ": () => setPlaying(!playing),
-    ArrowLeft: () => seek(frame - 1),
-    ArrowRight: () => seek(frame + 1),
-    Home: () => seek(0),
-    End: () => seek(last),
-    d: chooseNext,
-    g: () => tick(ghosts),
-    t: () => tick(trails),
-    "+": () => changeSpeed(1),
-    "-": () => changeSpeed(-1),
-  };
-
-  document.addEventListener("keydown", (event) => {
-    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    const keepsKey = event.target.closest("select") || (key === " " && event.target.closest("button, [type=checkbox]"));
-    if (!(key in keys) || keepsKey || event.ctrlKey || event.altKey || event.metaKey) return;
-    event.preventDefault();
-    keys[key]();
-  });
   document.addEventListener("click", (event) => {
     const button = event.target.closest("[data-time]");
     if (!button) return;
@@ -292,11 +240,6 @@
   scrubber.addEventListener("input", () => seek(Number(scrubber.value)));
   for (const box of [ghosts, trails]) box.addEventListener("change", () => show(frame));
 
-  followScheme();
-  night.addEventListener("change", () => {
-    followScheme();
-    show(frame);
-  });
   scrubber.max = last;
   new ResizeObserver(fit).observe(element("panes"));
 
@@ -305,7 +248,6 @@
     for (const figure of figures) {
       const found = figure.center.filter((renderer) => renderer.name === "cursor");
       cursors.push(...found);
-      if (!found.length) continue;
       figure.on_event("tap", (event) => seek(frameAt(event.x - data.frame / 2)));
       figure.on_event("doubletap", () => figure.x_range.setv({ start: 0, end: times[last] }));
     }

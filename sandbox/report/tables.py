@@ -7,7 +7,6 @@ from typing import Final
 
 from rich.cells import cell_len
 from rich.console import Console
-from rich.padding import Padding
 from rich.table import Table
 
 from sandbox.analysis.advice import TriedSettings, advice_rows, recommend
@@ -18,7 +17,7 @@ from sandbox.analysis.verdict import is_heap, key_figures, summaries
 from sandbox.engines import REFERENCE
 from sandbox.judge.causes import Cause
 from sandbox.judge.thresholds import NEGLIGIBLE
-from sandbox.report.first_contacts import columns, first_contacts
+from sandbox.report.first_contacts import first_contacts
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension, Units
 from sandbox.scores.verify import Board, Outcome, Result, tally
@@ -51,7 +50,7 @@ def print_comparison(
     scene = comparison.scene
     terminal.print(f"{headline(comparison)}\n")
     width = max(map(cell_len, [*comparison.runs, *comparison.failed]))
-    for engine, lines in summaries(comparison):
+    for engine, lines in summaries(comparison).items():
         _print_beside(engine, lines, width, terminal)
     rows = list(comparison_rows(comparison))
     shown = rows if all_rows else rows[:MAX_ROWS]
@@ -112,9 +111,9 @@ def _print_first_contacts(scene: Scene, engine: str, run: Run, most: int, termin
         first = f"The first {len(contacts)} of " if len(contacts) > 1 else "The first of "
         first_of = first if len(contacts) < len(run.contacts) else ""
         terminal.print(f"\n{first_of}{counted(len(run.contacts), 'contact')} in {engine}:")
-    for contact in contacts:
-        terminal.print(f"\n{contact.time}, {contact.names}")
-        terminal.print(_table(("", *columns(scene.units)), *contact.rows))
+    for title, rows in contacts:
+        terminal.print(f"\n{title}")
+        terminal.print(_table(*rows))
 
 
 def sentence(scene: Scene, difference: Difference) -> str:
@@ -212,10 +211,7 @@ def _table(labels: Sequence[str], *rows: Sequence[str]) -> Table:
 
 
 class Scoreboard:
-    """Prints scores as they come: a row for each scene, a column for each engine, as far as the terminal is wide.
-
-    On a narrower one, the names of scenes have lines of their own, and on one narrower still, every cell has.
-    """
+    """Prints scores as they come: a row for each scene, a column for each engine; on a narrow terminal, a line each."""
 
     def __init__(self, scenes: Sequence[str], engines: Sequence[str], terminal: Console) -> None:
         self._terminal = terminal
@@ -223,8 +219,7 @@ class Scoreboard:
         self._name_width = max(map(cell_len, ("scene", *scenes)))
         columns = sum(COLUMN_GAP + width for width in self._widths.values())
         self._is_wide = self._name_width + columns <= self._terminal.width
-        self._is_table = columns <= self._terminal.width
-        if self._is_table:
+        if self._is_wide:
             self._print("scene", {engine: engine for engine in engines})
 
     def print_row(self, scene: str, row: Mapping[str, Result]) -> None:
@@ -232,13 +227,10 @@ class Scoreboard:
         self._print(scene, {engine: _cell(result) for engine, result in row.items()})
 
     def _print(self, scene: str, cells: Mapping[str, str]) -> None:
-        padded = "".join(
-            " " * (COLUMN_GAP + self._widths[name] - cell_len(cell)) + cell for name, cell in cells.items()
-        )
         if self._is_wide:
+            gaps = {name: " " * (COLUMN_GAP + self._widths[name] - cell_len(cell)) for name, cell in cells.items()}
+            padded = "".join(gaps[name] + cell for name, cell in cells.items())
             lines = [scene + " " * (self._name_width - cell_len(scene)) + padded]
-        elif self._is_table:
-            lines = [scene, padded]
         else:
             labels = max(map(cell_len, cells))
             lines = [scene, *(f"  {name}{' ' * (labels - cell_len(name))}  {cell}" for name, cell in cells.items())]
@@ -248,15 +240,7 @@ class Scoreboard:
 
 def print_advice(trials: Sequence[TriedSettings], terminal: Console) -> None:
     """Print the results of other settings of Pymunk, and what to change."""
-    labels, *rows = [[row[0].replace(", ", ",\n"), *row[1:]] for row in advice_rows(trials)]
-    widths = [max(map(cell_len, "\n".join(column).split("\n"))) for column in zip(labels, *rows, strict=True)]
-    if sum(widths) + COLUMN_GAP * (len(widths) - 1) <= terminal.width:
-        terminal.print(_table(labels, *rows))
-    else:
-        for settings, *values in rows:
-            terminal.print(f"{labels[0]} {' '.join(settings.split())}:")
-            pairs = (f"{label} {value}" for label, value in zip(labels[1:], values, strict=True))
-            terminal.print(Padding("; ".join(pairs), (0, 0, 0, 2)))
+    terminal.print(_table(*([row[0].replace(", ", ",\n"), *row[1:]] for row in advice_rows(trials))))
     terminal.print(f"\n{recommend(trials)}")
 
 

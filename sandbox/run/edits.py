@@ -2,7 +2,7 @@
 
 Like all inputs, an edit belongs to a step. After it, every engine is rebuilt from the edited scene and its own edited
 state, so engines need not support edits. Their values are those of a scene's balls and walls, see `BallGroup` and
-`Wall`, in the same units.
+`Wall`, in the same units. Balls may overlap each other then, as at a scene's start, but walls only as deep as before.
 
 A scene's expectations are for the scene that it was: an edit of the scene drops them.
 """
@@ -22,18 +22,22 @@ from sandbox.scene.balls import PER_BALL, BallGroup
 from sandbox.scene.clock import Clock
 from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, NotTiny, Number, Vector
 from sandbox.scene.model import Scene, Wall
-from sandbox.scene.overlaps import Situation, check_fits
+from sandbox.scene.overlaps import check_walls, depths_in_walls
 from sandbox.state import State, States
 
 CONSTANTS: Final = ("radius", "mass", "elasticity", "friction")  # of a ball
 NO_VALUES: Final = {"step", "do", "ball", "wall", "continued"}  # fields that say when and where an edit is
 
 
-class Edit(Model):
-    """A change before a step."""
+class Input(Model):
+    """What happens before a step. do: its kind."""
 
     step: Index
     do: str
+
+
+class Edit(Input):
+    """A change before a step."""
 
     @property
     def values(self) -> dict[str, Any]:
@@ -52,12 +56,9 @@ class Edit(Model):
         """Count the time from here on from the edit's step, as the engines built for it do."""
         clock.change(self.step)
 
-    def check_room(self, before: Situation, after: Situation) -> None:
-        """Raise SandboxError if the edit puts something where there is no room for it in an engine."""
-
 
 class AddBall(Edit):
-    """Add a ball, after all others. It may overlap other balls, but no wall."""
+    """Add a ball, after all others."""
 
     do: Literal["add"] = "add"
     position: Vector
@@ -80,15 +81,11 @@ class AddBall(Edit):
         position, velocity = np.vstack([state.position, self.position]), np.vstack([state.velocity, self.velocity])
         return State(state.time, position, velocity, np.append(state.angle, 0.0), np.append(state.spin, self.spin))
 
-    def check_room(self, before: Situation, after: Situation) -> None:
-        check_fits(len(after.position) - 1, None, after)
-
 
 class ChangeBall(Edit):
     """Change properties of a ball; those left out, or None, stay as they are.
 
-    Its position, velocity and spin then are the same in every engine. It may not be put deeper into another ball or a
-    wall than it was, in any engine.
+    Its position, velocity and spin then are the same in every engine.
     """
 
     do: Literal["change"] = "change"
@@ -128,9 +125,6 @@ class ChangeBall(Edit):
             state.spin[self.ball] = self.spin
         return state
 
-    def check_room(self, before: Situation, after: Situation) -> None:
-        check_fits(self.ball, before, after)
-
 
 class DeleteBall(Edit):
     """Delete a ball; the numbers of those after it decrease by one."""
@@ -166,30 +160,19 @@ class SetVelocity(Edit):
         return replace(state, velocity=velocity)
 
 
-class AddWall(Edit):
-    """Add a wall, after all others. It may not go through a ball, in any engine."""
+class AddWall(Wall, Edit):
+    """Add a wall, after all others."""
 
     do: Literal["add-wall"] = "add-wall"
-    start: Vector = Field(validation_alias="from", serialization_alias="from")
-    """One end, px."""
-    to: Vector
-    """The other end, px."""
-    thickness: NotNegative = 4
-    elasticity: Elasticity = 1
-    friction: NotNegative = 0
 
     def change_scene(self, scene: Scene) -> Scene:
         return scene.changed(walls=[*scene.walls, Wall(**self.values)], expect=())
-
-    def check_room(self, before: Situation, after: Situation) -> None:
-        check_fits(~(len(after.scene.walls) - 1), None, after)
 
 
 class ChangeWall(Edit):
     """Change a wall: its ends, its thickness, its elasticity, its friction; those left out, or None, stay.
 
-    No ball may then be deeper in it than before, in any engine. The wall stands still during every step: it does no
-    work on the balls.
+    The wall stands still during every step: it does no work on the balls.
     """
 
     do: Literal["change-wall"] = "change-wall"
@@ -208,9 +191,6 @@ class ChangeWall(Edit):
         walls = list(scene.walls)
         walls[self.wall] = Wall(**walls[self.wall].model_dump() | self.values)
         return scene.changed(walls=walls, expect=())
-
-    def check_room(self, before: Situation, after: Situation) -> None:
-        check_fits(~self.wall, before, after)
 
 
 class DeleteWall(Edit):
@@ -269,12 +249,13 @@ def with_every_contact(scene: Scene, key: str, value: float) -> Scene:
 def edited(scene: Scene, edit: Edit, states: Mapping[str, State]) -> Scene:
     """Return a scene after an edit. states: each engine's, before it.
 
-    Raises SandboxError if the scene is not valid then, or an engine has no room for what the edit puts somewhere.
+    Raises SandboxError if the scene is not valid then, or a ball of an engine would be deeper in a wall than any was.
     """
     changed = edit.change_scene(scene)
     for name, state in states.items():
+        deepest = float(depths_in_walls(scene, state.position).max())
         try:
-            edit.check_room(Situation(scene, state.position), Situation(changed, edit.change_state(state).position))
+            check_walls(changed, edit.change_state(state).position, deepest)
         except SandboxError as error:
             raise SandboxError(f"{name}: {error}") from None
     return changed
@@ -303,10 +284,8 @@ def check_ball(ball: int, scene: Scene) -> None:
 
 def check_wall(wall: int, scene: Scene) -> None:
     """Raise SandboxError if a scene has no wall of its own of this number."""
-    if not scene.walls:
-        raise SandboxError(f"the scene has no walls of its own, got wall {wall}")
     if wall >= len(scene.walls):
-        raise SandboxError(f"wall must be at most {len(scene.walls) - 1}, got {wall}")
+        raise SandboxError(f"wall must be the number of one of the scene's {len(scene.walls)} own walls, got {wall}")
 
 
 def _split(scene: Scene, ball: int) -> tuple[list[BallGroup], BallGroup, list[BallGroup]]:

@@ -21,8 +21,9 @@ from pydantic import Field, TypeAdapter, ValidationError
 from sandbox.errors import MAX_REPORTED_ERRORS, SandboxError, first_errors, shown
 from sandbox.files import read_text, whole_file
 from sandbox.run.edits import AnyEdit, Edit, check_ball
+from sandbox.run.edits import Input as Input  # noqa: PLC0414  (all others import it from here)
 from sandbox.scene.clock import Clock
-from sandbox.scene.fields import Count, Index, Line, Model, Vector
+from sandbox.scene.fields import Count, Index, Line, Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.validation import sandbox_error
 from sandbox.text import printable
@@ -32,7 +33,7 @@ MAX_INPUTS_BYTES: Final = 10_000_000  # in a file: enough for an hour of draggin
 T = TypeVar("T")
 
 
-class Start(Model):
+class Start(Input):
     """The scene that the inputs were recorded on."""
 
     step: Literal[0] = 0
@@ -46,51 +47,45 @@ class Start(Model):
         return scene.changed(seed=self.seed, rate=self.rate)
 
 
-class Grab(Model):
+class Grab(Input):
     """The mouse grabs a ball, and pulls it to a point (px)."""
 
-    step: Index
     do: Literal["grab"] = "grab"
     ball: Index
     at: Vector
 
 
-class Move(Model):
+class Move(Input):
     """The mouse pulls the grabbed ball to another point (px) from this step on."""
 
-    step: Index
     do: Literal["move"] = "move"
     at: Vector
 
 
-class Release(Model):
+class Release(Input):
     """The mouse releases the ball."""
 
-    step: Index
     do: Literal["release"] = "release"
 
 
-class Kick(Model):
+class Kick(Input):
     """A program adds to a ball's velocity before this step, in every engine alike."""
 
-    step: Index
     do: Literal["kick"] = "kick"
     ball: Index
     velocity: Vector
     """The added velocity, px/s."""
 
 
-class End(Model):
+class End(Input):
     """The recording ended before this step."""
 
-    step: Index
     do: Literal["end"] = "end"
 
 
-Input = Start | Grab | Move | Release | Kick | Edit | End
-_AnyInput = Start | Grab | Move | Release | Kick | AnyEdit | End  # with each kind of edit, for pydantic to choose from
-_READER: Final[TypeAdapter[Input]] = TypeAdapter(Annotated[_AnyInput, Field(discriminator="do")])
-INPUT_KINDS: Final[dict[str, type[Model]]] = {kind.model_fields["do"].default: kind for kind in get_args(_AnyInput)}
+_AnyInput = Start | Grab | Move | Release | Kick | AnyEdit | End
+_READER: Final[TypeAdapter[_AnyInput]] = TypeAdapter(Annotated[_AnyInput, Field(discriminator="do")])
+INPUT_KINDS: Final[dict[str, type[Input]]] = {kind.model_fields["do"].default: kind for kind in get_args(_AnyInput)}
 
 
 def clock_of(start: Clock, inputs: Iterable[Input]) -> Clock:
@@ -164,10 +159,8 @@ def _json_document(text: str) -> Any:
         return json.loads(text)
     except json.JSONDecodeError as error:
         raise SandboxError(f"is not JSON: {error}") from None
-    except RecursionError:
-        raise SandboxError("is nested too deeply") from None
-    except ValueError:  # from int(), which parses at most 4,300 digits
-        raise SandboxError("contains a number with too many digits") from None
+    except (ValueError, RecursionError):  # int() parses at most 4,300 digits
+        raise SandboxError("is nested too deeply, or contains a number with too many digits") from None
 
 
 def write_inputs(inputs: Iterable[Input], path: str | Path) -> None:

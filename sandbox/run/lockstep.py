@@ -16,35 +16,32 @@ from sandbox.engines.engine import RunningEngine, SubsteppingEngine, Traits, adv
 from sandbox.engines.stand_ins import StoppingEngine
 from sandbox.errors import LimitReached, Refused, SandboxError
 from sandbox.quantity import dot, energy
-from sandbox.run.edits import AddBall, AddWall, DeleteBall, DeleteWall, Edit, check_ball, edited
+from sandbox.run.edits import AddBall, DeleteBall, Edit, check_ball, edited
 from sandbox.run.inputs import Grab, Input, Kick
 from sandbox.run.mouse import Applied, Mouse, Push
 from sandbox.scene.clock import Clock
-from sandbox.scene.model import ARENA_WALLS, Scene
+from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import Contacts, State, States
 
 FIRST_STEPS: Final = 16  # that engines do in one call while it is not known how fast they are
-AVERAGED_STEPS: Final = 30  # over which the time of a step is averaged, about
 MAX_CALL_SECONDS: Final = 0.2  # s, about: between calls, a signal is handled and progress is shown
 
 Build = Callable[[Scene, State], RunningEngine]
 
 
 class Runner:
-    """A named engine of a lockstep; each edit replaces the engine, while time and contacts continue.
+    """An engine of a lockstep; each edit replaces the engine, while time and contacts continue.
 
     build: builds the engine from a scene and a state.
     """
 
-    def __init__(self, name: str, build: Build, scene: Scene, state: State, clock: Clock, steps: int) -> None:
-        self.name = name
+    def __init__(self, build: Build, scene: Scene, state: State, clock: Clock, steps: int) -> None:
         self.build = build
         self.engine = build(scene, state)
         self._clock = clock
         self._steps = steps
         self.start = clock.time(steps)  # s, when the engine was built
-        self.step_seconds: float | None = None  # s that a step took lately, for information only
         self._earlier: list[Contacts] | None = None  # of the engines replaced; None until contacts are recorded
 
     @property
@@ -61,11 +58,7 @@ class Runner:
 
     def step(self) -> None:
         """Advance by one step."""
-        begun = perf_counter()
         self.engine.step()
-        seconds = perf_counter() - begun
-        before = seconds if self.step_seconds is None else self.step_seconds
-        self.step_seconds = before + (seconds - before) / AVERAGED_STEPS
         self._steps += 1
 
     def advance(self, states: States) -> None:
@@ -162,15 +155,14 @@ class Lockstep:
         self._states: dict[str, State] | None = None  # of the engines now, once they are read
         self.given: list[Input] = []  # all inputs applied so far
         self.balls = list(range(len(scene.bodies)))  # the number of each ball among all balls that ever existed
-        self.walls = list(range(len(ARENA_WALLS) + len(scene.walls)))  # likewise of each wall, the arena's included
         self.edited = False  # since the last step
-        self._new_balls, self._new_walls = count(len(self.balls)), count(len(self.walls))
+        self._new_balls = count(len(self.balls))
         self._steps_per_call = FIRST_STEPS
         self.replace_pending(inputs)
 
     def new_runner(self, name: str, state: State, build: Build | None = None) -> Runner:
         """Build an engine that continues from a state at this step; by default the named one."""
-        return Runner(name, build or self.builds[name], self.scene, state, self.clock, self.steps)
+        return Runner(build or self.builds[name], self.scene, state, self.clock, self.steps)
 
     @property
     def time(self) -> float:
@@ -222,18 +214,10 @@ class Lockstep:
         for name, after in self.energies(self.states()).items():
             self.work[name] = works[name] + (after - before[name])
         self.edited = True
-        self._renumber(edit)
-
-    def _renumber(self, edit: Edit) -> None:
-        match edit:
-            case AddBall():
-                self.balls.append(next(self._new_balls))
-            case DeleteBall(ball=ball):
-                del self.balls[ball]
-            case AddWall():
-                self.walls.append(next(self._new_walls))
-            case DeleteWall(wall=wall):
-                del self.walls[len(ARENA_WALLS) + wall]
+        if isinstance(edit, AddBall):
+            self.balls.append(next(self._new_balls))
+        elif isinstance(edit, DeleteBall):
+            del self.balls[edit.ball]
 
     def _present(self) -> tuple[State, float] | None:
         """Return the state from which a suspended engine continues, and what mouse and edits added to its energy.

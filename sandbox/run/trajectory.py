@@ -5,10 +5,9 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, Final
+from typing import IO, Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sandbox.engines import Source
 from sandbox.errors import SandboxError
@@ -21,12 +20,9 @@ from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, Integers, States, no_contacts
 from sandbox.text import counted, csv_text
 
-if TYPE_CHECKING:
-    import pandas
-
 MAX_TRAJECTORY_BYTES: Final = 3_000_000_000  # in memory, where all of it is kept
 MAX_BLOCK_STEPS: Final = 64  # that the engine does in one call
-COLUMNS: Final = ("time", "ball", "x", "y", "vx", "vy", "radius", "mass", "angle", "spin", "energy")  # of a table
+COLUMNS: Final = ("time", "ball", "x", "y", "vx", "vy", "radius", "mass", "angle", "spin", "energy")  # of a CSV
 
 
 @dataclass(frozen=True, repr=False)
@@ -36,9 +32,9 @@ class Trajectory:
     time: (steps + 1,) s; position: (steps + 1, n, 2) px; velocity: (steps + 1, n, 2) px/s; radius: (n,) px;
     mass: (n,) kg; size: width and height of the arena, px; angle: (steps + 1, n) rad; spin: (steps + 1, n) rad/s;
     contacts: (k,) CONTACT, by time; energy: (steps + 1,) kg px²/s², of flight, spin and gravity. The n balls are the
-    scene's and then the added ones, in order, and so are the walls of contacts; the position, velocity, angle and spin
-    of a ball are NaN before it is added and after it is deleted. If edits change the radius or mass of a ball, radius
-    and mass are (steps + 1, n).
+    scene's and then the added ones, in order; the position, velocity, angle and spin of a ball are NaN before it is
+    added and after it is deleted. Walls of contacts have the numbers that they have then. If edits change the radius or
+    mass of a ball, radius and mass are (steps + 1, n).
     """
 
     time: Floats
@@ -62,25 +58,6 @@ class Trajectory:
         """The momentum of all balls: (steps + 1, 2) kg px/s."""
         total: Floats = np.nansum(self.velocity * self.mass[..., None], axis=1)
         return total
-
-    def to_dataframe(self) -> "pandas.DataFrame":
-        """Return a pandas table with a row for each ball and step, and the columns of a trace as CSV.
-
-        Raises SandboxError if pandas is not installed.
-        """
-        try:
-            import pandas  # noqa: PLC0415  (optional)
-        except ImportError:
-            raise SandboxError("to_dataframe needs pandas, which is not installed; pip install pandas") from None
-        return pandas.DataFrame(dict(zip(COLUMNS, self._columns(slice(None)), strict=True)))
-
-    def _columns(self, steps: slice) -> tuple[NDArray[Any], ...]:
-        """Return COLUMNS of some steps, with a row for each ball that exists then."""
-        position, velocity = self.position[steps], self.velocity[steps]
-        step, ball = np.nonzero(~np.isnan(position[..., 0]))
-        sizes = (np.broadcast_to(each, self.angle.shape) for each in (self.radius, self.mass))
-        of_balls = (*position.T, *velocity.T, *(part[steps].T for part in (*sizes, self.angle, self.spin)))
-        return self.time[steps][step], ball, *(part[ball, step] for part in of_balls), self.energy[steps][step]
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write it as .npz, an array for each field, or as .csv, by the path's ending; to standard output as CSV.
@@ -124,16 +101,14 @@ def simulate(
         lockstep.apply_due()
         step, present = lockstep.steps, np.array(lockstep.balls)
         rows.fill(lockstep.scene, present, States.of(runner.state()), step)
-        if lockstep.edited or step == 0:
-            sizes = np.stack([lockstep.scene.bodies.radius, lockstep.scene.bodies.mass])
-            rows.sizes[:, step if rows.resized else 0 :, present] = sizes[:, None]  # from here on
         if step == steps:
             break
         block = States.empty(min(steps - step, MAX_BLOCK_STEPS), len(present))
         done = lockstep.advance({runner: block}) - 1  # the last one may be edited first
         rows.fill(lockstep.scene, present, block.rows(slice(done)), step + 1)
-        contacts.append(_among_all(runner.contacts(), present, np.array(lockstep.walls)))
-    states, (radius, mass) = rows.states, rows.sizes if rows.resized else rows.sizes[:, 0]
+        contacts.append(_among_all(runner.contacts(), present))
+    resized = any(isinstance(given, ChangeBall) and (given.radius or given.mass) for given in lockstep.given)
+    states, (radius, mass) = rows.states, rows.sizes if resized else np.fmax.reduce(rows.sizes, axis=1)
     return Trajectory(
         clock.times(np.arange(steps + 1)), states.position, states.velocity, radius, mass, scene.arena.size,
         states.angle, states.spin, np.concatenate(contacts), rows.energy,
@@ -143,35 +118,35 @@ def simulate(
 class _Rows:
     """The parts of a trajectory of balls that may be added and deleted; NaN where a ball is not there.
 
-    states: (steps + 1, balls); sizes: (2, steps + 1, balls), radius and mass, or (2, 1, balls) if none is resized;
-    energy: (steps + 1,). Raises SandboxError if they need too much memory.
+    states: (steps + 1, balls); sizes: (2, steps + 1, balls), radius and mass; energy: (steps + 1,). Raises SandboxError
+    if they need too much memory.
     """
 
     def __init__(self, scene: Scene, steps: int, due: Sequence[Input]) -> None:
         balls = len(scene.bodies) + sum(isinstance(given, AddBall) for given in due)
-        self.resized = any(isinstance(given, ChangeBall) and (given.radius or given.mass) for given in due)
-        needed_bytes = (steps + 1) * balls * (8 if self.resized else 6) * 8
+        needed_bytes = (steps + 1) * balls * 8 * 8
         if needed_bytes > MAX_TRAJECTORY_BYTES:
             needed, most = f"{needed_bytes / 1e9:.3g} GB", f"{MAX_TRAJECTORY_BYTES / 1e9:g} GB"
             raise SandboxError(f"a trace of {steps:,} steps needs {needed} of memory; at most {most} are allowed")
         self.states, self.energy = States.empty(steps + 1, balls), np.empty(steps + 1)
-        for part in self.states:
+        self.sizes = np.empty((2, steps + 1, balls))
+        for part in (*self.states, self.sizes):
             part[:] = np.nan
-        self.sizes = np.full((2, steps + 1 if self.resized else 1, balls), np.nan)
 
     def fill(self, scene: Scene, present: Integers, states: States, first: int) -> None:
         """Enter the states of a scene's balls after some steps, from one on. present: their numbers among all."""
         rows = slice(first, first + len(states.position))
         for part, more in zip(self.states, states, strict=True):
             part[rows, present] = more
+        self.sizes[:, rows, present] = np.stack([scene.bodies.radius, scene.bodies.mass])[:, None]
         self.energy[rows] = energy(states, scene.bodies, scene.gravity, scene.arena.size)
 
 
-def _among_all(contacts: Contacts, balls: Integers, walls: Integers) -> Contacts:
-    """Renumber the balls and walls of contacts. balls: (n,), walls: (m,), their numbers among all that ever were."""
+def _among_all(contacts: Contacts, balls: Integers) -> Contacts:
+    """Renumber the balls of contacts. balls: (n,), their numbers among all that ever were."""
     first, second = contacts["first"], contacts["second"]
     contacts["first"] = balls[first]
-    contacts["second"] = np.where(second < 0, ~walls[np.maximum(~second, 0)], balls[np.maximum(second, 0)])
+    contacts["second"] = np.where(second < 0, second, balls[np.maximum(second, 0)])
     return contacts
 
 
@@ -190,9 +165,14 @@ def _write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:
 
 def _write_csv(trajectory: Trajectory, file: IO[bytes]) -> None:
     file.write(csv_text([COLUMNS]).encode())
-    for step in range(len(trajectory.time)):
-        columns = trajectory._columns(slice(step, step + 1))
-        file.write(csv_text(zip(*(column.tolist() for column in columns), strict=True)).encode())
+    sizes = [np.broadcast_to(each, trajectory.angle.shape) for each in (trajectory.radius, trajectory.mass)]
+    for step, (time, total) in enumerate(zip(trajectory.time.tolist(), trajectory.energy.tolist(), strict=True)):
+        position, velocity = trajectory.position[step], trajectory.velocity[step]
+        of_balls = *sizes, trajectory.angle, trajectory.spin
+        columns = np.column_stack([position, velocity, *(part[step] for part in of_balls)])
+        balls = np.flatnonzero(~np.isnan(position[:, 0]))
+        rows = zip(balls.tolist(), columns[balls].tolist(), strict=True)
+        file.write(csv_text([time, ball, *row, total] for ball, row in rows).encode())
 
 
 _WRITERS: Final = {".npz": _write_npz, ".csv": _write_csv}

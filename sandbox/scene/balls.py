@@ -1,7 +1,8 @@
 """A group of balls: how many, of what kind, and how they are placed and thrown."""
 
 import math
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from decimal import Context, Decimal
 from random import Random
 from typing import Annotated, Final
 
@@ -27,8 +28,8 @@ MAX_BALLS: Final = 200_000  # in a scene
 DECIMAL_ROUNDING: Final = 1e-9  # relative error that sums of decimal fractions may have
 BITS: Final = 160  # numbers as small as 2^-53 still have more of them than a float
 ONE: Final = 1 << BITS
-LN_2: Final = 1013035739299659071135698605846798551586536899366
-TERMS: Final = 70  # of each series: the next is below 2^-BITS
+PRECISE: Final = Context(prec=60)  # decimals
+TERMS: Final = 70  # of the series: the next is below 2^-BITS
 PER_BALL: Final = ("positions", "velocities")  # keys that list a value for each ball of a group
 PLACEMENT_KEYS: Final = ("position", "positions", "x", "inside", "grid")
 THROW_KEYS: Final = ("velocity", "velocities", "vx", "vy", "speed", "rms_speed")
@@ -173,7 +174,8 @@ class BallGroup(Model):
                 yield self.speed * cosine, self.speed * sine
             elif self.rms_speed is not None:  # by the rule of Box and Muller, as `Random.gauss` draws them
                 sine, cosine = sine_cosine(rng.random() * 2 * math.pi)
-                size, sigma = math.sqrt(-2 * logarithm(1 - rng.random())), self.rms_speed / math.sqrt(2)
+                logarithm = float(Decimal(1 - rng.random()).ln(PRECISE))
+                size, sigma = math.sqrt(-2 * logarithm), self.rms_speed / math.sqrt(2)
                 yield cosine * size * sigma, sine * size * sigma
             else:
                 yield self.velocity or (0.0, 0.0)
@@ -184,7 +186,7 @@ class BallGroup(Model):
         while True:
             yield spin.draw(rng) if isinstance(spin, Range) else spin
 
-    def problems(self, checked: Container[int]) -> Iterator[Problem]:
+    def problems(self) -> Iterator[Problem]:
         """Yield what is wrong in keys together."""
         given = {key for key, value in self if value is not None} | self._invalid
         placements = [key for key in PLACEMENT_KEYS if key in given and not (key == "position" and "grid" in given)]
@@ -197,26 +199,20 @@ class BallGroup(Model):
         for key, partner in (("x", "y"), ("y", "x"), ("grid", "spacing"), ("spacing", "grid")):
             if key in given and partner not in given and self._may_lack_keys:
                 yield (key,), f"must be given together with {partner}"
-        if self.is_placed:
-            yield from self._problems_of_count()
         if self.colors == ():
             yield ("colors",), "must contain at least one colour"
+        if self.is_placed:
+            yield from self._problems_of_count()
 
     def _problems_of_count(self) -> Iterator[Problem]:
         key, count = self.placement_key, self.ball_count
-        if key == "grid" and count > self._places:
-            yield ("count",), f"must be at most {self._places}, the places of the grid, got {count}"
-        if key == "positions" and count != self._places:
-            yield ("count",), f"must be the number of positions, {self._places}, got {count}; leave it out"
-        if key == "position" and count > 1:
-            yield ("count",), f"puts {count} balls on one position; use positions, x and y, inside, or grid"
+        if not self.is_drawn and (count > self._places or (key != "grid" and count < self._places)):
+            most = "at most " if key == "grid" else ""
+            yield ("count",), f"must be {most}{self._places}, the number of places in {key}, got {count}"
         if key == "inside" and self.inside:
             width, height = (abs(low - high) for low, high in zip(*self.inside, strict=True))
             if min(width, height) < 2 * self.radius:
                 yield ("inside",), f"is smaller than one ball, which is {2 * self.radius:g} wide"
-            elif count > _max_discs(width, height, self.radius):
-                balls = f"{count} balls of radius {self.radius:g}"
-                yield ("count",), f"is too large: there is no room for {balls} in {width:g} x {height:g}"
         if self.velocities is not None and count != len(self.velocities):
             yield ("velocities",), f"must have one entry per ball, {count}, got {len(self.velocities)}"
 
@@ -237,39 +233,17 @@ class BallGroup(Model):
                 yield (key,), f"puts a ball outside the arena: {got}"
 
 
-def _max_discs(width: float, height: float, radius: float) -> float:
-    """Return an upper bound of how many equal discs fit in a rectangle (Oler 1961: points in a convex set)."""
-    a, b, d = width - 2 * radius, height - 2 * radius, 2 * radius  # a, b: of the rectangle of the centres
-    return 2 / 3**0.5 * a * b / d**2 + (a + b) / d + 1
-
-
-# The C library's sine, cosine and logarithm differ from one machine to the next. These are sums of their series, in
-# whole numbers of 2^-BITS, and rounded correctly.
+# The C library's sine, cosine and logarithm differ from one machine to the next; these and Decimal's do not.
 
 
 def sine_cosine(angle: float) -> tuple[float, float]:
-    """Return the sine and the cosine of an angle of at most a turn, rad."""
-    x, term, sums = _fixed(angle), ONE, [0] * 4  # sums: of x^k / k!, by the remainder of k / 4
+    """Return the sine and the cosine of an angle of at most a turn, rad, rounded correctly.
+
+    They are sums of their series, in whole numbers of 2^-BITS.
+    """
+    numerator, denominator = angle.as_integer_ratio()
+    x, term, sums = numerator * ONE // denominator, ONE, [0] * 4  # sums: of x^k / k!, by the remainder of k / 4
     for k in range(TERMS):
         sums[k % 4] += term
         term = (term * x >> BITS) // (k + 1)
     return (sums[1] - sums[3]) / ONE, (sums[0] - sums[2]) / ONE
-
-
-def logarithm(number: float) -> float:
-    """Return the natural logarithm of a positive number: k ln 2 + 2 artanh((m - 1) / (m + 1)), number = 2^k m."""
-    mantissa, k = math.frexp(number)
-    if mantissa < math.sqrt(0.5):
-        mantissa, k = 2 * mantissa, k - 1
-    m = _fixed(mantissa)
-    term = ((m - ONE) << BITS) // (m + ONE)
-    square, artanh = term * term >> BITS, 0
-    for power in range(1, 2 * TERMS, 2):
-        artanh += term // power
-        term = term * square >> BITS
-    return (k * LN_2 + 2 * artanh) / ONE
-
-
-def _fixed(number: float) -> int:
-    numerator, denominator = number.as_integer_ratio()
-    return numerator * ONE // denominator

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sandbox.state import Floats, Integers
+from sandbox.text import counted
 
 ROUNDING: Final = 1e-6  # of a step, by which a time that is meant to be the end of a step may be after it
 
@@ -34,31 +35,9 @@ class Clock:
         self._steps = np.append(self._steps, step)
         self._rates = np.append(self._rates, float(rate))
 
-    def __eq__(self, other: object) -> bool:
-        """Return whether another clock has the same steps."""
-        if not isinstance(other, Clock):
-            return NotImplemented
-        return np.array_equal(self._steps, other._steps) and np.array_equal(self._rates, other._rates)
-
-    __hash__ = None  # type: ignore[assignment]  # it can change
-
-    @property
-    def varies(self) -> bool:
-        """Whether its steps are of different lengths."""
-        return bool((self._rates != self._rates[0]).any())
-
-    @property
-    def lengths(self) -> tuple[float, float]:
-        """How long the shortest step is, and the longest, s."""
-        return float(1 / self._rates.max()), float(1 / self._rates.min())
-
     def __str__(self) -> str:
-        """Return how long the steps are: "at 60 steps a second", or "in steps of 10 to 21 ms"."""
-        if self.varies:
-            shortest, longest = self.lengths
-            return f"in steps of {1e3 * shortest:.4g} to {1e3 * longest:.4g} ms"
-        rate = float(self._rates[0])
-        return f"at {rate:,.10g} step{'s' * (rate != 1)} a second"
+        """Return how long the first steps are: "at 60 steps a second"."""
+        return f"at {counted(int(self._rates[0]), 'step')} a second"
 
     def time(self, step: int) -> float:
         """Return the time of a step, s."""
@@ -92,7 +71,3 @@ class Clock:
         step = self._steps[span] + since
         steps: Integers = np.maximum(step + (times > self.times(step)), 1)
         return steps
-
-    def length(self, time: float) -> float:
-        """Return how long the step is in which a time (s) lies, s."""
-        return float(1 / (self.rates(self.steps_containing(time)) if self.varies else self._rates[0]))

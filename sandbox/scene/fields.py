@@ -3,7 +3,7 @@
 import difflib
 import functools
 import re
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from random import Random
 from typing import Annotated, Any, ClassVar, Final, Self, TypeVar, cast, get_args
 
@@ -19,7 +19,6 @@ from pydantic import (
     Tag,
     TypeAdapter,
     ValidationError,
-    ValidationInfo,
     model_validator,
 )
 
@@ -40,9 +39,10 @@ def rgb(colour: str) -> tuple[int, int, int]:
 def _check_colour(name: str) -> str:
     if name.lower() in ImageColor.colormap or re.fullmatch("#([0-9a-fA-F]{3}){1,2}", name):
         return name
-    raise invalid(((), lambda: _not_a_colour(name)))
+    raise invalid(((), _not_a_colour(name)))
 
 
+@functools.cache
 def _not_a_colour(name: str) -> str:
     close = difflib.get_close_matches(name.lower(), ImageColor.colormap, n=1)
     hint = f"did you mean {close[0]}?" if close else "write a CSS name or #rrggbb"
@@ -117,17 +117,15 @@ class Model(BaseModel):
     # As BaseModel's own: pydantic then builds inner tables without `__init__`, and their errors keep their path.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
-    _invalid: ClassVar[frozenset[str]] = (
-        frozenset()
-    )  # of a table with errors: keys that are given, but not valid, or unknown
+    _invalid: ClassVar[frozenset[str]] = frozenset()  # of a table with errors: keys that are not valid, or unknown
 
     @property
     def _may_lack_keys(self) -> bool:
         """Whether a key that it does not have is missing: not if one of its keys is unknown, and perhaps mistyped."""
         return self._invalid <= type(self).model_fields.keys()
 
-    def problems(self, checked: Container[int]) -> Iterator[Problem]:
-        """Yield what is wrong in keys together. checked: the `id` of each inner table that need not be looked at.
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong in keys together.
 
         In a table with errors, keys that are missing or not valid are None, and the others are checked all the same.
         """
@@ -135,15 +133,14 @@ class Model(BaseModel):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _check(cls, given: object, check: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
-        checked = info.context or ()
-        if id(given) in checked:
-            return cast("Self", given)
+    def _check(cls, given: object, check: ModelWrapValidatorHandler[Self]) -> Self:
+        if isinstance(given, cls):
+            return given
         try:
             table = check(given)
         except ValidationError as error:
-            raise invalid(*problems_of(error, cls), *partial(cls, given).problems(checked)) from None
-        if problems := [*table.problems(checked)]:
+            raise invalid(*problems_of(error, cls), *partial(cls, given).problems()) from None
+        if problems := [*table.problems()]:
             raise invalid(*problems)
         return table
 
@@ -192,7 +189,7 @@ class Range(Model):
     to: Number
     step: Number | None = None
 
-    def problems(self, checked: Container[int]) -> Iterator[Problem]:
+    def problems(self) -> Iterator[Problem]:
         """Yield why the range is empty, or its end not reached."""
         start, to, step = self.start, self.to, self.step
         if self._invalid or start is None or to is None:
@@ -202,9 +199,7 @@ class Range(Model):
                 yield (), f"is empty: from {start:g} is greater than to {to:g}"
         elif not all(number.is_integer() for number in (start, to, step)):
             yield (), "must have whole numbers as from, to and step"
-        elif step == 0:
-            yield ("step",), "must not be 0; leave it out for any number in the range"
-        elif (to - start) * step < 0:
+        elif step == 0 or (to - start) * step < 0:
             yield (), f"is empty: steps of {step:g} from {start:g} never reach {to:g}"
         elif rest := (to - start) % step:
             yield ("to",), f"is not reached in steps of {step:g} from {start:g}; write {to - rest:g}"

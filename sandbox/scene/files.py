@@ -13,15 +13,15 @@ import numpy as np
 import tomlkit
 from pydantic import ValidationError
 
-from sandbox.errors import MAX_REPORTED_ERRORS, SandboxError, dotted, first_errors, shown, suggestion
+from sandbox.errors import SandboxError, dotted, first_errors, shown, suggestion
 from sandbox.files import MAX_TEXT_FILE_BYTES, read_text, write_text
-from sandbox.scene.balls import Filter
+from sandbox.scene.balls import BallGroup, Filter
 from sandbox.scene.fields import partial
 from sandbox.scene.model import Scene
 from sandbox.scene.overlaps import balls_in_walls, needed_overlap
-from sandbox.scene.toml_lines import Source, last_key, line_of, lines_of_keys, too_deep
-from sandbox.scene.validation import Problem, problems_of, shown_problems
-from sandbox.state import MEETS_ALL, Bodies, State
+from sandbox.scene.toml_lines import Source, last_key, line_of, lines_of_keys
+from sandbox.scene.validation import Problem, problems_of
+from sandbox.state import Bodies, State
 from sandbox.text import printable
 
 TRUTHS: Final = "truths"  # folder of the bundled scenes that each test a law of physics
@@ -73,22 +73,19 @@ def load(scene: str | os.PathLike[str]) -> Scene:
 def parse(text: str, file: str) -> Scene:
     """Return the scene of a TOML text. `file` is its name in messages. Raises SandboxError as `load` does."""
     text, name = re.sub(r"(?<!\r)\r+\n", "\n", text), printable(file)  # tomllib accepts \r\r\n too
-    if (deep := too_deep(text)) is not None:
-        raise SandboxError(f"{name}:{deep}: is nested too deeply")
     document, problems = _document(text, name), list[Problem]()
     try:
-        scene = Scene.read(document, Source(file, text))
+        scene = Scene.model_validate(document, by_alias=True, by_name=False)
+        scene._source = Source(file, text)
     except ValidationError as error:
-        problems += problems_of(error, Scene)[: MAX_REPORTED_ERRORS + 1]
+        problems += problems_of(error, Scene)
         scene = partial(Scene, document)
     problems += scene.problems_of_file()
     if not problems:
         return scene
     problems += balls_in_walls(scene)
     lines = lines_of_keys(text)
-    errors = sorted(
-        (line_of(path, lines) or 0, f"{dotted(path)} {message}") for path, message in shown_problems(problems)
-    )
+    errors = sorted((line_of(path, lines) or 0, f"{dotted(path)} {message}") for path, message in problems)
     raise first_errors((f"{name}:{line}: {what}" if line else f"{name}: {what}" for line, what in errors), name)
 
 
@@ -104,8 +101,8 @@ def _document(text: str, name: str) -> dict[str, Any]:
             if first < last:
                 problem = f"{dotted(path)} is given twice, first in line {first}"
         raise SandboxError(f"{name}{line and ':'}{line}: {problem}") from None
-    except ValueError:  # from int(), which parses at most 4,300 digits
-        raise SandboxError(f"{name}: contains a number with too many digits") from None
+    except (ValueError, RecursionError):  # int() parses at most 4,300 digits
+        raise SandboxError(f"{name}: is nested too deeply, or contains a number with too many digits") from None
 
 
 def dump(scene: Scene, path: str | Path, state: State | None = None) -> None:
@@ -114,8 +111,6 @@ def dump(scene: Scene, path: str | Path, state: State | None = None) -> None:
     With a state, its balls start in that state, to the bit but for their angles, and expectations are left out.
     Raises SandboxError if the path does not end in .toml, or if the file would not load again or cannot be written.
     """
-    if not isinstance(scene, Scene):
-        raise SandboxError(f"only a Scene can be written, as load returns it, got {shown(scene)}")
     if Path(path).suffix != ".toml":
         raise SandboxError(f"{path}: a scene file must end in .toml")
     document = _document_of(scene, state)
@@ -150,27 +145,19 @@ def ball_groups(bodies: Bodies, state: State, colors: Sequence[str] | None = Non
     kinds = [*zip(numbers, bodies.filters.tolist(), strict=True)]
     for (constants, filter_), alike in itertools.groupby(range(len(bodies)), key=kinds.__getitem__):
         balls = list(alike)
-        group: dict[str, Any] = dict(zip(("radius", "mass", "elasticity", "friction", "spin"), constants, strict=True))
-        if filter_ != [*MEETS_ALL]:
-            group["filter"] = dict(zip(Filter.model_fields, filter_, strict=True))
-        for key, default in (("mass", 1), ("elasticity", 1), ("friction", 0), ("spin", 0)):
-            if group[key] == default:
-                del group[key]
+        kind = BallGroup.model_construct(
+            **dict(zip(("radius", "mass", "elasticity", "friction", "spin"), constants, strict=True)),
+            filter=Filter.model_construct(**dict(zip(Filter.model_fields, filter_, strict=True))),
+        )
+        group = kind.model_dump(exclude_defaults=True)
         if colors:
-            group["colors"] = _shortest_cycle([colors[ball] for ball in balls])
+            of_group = [colors[ball] for ball in balls]
+            group["colors"] = of_group[:1] if len(set(of_group)) == 1 else of_group
         rows = {"position": state.position[balls].tolist(), "velocity": state.velocity[balls].tolist()}
         if len(balls) == 1:
             yield group | {key: values[0] for key, values in rows.items()}
         else:
             yield group | {"positions": rows["position"], "velocities": rows["velocity"]}
-
-
-def _shortest_cycle(colors: list[str]) -> list[str]:
-    """Return the shortest list of colours that gives these if it is repeated."""
-    for length in range(1, len(colors)):
-        if colors[length:] == colors[:-length]:
-            return colors[:length]
-    return colors
 
 
 def _plain(value: Any) -> Any:

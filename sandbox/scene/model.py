@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Self
@@ -79,7 +79,7 @@ class Wall(Model):
     joined: Annotated[bool, Strict()] = False
     """Whether it continues the joined wall before it: Pymunk then ignores the crack between the two."""
 
-    def problems(self, checked: Container[int]) -> Iterator[Problem]:
+    def problems(self) -> Iterator[Problem]:
         """Yield what is wrong in the wall's length."""
         if self.start is None or self.to is None:
             return
@@ -152,7 +152,7 @@ class Columns(Model):
     shares: Annotated[tuple[NotNegative, ...], Field(min_length=1, max_length=1_000)]
     """Share of the balls in each column, from the left; only ratios matter."""
 
-    def problems(self, checked: Container[int]) -> Iterator[Problem]:
+    def problems(self) -> Iterator[Problem]:
         """Yield why there is no column, or no ball in any."""
         if self.start is not None and self.to is not None and self.start >= self.to:
             yield ("to",), f"must be greater than from, {self.start:g}, got {self.to:g}"
@@ -188,7 +188,7 @@ class Expect(Model):
     because: Text
     """The law that predicts it."""
 
-    def problems(self, checked: Container[int]) -> Iterator[Problem]:
+    def problems(self) -> Iterator[Problem]:
         """Yield what is missing to expect something, of one ball or of all."""
         given = {key for key, value in self if value is not None} | self._invalid
         of_ball = given & {"position", "velocity", "spin"}
@@ -242,31 +242,14 @@ class Scene(Model):
 
     if TYPE_CHECKING:  # pydantic accepts dictionaries and lists, which its own hints reject
 
-        def __init__(
-            self,
-            *,
-            arena: Arena | Mapping[str, object],
-            balls: Sequence[BallGroup | Mapping[str, object]],
-            title: str = ...,
-            about: str = ...,
-            topic: str = ...,
-            rate: int = ...,
-            seconds: float = ...,
-            seed: int = ...,
-            gravity: Vector = ...,
-            walls: Sequence[Wall | Mapping[str, object]] = ...,
-            pegs: Sequence[Pegs | Mapping[str, object]] = ...,
-            units: Units | Mapping[str, object] = ...,
-            pymunk: PymunkSettings | Mapping[str, object] = ...,
-            expect: Sequence[Expect | Mapping[str, object]] = ...,
-        ) -> None: ...
+        def __init__(self, **values: object) -> None: ...
 
-    def problems(self, checked: Container[int]) -> Iterator[Problem]:
+    def problems(self) -> Iterator[Problem]:
         """Yield what is wrong in tables together."""
         arena = self.arena
         for index, group in enumerate(self.balls or ()):
             is_inside = arena and (arena.walls or group.is_drawn)  # or may be anywhere
-            if is_inside and group.is_placed and group.radius and id(group) not in checked:
+            if is_inside and group.is_placed and group.radius:
                 problems = group.problems_in(arena.size, arena.overlap or 0.0)
                 yield from ((("balls", index, *path), message) for path, message in problems)
         if self.balls is not None and all(group.is_placed for group in self.balls):
@@ -307,22 +290,14 @@ class Scene(Model):
 
     __str__ = __repr__
 
-    @classmethod
-    def read(cls, document: object, source: Source) -> Self:
-        """Return the scene of a parsed TOML document. Raises pydantic's ValidationError."""
-        scene = cls.model_validate(document, by_alias=True, by_name=False)
-        scene._source = source
-        return scene
-
     def changed(self, **changes: object) -> Self:
         """Return a copy with other values: `scene.changed(seed=3, seconds=5.0)`.
 
         Raises SandboxError for a value that a scene file may not have either.
         """
         values = {key: getattr(self, key) for key in type(self).model_fields} | changes
-        checked = frozenset(map(id, self.balls)) if values["arena"] is self.arena else frozenset()
         try:
-            scene = type(self).model_validate(values, context=checked)
+            scene = type(self).model_validate(values)
         except ValidationError as error:
             raise sandbox_error(error, type(self)) from None
         scene._source = self._source
@@ -404,17 +379,6 @@ class Scene(Model):
             in_turn = group.colors or (PALETTE[index % len(PALETTE)],)
             colors += itertools.islice(itertools.cycle(in_turn), group.ball_count)
         return tuple(colors)
-
-    def wall_line(self, wall: int) -> tuple[Vector, Vector, float]:
-        """Return the ends of a wall by its number, px, and its thickness, px: 0 of the arena's."""
-        if wall >= len(ARENA_WALLS):
-            inner = self.walls[wall - len(ARENA_WALLS)]
-            return inner.start, inner.to, inner.thickness
-        width, height = self.arena.size
-        top_left, top_right, bottom_left, bottom_right = (0.0, 0.0), (width, 0.0), (0.0, height), (width, height)
-        starts = top_left, top_left, top_right, bottom_left
-        ends = bottom_left, top_right, bottom_right, bottom_right
-        return starts[wall], ends[wall], 0.0
 
     def wall_name(self, wall: int) -> str:
         """Return the name of a wall in messages, by its number, see `wall_numbers`."""

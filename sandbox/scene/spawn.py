@@ -1,10 +1,10 @@
 """The initial state of a scene: where its balls are placed, and how they are thrown."""
 
+import itertools
 import math
 import random
-from collections import defaultdict, deque
-from collections.abc import Iterable, Iterator
-from itertools import islice
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -15,41 +15,26 @@ from sandbox.scene.balls import DECIMAL_ROUNDING
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.overlaps import balls_in_walls, check_overlaps, depth_rounding
-from sandbox.scene.validation import shown_problems
-from sandbox.scene.walls import ARENA_COUNT, Walls, depths_in_wall, segment_distance, walls_of
+from sandbox.scene.walls import ARENA_COUNT, Walls, segment_distance, walls_of
 from sandbox.state import Bools, Floats, State
+from sandbox.text import counted
 
 MAX_TRIES: Final = 100  # random places in a row for one ball, before its group is put on a lattice instead
 MAX_DRAWS: Final = 10_000  # places in a row for one ball that are in walls, before that is an error
 MAX_LATTICE_SITES: Final = 400_000  # about twice MAX_BALLS
 PLACES_AT_ONCE: Final = 100  # compared with all walls
 AROUND: Final = tuple((column, row) for column in (-1, 0, 1) for row in (-1, 0, 1))
-_recent: Final[deque[tuple[Scene, State]]] = deque(maxlen=4)  # the last ones: spawning a dense group takes seconds
 
 
 def spawn(scene: Scene) -> State:
     """Return the initial state of a scene: position (n, 2) px, velocity (n, 2) px/s, spin (n,) rad/s, in scene order.
 
     One `random.Random(scene.seed)` serves all groups in order; each ball draws x, y, vx, vy and spin in that order.
-    The arrays are the caller's own. Raises SandboxError if the balls of a group do not fit, if a ball is deeper in a
-    wall than the arena's `overlap`, or if too many overlap each other.
+    Raises SandboxError if the balls of a group do not fit, if a ball is deeper in a wall than the arena's `overlap`, or
+    if too many overlap each other.
     """
-    tables = _drawn_from(scene)
-    state = next((state for earlier, state in tuple(_recent) if _drawn_from(earlier) == tables), None)
-    if state is None:
-        state = _spawn(scene)
-        _recent.append((scene, state))
-    return state.copy()
-
-
-def _drawn_from(scene: Scene) -> tuple[int, list[int]]:
-    """Return what the initial state depends on: seed and tables, by identity, as 0.0 equals -0.0."""
-    return scene.seed, [*map(id, (scene.arena, *scene.balls, *scene.walls))]
-
-
-def _spawn(scene: Scene) -> State:
     if problems := [*balls_in_walls(scene)]:
-        raise first_errors((scene.at_key(path, message) for path, message in shown_problems(problems)), str(scene.file))
+        raise first_errors((scene.at_key(path, message) for path, message in problems), str(scene.file))
     rng = random.Random(scene.seed)
     position: list[Vector] = []
     velocity: list[Vector] = []
@@ -57,39 +42,39 @@ def _spawn(scene: Scene) -> State:
     for index, group in enumerate(scene.balls):
         places: Iterable[Vector]
         if group.inside:
-            places = _pack(scene, index, rng, zip(position, scene.bodies.radius.tolist(), strict=False))
+            earlier = zip(position, scene.bodies.radius.tolist(), strict=False)
+            places = _pack(scene, index, rng, [*earlier])
         elif group.x:
             places = _outside_walls(scene, index, group.drawn(rng)) if scene.walls else group.drawn(rng)
         else:
             places = group.points(scene.arena.size)
         # zip alternates the draws of place, velocity and spin.
         balls = zip(places, group.thrown(rng), group.spins(rng), strict=False)
-        for place, thrown, turning in islice(balls, group.ball_count):
+        for place, thrown, turning in itertools.islice(balls, group.ball_count):
             position.append(place)
             velocity.append(thrown)
             spin.append(turning)
     state = State(0.0, np.array(position, float), np.array(velocity, float), spin=np.array(spin, float))
-    try:
-        check_overlaps(state.position, scene.bodies)
-    except SandboxError as error:
-        raise SandboxError(scene.at_key((), str(error))) from None
+    check_overlaps(scene, state.position)
     return state
 
 
 def _outside_walls(scene: Scene, index: int, places: Iterable[Vector]) -> Iterator[Vector]:
     """Yield the places of a group's balls that are in no wall. Raises SandboxError if too many in a row are in one."""
-    missed, walls, radius, allowed = (
-        0,
-        walls_of(scene),
-        scene.balls[index].radius,
-        scene.arena.overlap + depth_rounding(scene),
-    )
+    walls, radius, allowed = walls_of(scene), scene.balls[index].radius, scene.arena.overlap + depth_rounding(scene)
+    yield from _free(places, lambda place: bool(_in_no_wall(walls, radius, np.array([place]), allowed)), MAX_DRAWS)
+    raise SandboxError(scene.at_key(("balls", index, "x"), "and y leave hardly any place outside the walls"))
+
+
+def _free(places: Iterable[Vector], is_free: Callable[[Vector], bool], tries: int) -> Iterator[Vector]:
+    """Yield the places that are free, until so many in a row are not."""
+    missed = 0
     for place in places:
-        if _in_no_wall(walls, radius, np.array([place]), allowed):
-            missed = 0
+        missed = 0 if is_free(place) else missed + 1
+        if missed == 0:
             yield place
-        elif (missed := missed + 1) == MAX_DRAWS:
-            raise SandboxError(scene.at_key(("balls", index, "x"), "and y leave hardly any place outside the walls"))
+        elif missed == tries:
+            return
 
 
 def warnings(scene: Scene, state: State) -> Iterator[str]:
@@ -97,14 +82,9 @@ def warnings(scene: Scene, state: State) -> Iterator[str]:
     radius = scene.bodies.radius
     overlap, first, second = deepest_overlap(state.position, radius, scene.bodies.filters)
     if overlap > 0:
-        pairs = check_overlaps(state.position, scene.bodies)
-        deepest = f"balls {first} and {second} overlap by {overlap:.3g} px"
-        what = deepest if pairs == 1 else f"{pairs:,} pairs of balls overlap, the deepest: {deepest}"
-        yield scene.at_key((), f"warning: {what} at the start")
-    for index, wall in enumerate(scene.walls):
-        depth = depths_in_wall(wall, state.position, radius)
-        if (ball := int(depth.argmax())) >= 0 and depth[ball] > 0:
-            yield scene.at_key(("walls", index), f"warning: overlaps ball {ball} by {depth[ball]:.3g} px at the start")
+        overlaps = counted(check_overlaps(scene, state.position), "overlap")
+        deepest = f"the deepest of balls {first} and {second} by {overlap:.3g} px"
+        yield scene.at_key((), f"warning: {overlaps} at the start, {deepest}")
     if (enough := needed_rate(scene, state)) is not None:
         moved = length(state.velocity) / scene.rate  # px per step
         ball = int((moved / radius).argmax())
@@ -155,23 +135,24 @@ class _Packing:
         return True
 
 
-def _pack(scene: Scene, index: int, rng: random.Random, before: Iterable[tuple[Vector, float]]) -> list[Vector]:
+def _pack(scene: Scene, index: int, rng: random.Random, balls: Sequence[tuple[Vector, float]]) -> list[Vector]:
     """Place the balls of a group at random: one by one or, if they do not fit so, on sites of a lattice.
 
     Placing one by one jams at about half of the area (0.547, Feder 1980); a hexagonal lattice reaches 0.907.
-    before: centres and radii of the balls of earlier groups, px.
+    balls: centres and radii of the balls of earlier groups, px.
     """
-    group, balls, walls = scene.balls[index], [*before], walls_of(scene)
+    group, walls = scene.balls[index], walls_of(scene)
     radius, count = group.radius, group.ball_count
     (x0, x1, _), (y0, y1, _) = (group.span(axis, scene.arena.size) for axis in (0, 1))
-    packing, places, missed = _Packing(radius, balls), list[Vector](), 0
-    while len(places) < count and missed < MAX_TRIES:
-        place = rng.uniform(x0, x1), rng.uniform(y0, y1)
-        missed += 1
-        if packing.has_room(place) and _in_no_wall(walls, radius, np.array([place])):
-            packing.add(place, radius)
-            places.append(place)
-            missed = 0
+    packing, places = _Packing(radius, balls), list[Vector]()
+
+    def is_free(place: Vector) -> bool:
+        return packing.has_room(place) and bool(_in_no_wall(walls, radius, np.array([place])))
+
+    drawn = ((rng.uniform(x0, x1), rng.uniform(y0, y1)) for _ in itertools.count())
+    for place in itertools.islice(_free(drawn, is_free, MAX_TRIES), count):
+        packing.add(place, radius)
+        places.append(place)
     if len(places) < count:
         free = _free_sites(walls, _Packing(radius, balls), radius, count, (x0, y0), (x1, y1))
         if len(free) < count:

@@ -10,43 +10,22 @@ from typing import Final
 from sandbox.errors import KeyPath, dotted
 from sandbox.text import printable
 
-MAX_DEPTH: Final = 20  # nested brackets, and parts of a dotted key: a scene needs five
-_STRING: Final = r"""(?:"(?:\\.|[^"\\\n])*"|'[^'\n]*')"""  # on one line
 # Brackets and line ends, which nest and end a statement; strings and comments, to be skipped whole.
 _TOKEN: Final = re.compile(
     r'"""(?:\\.|[^\\])*?(?:"{3,5}|\Z)|'
     r"'{3}.*?(?:'{3,5}|\Z)|"
-    rf"{_STRING}|\#[^\n]*|[\[\]{{}}]|\n\s*|"
-    rf"(?P<deep>(?:\.[ \t]*(?:[\w-]+|{_STRING})[ \t]*){{{MAX_DEPTH}}})",
+    r""""(?:\\.|[^"\\\n])*"|'[^'\n]*'|\#[^\n]*|[\[\]{}]|\n\s*""",
     re.DOTALL,
 )
 _PLAIN: Final = re.compile(r"\s*([\w-]+)[ \t]*=[ \t]*[^{\s]", re.ASCII)  # a bare key, assigned anything but a table
 
 
-def too_deep(text: str) -> int | None:
-    """Return the line on which a TOML document nests too deeply to be parsed, or None.
-
-    A parser's time and memory grow as the square of the number of parts of a dotted key.
-    """
-    for token, depth, line in _tokens(text):
-        if depth > MAX_DEPTH or token["deep"]:
-            return line
-    return None
-
-
-def _tokens(text: str) -> Iterator[tuple[re.Match[str], int, int]]:
-    """Yield each token with the depth of nesting and the line number after it."""
-    depth, line = 0, 1
-    for token in _TOKEN.finditer(text):
-        depth += (token[0] in "[{") - (token[0] in "]}")
-        line += token[0].count("\n")
-        yield token, depth, line
-
-
 def _statements(text: str) -> Iterator[tuple[int, str]]:
     """Split valid TOML into its headers and assignments, each with its line number."""
-    start, first_line = 0, 1
-    for token, depth, line in _tokens(text + "\n"):
+    start, depth, line, first_line = 0, 0, 1, 1
+    for token in _TOKEN.finditer(text + "\n"):
+        depth += (token[0] in "[{") - (token[0] in "]}")
+        line += token[0].count("\n")
         if token[0][0] == "\n" and depth == 0:
             yield first_line, text[start : token.start()]
             start, first_line = token.end(), line
@@ -61,7 +40,7 @@ def _keys(text: str) -> Iterator[tuple[KeyPath, int]]:
         parsed = {plain[1]: None} if plain else tomllib.loads(statement)
         header = statement.lstrip().startswith("[")
         path = () if header else table
-        while isinstance(parsed, dict) and parsed and len(path) <= 2 * MAX_DEPTH:
+        while isinstance(parsed, dict) and parsed:
             key, parsed = next(iter(parsed.items()))
             path = (*path, key)
             if header and isinstance(parsed, list):

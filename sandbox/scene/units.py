@@ -1,8 +1,7 @@
 """The units in which a scene is shown to people. Its file, its physics, JSON and CSV are in px."""
 
 import math
-import re
-from collections.abc import Container, Iterator
+from collections.abc import Iterator
 from enum import Enum, StrEnum
 from typing import Final
 
@@ -32,7 +31,6 @@ class LengthUnit(StrEnum):
     METRE = "m"
 
 
-_VALUE: Final = re.compile(r"\b(than|least|most|from|to|got) ([-+.\de]*\d)")
 PER_METRE: Final = {LengthUnit.MILLIMETRE: 1000.0, LengthUnit.CENTIMETRE: 100.0, LengthUnit.METRE: 1.0}
 
 
@@ -44,13 +42,10 @@ class Units(Model):
     pixels_per_metre: NotTiny | None = None
     """Number of pixels in a metre, whatever the unit of length; required unless that is px."""
 
-    def problems(self, checked: Container[int]) -> Iterator[Problem]:
-        """Yield what is missing for the unit of length."""
-        if not self._invalid:
-            if self.length is not LengthUnit.PIXEL and self.pixels_per_metre is None:
-                yield ("pixels_per_metre",), "is missing (number of pixels in a metre)"
-            if self.length is LengthUnit.PIXEL and self.pixels_per_metre is not None:
-                yield ("length",), "must be 'mm', 'cm' or 'm' with pixels_per_metre"
+    def problems(self) -> Iterator[Problem]:
+        """Yield that one of the two keys lacks the other."""
+        if not self._invalid and (self.length is LengthUnit.PIXEL) != (self.pixels_per_metre is None):
+            yield (), "must have both pixels_per_metre and a length of 'mm', 'cm' or 'm'"
 
     def name(self, dimension: Dimension) -> str:
         """Return the name of a dimension's unit."""
@@ -72,16 +67,6 @@ class Units(Model):
         '6.26 m/s'
         """
         return f"{template.format(*self.scaled(dimension, *values))} {self.name(dimension)}".rstrip()
-
-    def in_message(self, dimension: Dimension, message: str) -> str:
-        """Return a message about a value with its bounds and the value, which it has in px, as they are shown.
-
-        >>> Units(length="cm", pixels_per_metre=1000).in_message(Dimension.LENGTH, "must be at most 20, got 35.0")
-        'must be at most 2 cm, got 3.5 cm'
-        """
-        if self.factor(dimension) == 1:
-            return message
-        return _VALUE.sub(lambda value: f"{value[1]} {self.text(dimension, '{:.6g}', float(value[2]))}", message)
 
     def decimals(self, dimension: Dimension, of_pixels: int) -> int:
         """Return how many decimals show a length as precisely as some of a px, and other dimensions accordingly."""

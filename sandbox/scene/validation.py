@@ -1,16 +1,17 @@
 """pydantic's validation errors, worded for the author of a scene."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import re
+from collections.abc import Mapping
+from functools import cache
 from importlib.metadata import version
 from typing import Final, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from sandbox.errors import KeyPath, SandboxError, dotted, shown, suggestion
+from sandbox.errors import MAX_REPORTED_ERRORS, KeyPath, SandboxError, dotted, shown, suggestion
 
-Message = str | Callable[[], str]  # one that takes long to make is a function, called only if it is shown
-Problem = tuple[KeyPath, Message]  # a path, and what is wrong there: "must be ..."
+Problem = tuple[KeyPath, str]  # a path, and what is wrong there: "must be ..."
 NUMBER, TABLE = KINDS = ("<number>", "<table>")  # tags of values that may be either, which pydantic adds to paths
 
 
@@ -19,23 +20,15 @@ def invalid(*problems: Problem) -> PydanticCustomError:
     return PydanticCustomError("problems", "several problems", {"problems": problems})
 
 
+# In words of TOML; all others are pydantic's own.
 _MESSAGES: Final[Mapping[str, str]] = {
-    "greater_than": "must be greater than {gt:g}, got {got}",
     "greater_than_equal": "must be at least {ge:g}, got {got}",
-    "less_than": "must be less than {lt:g}, got {got}",
     "less_than_equal": "must be at most {le:g}, got {got}",
-    "finite_number": "must be a finite number, got {got}",
     "bool_type": "must be true or false, got {got}",
     "float_type": "must be a number, got {got}",
     "int_type": "must be a whole number, got {got}",
     "string_type": "must be text in quotes, got {got}",
-    "string_too_long": "must have at most {max_length} characters, got {got}",
-    "string_unicode": "must not contain half of a surrogate pair, got {got}",
     "tuple_type": "must be a list in brackets{example}, got {got}",
-    "literal_error": "must be {expected}, got {got}",
-    "enum": "must be {expected}, got {got}",
-    "union_tag_invalid": "must have {discriminator} as one of {expected_tags}, got '{tag}'",
-    "union_tag_not_found": "must have {discriminator}, got {got}",
     "too_short": "must have at least {min_length} entries, got {actual_length}",
     "too_long": "must have at most {max_length} entries, got {actual_length}",
     "model_type": "must be a table of keys, got {got}",
@@ -43,9 +36,9 @@ _MESSAGES: Final[Mapping[str, str]] = {
 
 
 def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
-    """Return what pydantic found in a table: its own problems, and those of its inner tables, which are worded."""
+    """Return what pydantic found in a table: its own first problems, and those of its inner tables, already worded."""
     found: dict[Problem, None] = {}  # both entries of an empty pair are one problem
-    for detail in error.errors(include_url=False):
+    for detail in error.errors(include_url=False)[: MAX_REPORTED_ERRORS + 1]:
         path = tuple(key for key in detail["loc"] if key not in KINDS)
         if detail["type"] == "problems":
             found |= {((*path, *inner), message): None for inner, message in detail["ctx"]["problems"]}
@@ -56,22 +49,17 @@ def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]
     return [*found]
 
 
-def shown_problems(problems: Iterable[Problem]) -> Iterator[tuple[KeyPath, str]]:
-    """Yield each problem with its message as text."""
-    return ((path, message if isinstance(message, str) else message()) for path, message in problems)
-
-
 def sandbox_error(error: ValidationError, model: type[BaseModel], within: KeyPath = ()) -> SandboxError:
     """Return one error with every problem of a `model`, a line each. within: the start of all paths, left out."""
-    problems = shown_problems(problems_of(error, model))
+    problems = problems_of(error, model)
     return SandboxError("\n".join(f"{dotted(path[len(within) :])} {message}".lstrip() for path, message in problems))
 
 
-def _message(detail: ErrorDetails, path: KeyPath, model: type[BaseModel]) -> Message:
+def _message(detail: ErrorDetails, path: KeyPath, model: type[BaseModel]) -> str:
     fields = {str(field.validation_alias or name): field for name, field in model.model_fields.items()}
     given = detail["input"]
     if detail["type"] == "extra_forbidden":
-        return lambda: _unknown(str(path[-1]), fields)  # pydantic formats what it is given: a lambda is short
+        return _unknown(str(path[-1]), tuple(fields))
     if detail["type"] == "missing":
         meaning = (fields[str(path[-1])].description or "").rstrip(".")
         return f"is missing ({meaning})" if meaning else "is missing"
@@ -80,7 +68,7 @@ def _message(detail: ErrorDetails, path: KeyPath, model: type[BaseModel]) -> Mes
     if detail["type"] == "model_type" and isinstance(given, list):
         return f"must be one table, [{dotted(path)}] in a file"
     if (template := _MESSAGES.get(detail["type"])) is None:
-        return detail["msg"]
+        return f"{re.sub('^.* should ', 'must ', detail['msg'])}, got {shown(given)}"
     kind = fields[str(path[-1])].annotation if path and str(path[-1]) in fields else None
     kinds = [kind] if get_origin(kind) is tuple else get_args(kind)  # of Vector | None
     is_vector = any(get_origin(kind) is tuple and ... not in get_args(kind) for kind in kinds)
@@ -88,7 +76,8 @@ def _message(detail: ErrorDetails, path: KeyPath, model: type[BaseModel]) -> Mes
     return template.format(got=shown(given), example=example, **detail.get("ctx", {}))
 
 
-def _unknown(key: str, known: Iterable[str]) -> str:
+@cache
+def _unknown(key: str, known: tuple[str, ...]) -> str:
     """Return the message for a key that is mistyped, or from a newer version: new versions add keys."""
     here = version("pymunk-sandbox")
     return f"is not a key of sandbox {here} (perhaps of a newer one); {suggestion(key, known)}"

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.compiled import kernel
-from sandbox.quantity import dot, length, outside
+from sandbox.quantity import dot, length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import ARENA_WALLS, Arena, Scene, Wall
 from sandbox.state import Floats
@@ -47,16 +47,18 @@ def walls_of(scene: Scene, depth: float = 0.0) -> Walls:
 
     depth: px, half the thickness of the arena's, which stand outside: their inner faces are on the arena's edge.
     """
-    out = depth * OUTWARD
-    along = depth * np.abs(OUTWARD[:, ::-1])
-    lines = [scene.wall_line(wall) for wall in range(ARENA_COUNT + len(scene.walls))]
-    start, end, thickness = (np.array(part, float) for part in zip(*lines, strict=True))
+    width, height = scene.arena.size
+    top_left, top_right, bottom_left, bottom_right = (0.0, 0.0), (width, 0.0), (0.0, height), (width, height)
+    starts = top_left, top_left, top_right, bottom_left, *(wall.start for wall in scene.walls)
+    ends = bottom_left, top_right, bottom_right, bottom_right, *(wall.to for wall in scene.walls)
+    start, end = np.array(starts, float), np.array(ends, float)
+    out, along = depth * OUTWARD, depth * np.abs(OUTWARD[:, ::-1])
     start[:ARENA_COUNT] += out - along
     end[:ARENA_COUNT] += out + along
-    thickness[:ARENA_COUNT] = 2 * depth
+    half_thickness = np.array([*[depth] * ARENA_COUNT, *(wall.thickness / 2 for wall in scene.walls)])
     surfaces = (*[scene.arena] * ARENA_COUNT, *scene.walls)
     factors = (np.array([getattr(each, key) for each in surfaces], float) for key in ("elasticity", "friction"))
-    return Walls(start, end, thickness / 2, *factors)
+    return Walls(start, end, half_thickness, *factors)
 
 
 def arena_faces(scene: Scene) -> Floats:
@@ -86,17 +88,6 @@ def offset_to_segment(x: float, y: float, start: Floats, end: Floats) -> tuple[f
     fraction = ((x - start[0]) * along_x + (y - start[1]) * along_y) / (square if square > 0 else 1.0)
     fraction = min(max(fraction, 0.0), 1.0)
     return start[0] + fraction * along_x - x, start[1] + fraction * along_y - y
-
-
-def wall_distance(scene: Scene, position: Floats) -> Floats:
-    """Return the distance of points (..., 2) px from the nearest wall's face, px: (...); negative in a wall.
-
-    Infinite if no wall stands.
-    """
-    distance = -outside(position, scene.arena.size) if scene.arena.walls else np.full(position.shape[:-1], np.inf)
-    for wall in scene.walls:
-        distance = np.minimum(distance, segment_distance(position, wall.start, wall.to) - wall.thickness / 2)
-    return distance
 
 
 def depths_in_wall(wall: Wall, position: Floats, radius: Floats) -> Floats:

@@ -4,7 +4,7 @@ import math
 import traceback
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import chain, count
 from time import monotonic
@@ -93,20 +93,21 @@ class Result:
         by_error = sorted(self.scores, key=relative_error, reverse=True)
         return [line for score in by_error for line in _lines(score)] or [self.message]
 
-    def document(self) -> "Judged | Unjudged | dict[str, str]":
+    def document(self) -> dict[str, Any]:
         """Return what `--json` writes; of an engine that was not scored why, as `refused`, `broke` or `not_run`."""
         if self.outcome in (Outcome.REFUSED, Outcome.BROKE, Outcome.NOT_RUN):
             return {self.outcome.name.lower(): self.message}
-        skipped = [Skip(at=score.expect.at, because=score.skipped) for score in self.scores if score.skipped]
+        skipped = [{"at": score.expect.at, "because": score.skipped} for score in self.scores if score.skipped]
         if self.outcome is Outcome.SKIPPED:
-            return Unjudged(skipped=skipped)
-        return Judged(
+            return {"skipped": skipped}
+        judged = Judged(
             error=_finite(self.worst.error),
             tolerance=self.worst.expect.tolerance,
             passed=self.outcome in (Outcome.MET, Outcome.CLOSE),
             missed=[miss for score in self.scores for miss in _misses(score)],
             skipped=skipped,
         )
+        return vars(judged)
 
 
 def _lines(score: Score) -> Iterator[str]:
@@ -116,10 +117,10 @@ def _lines(score: Score) -> Iterator[str]:
     if score.skipped:
         yield f"{at if expect.ball is None else of_ball}: skipped, since {score.skipped}"
     for each in score.missed:
-        quantity, off = each.quantity, f"{each.error:.2g} {each.quantity.dimension.value}".strip()
+        quantity, unit = each.quantity, f" {each.quantity.dimension.value}".rstrip()
         yield (
             f"{of_ball if quantity.of_ball else at}: {quantity.label} {_words(each.measured)} instead of "
-            f"{_words(each.expected)}, off by {off} (tolerance {expect.tolerance:g}): "
+            f"{_words(each.expected)}, off by {each.error:.2g}{unit} (tolerance {expect.tolerance:g}{unit}): "
             f"{' '.join(expect.because.split())}"
         )
 
@@ -130,20 +131,20 @@ def _words(value: float | Numbers) -> str:
     return f"({numbers})" if isinstance(value, tuple) else numbers
 
 
-def _misses(score: Score) -> Iterator["Miss"]:
+def _misses(score: Score) -> Iterator[dict[str, Any]]:
     """Yield what `--json` writes for each quantity that is missed; an infinite number is None."""
     for each in score.missed:
-        yield Miss(
-            at=score.expect.at,
-            ball=score.expect.ball if each.quantity.of_ball else None,
-            quantity=each.quantity.key,
-            unit=each.quantity.dimension.value,
-            expected=each.expected,
-            found=_finite(each.measured),
-            error=_finite(each.error),
-            tolerance=score.expect.tolerance,
-            because=score.expect.because,
-        )
+        yield {
+            "at": score.expect.at,
+            "ball": score.expect.ball if each.quantity.of_ball else None,
+            "quantity": each.quantity.key,
+            "unit": each.quantity.dimension.value,
+            "expected": each.expected,
+            "found": _finite(each.measured),
+            "error": _finite(each.error),
+            "tolerance": score.expect.tolerance,
+            "because": score.expect.because,
+        }
 
 
 def _finite(value: T) -> T | None:
@@ -152,55 +153,14 @@ def _finite(value: T) -> T | None:
 
 
 @dataclass(frozen=True)
-class Miss:
-    """A quantity that an engine misses, as JSON has it: in its unit, at a time in s; ball is None for all together."""
-
-    at: float
-    ball: int | None
-    quantity: str
-    unit: str
-    expected: float | Numbers
-    found: float | Numbers | None
-    error: float | None
-    tolerance: float
-    because: str
-
-
-@dataclass(frozen=True)
-class Skip:
-    """An expectation that could not be judged. at: s."""
-
-    at: float
-    because: str
-
-
-@dataclass(frozen=True)
 class Judged:
-    """An engine's result in a scene."""
+    """An engine's result in a scene, as JSON has it."""
 
     error: float | None  # of the expectation that it misses most; None if it is not finite
     tolerance: float  # of the same
     passed: bool  # whether it meets all expectations
-    missed: list[Miss]  # what it misses, with all figures
-    skipped: list[Skip]  # what could not be judged: `at` (s) and `because`
-
-
-@dataclass(frozen=True)
-class Unjudged:
-    """No expectation of the scene could be judged."""
-
-    skipped: list[Skip]
-
-
-@dataclass(frozen=True)
-class Scores:
-    """The document that `sandbox verify --json` writes; docs/formats.md explains the keys.
-
-    scenes: scene -> engine -> result; tally: engine -> outcome -> number of scenes.
-    """
-
-    scenes: dict[str, dict[str, Judged | Unjudged | dict[str, str]]]
-    tally: dict[str, dict[str, int]]
+    missed: list[dict[str, Any]]  # what it misses, with all figures
+    skipped: list[dict[str, Any]]  # what could not be judged: `at` (s) and `because`
 
 
 SceneResults = dict[str, Result]  # by engine
@@ -395,15 +355,14 @@ def _states(
 
 
 def as_json(board: Board) -> dict[str, Any]:
-    """Return what `--json` writes."""
-    scores = Scores(
-        scenes={scene: {name: result.document() for name, result in row.items()} for scene, row in board.items()},
-        tally={
+    """Return what `--json` writes: each engine's result by scene, and how often it had each outcome."""
+    return {
+        "scenes": {scene: {name: result.document() for name, result in row.items()} for scene, row in board.items()},
+        "tally": {
             name: {outcome.name.lower(): count for outcome, count in counts.items()}
             for name, counts in tally(board).items()
         },
-    )
-    return asdict(scores)
+    }
 
 
 def tally(board: Board) -> dict[str, dict[Outcome, int]]:

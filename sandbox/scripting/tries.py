@@ -42,7 +42,7 @@ SETTINGS: Final = {
         ("--iterations", str(TIMES)), f"{TIMES} times the iterations", f"space.iterations = {10 * TIMES}."
     ),
 }
-UNITS: Final = {"passed-through": " passages", "jitters": " %"}  # of the other figures: px
+UNITS: Final = {"passed-through": " passages"}  # of the other figures: px
 
 
 def tried(program: Program, diagnoses: Sequence[Diagnosis], seconds: float) -> list[Diagnosis]:

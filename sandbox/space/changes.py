@@ -24,21 +24,16 @@ NAMES: Final[Mapping[str, Change]] = {
     "Space.add_default_collision_handler": Change(7, "space.on_collision(None, None, begin=..., ...)"),
     "Vec2d.rotate": Change(6, "v = v.rotated(angle)"),
     "Vec2d.get_length": Change(6, "v.length"),
-    "Vec2d.get_angle": Change(6, "v.angle"),
     "pymunk.inf": Change(
         6, "float('inf') for a moment; for a body that never moves, pymunk.Body(body_type=pymunk.Body.STATIC)"
     ),
-    "pymunk.constraint": Change(6, "pymunk.constraints"),
-    "pymunkoptions": Change(6, "nothing: leave the import out"),
     "Space.add_static": Change(5, "space.add(...), with shapes on space.static_body"),
     "Body.apply_force": Change(5, "body.apply_force_at_world_point(force, body.position + offset), in each step"),
     "Body.apply_impulse": Change(5, "body.apply_impulse_at_world_point(impulse, body.position + offset)"),
-    "Body.reset_forces": Change(5, "nothing: forces last for one step"),
     "Body.velocity_limit": Change(5, "a velocity_func that scales body.velocity"),
     "Body.angular_velocity_limit": Change(5, "a velocity_func that limits body.angular_velocity"),
     "Shape.layers": Change(5, _SHAPE_FILTER),
     "Shape.group": Change(5, _SHAPE_FILTER),
-    "pymunk.init_pymunk": Change(5, "nothing: Pymunk does that itself"),
     "pymunk.pygame_util.draw": Change(5, "space.debug_draw(pymunk.pygame_util.DrawOptions(screen))"),
 }
 CALLS: Final[Mapping[str, Change]] = {
@@ -49,9 +44,6 @@ CALLS: Final[Mapping[str, Change]] = {
     ),
     "for shape in space.shapes: space.remove(shape)": Change(
         7, "for shape in list(space.shapes): ...", "(dictionary|Set) changed size during iteration"
-    ),
-    "pymunk.PinJoint(static, static)": Change(
-        7, "a joint of which at least one body is dynamic", "^pymunk/constraints.py: At least one of the two bodies"
     ),
     "pymunk.Body(), dynamic and without mass or moment": Change(
         7,
@@ -70,22 +62,13 @@ CALLS: Final[Mapping[str, Change]] = {
         "Vec2d(v.x * w.x, v.y * w.y) and so on; a vector is added to a vector, and multiplied by a number",
         r"^pymunk/vec2d.py: (object of type '\w+' has no len\(\))?$|(operand type\(s\) for|unary) .*'Vec2d'",
     ),
-    "body.position = numpy_array": Change(
-        6, "body.position = tuple(numpy_array)", "'struct cpVect' must be a list or tuple"
-    ),
     "space.add([body, shape])": Change(
         6, "space.add(body, shape), or space.add(*objects)", "^pymunk/space.py: Unsupported type"
     ),
     "space.add(shape), before its body": Change(
         6, "space.add(body, shape)", "^pymunk/space.py: The shape's body must be added to the space before"
     ),
-    "body.apply_impulse_at_world_point(impulse)": Change(
-        6, "body.apply_impulse_at_world_point(impulse, point)", r"apply_impulse_at_world_point\(\) missing"
-    ),
     "pymunk.Poly(body, vertices, offset=(x, y))": Change(
         5, "pymunk.Poly(body, vertices, pymunk.Transform.translation(x, y))", "Poly.* keyword argument 'offset'"
-    ),
-    "pymunk.moment_for_box(mass, width, height)": Change(
-        5, "pymunk.moment_for_box(mass, (width, height))", r"moment_for_box\(\) takes 2 positional"
     ),
 }

@@ -2,10 +2,10 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 from weakref import WeakSet
 
 import numpy as np
@@ -16,31 +16,18 @@ from sandbox.space.findings import BodyReport, Fault
 from sandbox.space.origins import Origins
 
 BODY_TYPES: Final = {pymunk.Body.DYNAMIC: "dynamic", pymunk.Body.KINEMATIC: "kinematic", pymunk.Body.STATIC: "static"}
-DEFAULT_DT: Final = 1 / 60  # s, if no step has been done
-
-
-class Meeting(NamedTuple):
-    """Two shapes that touched: since when, s, and the largest elasticity and friction that their contacts had."""
-
-    a: pymunk.Shape
-    b: pymunk.Shape
-    since: float
-    elasticity: float
-    friction: float
 
 
 @dataclass
 class Contents:
     """What a Space has, and which of its shapes and bodies a rule has to look at: those added since the last time.
 
-    dt: of its steps, s; meetings: in a run, also of shapes that are gone; None before any step.
+    seen: shapes, bodies and joints that rules have looked at.
     """
 
     space: pymunk.Space
     origins: Origins
-    dt: float = DEFAULT_DT
-    seen: WeakSet[Any] = field(default_factory=WeakSet)  # shapes, bodies and joints that rules have looked at
-    meetings: Sequence[Meeting] | None = None
+    seen: WeakSet[Any] = field(default_factory=WeakSet)
 
     @cached_property
     def bodies(self) -> list[pymunk.Body]:

@@ -5,11 +5,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from importlib.resources import files
+from textwrap import wrap
 from typing import Final, NamedTuple, TypeVar
 
-from sandbox.text import printable
+from sandbox.text import DEFAULT_WIDTH, printable
 
 MAX_BODIES_SHOWN: Final = 3  # of a finding, in text
+INDENT: Final = "   "  # below a finding's number
 TEXTS: Final = tomllib.loads(files("sandbox.space").joinpath("rules.toml").read_text(encoding="utf-8"))
 ORDER: Final = {rule: number for number, rule in enumerate(TEXTS)}
 
@@ -19,7 +21,6 @@ class Kind(StrEnum):
 
     PROGRAM = "program"  # something is wrong with the program
     SEEN = "seen"  # something that a person sees is wrong with its steps
-    POSSIBLE = "possible"  # something could happen, and did not: only counted
 
 
 class Certainty(StrEnum):
@@ -27,7 +28,6 @@ class Certainty(StrEnum):
 
     CERTAIN = "certain"  # a fact of the Space, which is wrong in every program
     LIKELY = "likely"  # rarely meant
-    POSSIBLE = "possible"  # often meant: for you to decide
 
 
 @dataclass(frozen=True)
@@ -72,16 +72,17 @@ class Finding:
     tried: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        return "\n".join(self.lines())
+        return "\n".join(self.lines(DEFAULT_WIDTH))
 
-    def lines(self) -> list[str]:
-        """Return the finding as text: the symptom, the first bodies, cause and cure, a line each."""
+    def lines(self, width: int, number: str = "") -> Iterator[str]:
+        """Yield the finding as text, in so many columns: the symptom, the first bodies, cause and cure."""
         since = "" if self.since is None else f", since {self.since:.3f} s"
-        lines = [f"{self.symptom} ({self.certainty}{since})"]
-        lines += [f"  {body}" for body in self.bodies[:MAX_BODIES_SHOWN]]
+        yield from wrap(f"{number}{self.symptom} ({self.certainty}{since})", width, subsequent_indent=INDENT)
+        lines = [*map(str, self.bodies[:MAX_BODIES_SHOWN])]
         if len(self.bodies) > MAX_BODIES_SHOWN:
-            lines.append(f"  and {len(self.bodies) - MAX_BODIES_SHOWN} more")
-        return [*lines, f"  Cause: {self.cause}", f"  Cure: {self.cure}", *(f"  Tried: {each}" for each in self.tried)]
+            lines.append(f"and {len(self.bodies) - MAX_BODIES_SHOWN} more")
+        for line in (*lines, f"Cause: {self.cause}", f"Cure: {self.cure}", *(f"Tried: {each}" for each in self.tried)):
+            yield from wrap(line, width, initial_indent=INDENT, subsequent_indent=f"{INDENT}  ")
 
 
 class Fault(NamedTuple):

@@ -2,10 +2,9 @@
 
 import math
 import os
-from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Sequence
-from functools import cache
-from itertools import combinations, pairwise
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from itertools import pairwise, product
 from typing import Any, Final
 from warnings import warn
 
@@ -21,64 +20,11 @@ from sandbox.scene.files import ball_groups, load
 from sandbox.scene.model import MIN_LENGTH, SPACE_SETTINGS, Arena, PymunkSettings, Scene
 from sandbox.scene.overlaps import needed_overlap
 from sandbox.scene.spawn import spawn
-from sandbox.space.contents import body_of, checked, corners_of, is_dynamic
+from sandbox.space.contents import body_of, checked, corners_of, half_length, is_dynamic
 from sandbox.state import Bodies, Floats, State
+from sandbox.text import counted
 
 MAX_MOMENT_ERROR: Final = 1e-9  # of m r²/2, which is rounding
-MAX_LISTED: Final = 5  # moments in a warning
-
-Name = tuple[str, str]  # of what a scene cannot have: singular and plural
-
-
-def _is_driven(body: pymunk.Body) -> bool:
-    """Return whether a kinematic body moves, or may by its program's functions."""
-    functions = body.velocity_func, body.position_func
-    own = functions != (pymunk.Body.update_velocity, pymunk.Body.update_position)
-    return body.velocity != (0, 0) or body.angular_velocity != 0 or own
-
-
-def _is_point(shape: pymunk.Shape) -> bool:
-    """Return whether a segment, or a circle that does not move, has no size."""
-    is_short = isinstance(shape, pymunk.Segment) and math.dist(shape.a, shape.b) < MIN_LENGTH
-    return not shape.radius and (is_short or (isinstance(shape, pymunk.Circle) and not _moves(shape)))
-
-
-def _moves(shape: pymunk.Shape) -> bool:
-    return is_dynamic(body_of(shape))
-
-
-# Of each solid shape, the first that is true:
-_OF_SHAPES: Final[dict[Name, Callable[[pymunk.Shape], bool]]] = {
-    ("shape on a moving kinematic body", "shapes on moving kinematic bodies"): lambda shape: (
-        body_of(shape).body_type == pymunk.Body.KINEMATIC and _is_driven(body_of(shape))
-    ),
-    ("dynamic segment", "dynamic segments"): lambda shape: _moves(shape) and isinstance(shape, pymunk.Segment),
-    ("dynamic polygon", "dynamic polygons"): lambda shape: _moves(shape) and isinstance(shape, pymunk.Poly),
-    ("circle off its body's centre of gravity", "circles off their bodies' centres of gravity"): lambda shape: (
-        _moves(shape) and (shape.center_of_gravity != (0, 0) or body_of(shape).center_of_gravity != (0, 0))
-    ),
-    ("shape with an elasticity outside 0 to 1", "shapes with an elasticity outside 0 to 1"): lambda shape: (
-        not 0 <= shape.elasticity <= 1
-    ),
-    ("wall without size", "walls without size"): _is_point,
-}
-# Of each dynamic body and its solid shapes, all that are true:
-_OF_BODIES: Final[dict[Name, Callable[[pymunk.Body, Sequence[pymunk.Shape]], Any]]] = {
-    ("dynamic body without a shape", "dynamic bodies without a shape"): lambda _, solid: not solid,
-    ("dynamic body with several shapes", "dynamic bodies with several shapes"): lambda _, solid: len(solid) > 1,
-    ("infinite moment of a circle with friction", "infinite moments of circles with friction"): lambda body, solid: (
-        math.isinf(body.moment) and [type(shape) for shape in solid if shape.friction] == [pymunk.Circle]
-    ),
-    ("body with a force or torque", "bodies with a force or torque"): lambda body, _: (
-        body.force != (0, 0) or body.torque
-    ),
-    ("custom velocity function", "custom velocity functions"): lambda body, _: (
-        body.velocity_func is not pymunk.Body.update_velocity
-    ),
-    ("custom position function", "custom position functions"): lambda body, _: (
-        body.position_func is not pymunk.Body.update_position
-    ),
-}
 
 
 def from_space(
@@ -87,16 +33,14 @@ def from_space(
     size: Vector | None = None,
     rate: int = 60,
     title: str = "",
-    skip: bool = False,
 ) -> Scene:
     """Return a scene of what a Space has now, without walls round the arena.
 
     Circles on dynamic bodies become balls, in the order of their shapes; segments and the outlines of polygons on
     static bodies become walls, and circles pegs, which are walls of no length; so do those on kinematic bodies at rest.
     size: width and height of the view, px, by default up to the furthest ball or wall; rate: steps per second.
-    Raises SandboxError, which lists all that a scene cannot have; with skip, leaves that out, and warns. Also warns
-    (SpaceWarning) of moments of inertia that are not those of uniform discs, of sensors, which touch nothing and are
-    left out, and of contacts that have begun.
+    Raises SandboxError, which lists all that a scene cannot have. Warns (SpaceWarning) of moments of inertia that are
+    not those of uniform discs, of sensors, which touch nothing and are left out, and of contacts that have begun.
 
     >>> space, body = pymunk.Space(), pymunk.Body()
     >>> body.position, space.gravity = (100, 50), (0, 900)
@@ -108,15 +52,11 @@ def from_space(
     (array([2.]), 1, (0.0, 900.0))
     """
     solid = [shape for shape in checked(space).shapes if not shape.sensor]  # sensors touch nothing
-    of_body: dict[pymunk.Body, list[pymunk.Shape]] = defaultdict(list)
-    for shape in solid:
-        of_body[body_of(shape)].append(shape)
-    left_out = _counts_in_words(Counter(_unsupported(space, solid, of_body)))
-    if left_out and not skip:
-        raise SandboxError(f"the Space has {left_out}, which a scene cannot have; skip=True leaves that out")
-    kept = [shape for shape in solid if _why_not(shape) is None]
-    circles = [shape for shape in kept if _moves(shape) and len(of_body[body_of(shape)]) == 1]
-    walls = [wall for shape in kept if not _moves(shape) for wall in _walls_of(shape)]
+    if refused := Counter(_unsupported(space, solid)):
+        words = ", ".join(f"{count} x {name}" for name, count in refused.items())
+        raise SandboxError(f"the Space has what a scene cannot have: {words}")
+    circles = [shape for shape in solid if is_dynamic(body_of(shape))]
+    walls = [wall for shape in solid if not is_dynamic(body_of(shape)) for wall in _walls_of(shape)]
     motion, bodies = _motion_of(circles), _constants_of(circles)
     scene = Scene(
         title=title,
@@ -129,8 +69,6 @@ def from_space(
     )
     if overlap := needed_overlap(scene, motion.position):
         scene = scene.changed(arena=scene.arena.model_copy(update={"overlap": overlap}))
-    if left_out:
-        warn(f"left out of the scene: {left_out}", SpaceWarning, stacklevel=2)
     for warning in _warnings(space, circles):
         warn(warning, SpaceWarning, stacklevel=2)
     return scene
@@ -153,69 +91,51 @@ def to_space(scene: Scene | str | os.PathLike[str]) -> pymunk.Space:
     return PymunkEngine(chosen, spawn(chosen)).space
 
 
-def _unsupported(
-    space: pymunk.Space, solid: Sequence[pymunk.Shape], of_body: dict[pymunk.Body, list[pymunk.Shape]]
-) -> Iterator[Name]:
-    """Yield what a scene cannot have. of_body: the solid shapes of each body."""
-    for body in filter(is_dynamic, space.bodies):
-        yield from (name for name, is_there in _OF_BODIES.items() if is_there(body, of_body.get(body, [])))
-    for shape in solid:
-        if shape.surface_velocity != (0, 0):
-            yield "surface velocity", "surface velocities"
-    yield from [("shape with a filter between balls and walls", "shapes with filters between balls and walls")] * (
-        _filtered(solid)
-    )
+def _unsupported(space: pymunk.Space, solid: Sequence[pymunk.Shape]) -> Iterator[str]:
+    """Yield the name of each thing that a scene cannot have. solid: the shapes that touch."""
+    shapes_of = Counter(map(body_of, solid))
+    for body in space.bodies:
+        functions = body.velocity_func, body.position_func
+        if functions != (pymunk.Body.update_velocity, pymunk.Body.update_position):
+            yield "function for a velocity or position"
+        if is_dynamic(body) and shapes_of[body] != 1:
+            yield "dynamic body with more or less than one shape"
+        if is_dynamic(body) and (body.force != (0, 0) or body.torque):
+            yield "force or torque"
+        if body.body_type == pymunk.Body.KINEMATIC and (body.velocity != (0, 0) or body.angular_velocity):
+            yield "moving kinematic body"
+    yield from (name for shape in solid for name in _unsupported_of(shape))
+    balls, walls = ({shape.filter for shape in solid if is_dynamic(body_of(shape)) == moves} for moves in (True, False))
+    if any(pass_through(ball, wall) for ball, wall in product(balls, walls)):
+        yield "filter between a ball and a wall"
     for handler in space._handlers.values():  # Pymunk has no public list of them
         if any((handler.begin, handler.pre_solve, handler.post_solve, handler.separate)):
-            yield "collision handler", "collision handlers"
-    if _odd(space.damping):
-        yield "damping outside 0 to 1", "dampings outside 0 to 1"
-    if space.threads > 1:
-        yield "solver with threads", "solvers with threads"
-    for joint in space.constraints:
-        yield type(joint).__name__, f"{type(joint).__name__}s"
-    yield from filter(None, map(_why_not, solid))
+            yield "collision handler"
+    if not 0 < space.damping <= 1:
+        yield "damping outside 0 to 1"
+    yield from (type(joint).__name__ for joint in space.constraints)
 
 
-def _why_not(shape: pymunk.Shape) -> Name | None:
-    """Return why a scene cannot have a shape, or None."""
-    return next((name for name, is_there in _OF_SHAPES.items() if is_there(shape)), None)
-
-
-def _counts_in_words(counts: Counter[Name]) -> str:
-    """Return numbers of things in words: "2 dynamic polygons, 1 PivotJoint"."""
-    return ", ".join(f"{count} {singular if count == 1 else plural}" for (singular, plural), count in counts.items())
-
-
-def _odd(damping: float) -> bool:
-    """Return whether a scene cannot have this damping."""
-    return not 0 < damping <= 1
-
-
-def _filtered(shapes: Sequence[pymunk.Shape]) -> int:
-    """Return the number of balls and walls that ignore a wall or a ball by their filters."""
-    kinds = Counter((shape.filter, _moves(shape)) for shape in shapes)
-    ignoring: set[tuple[pymunk.ShapeFilter, bool]] = set()
-    for kind, partner in combinations(kinds, 2):
-        if kind[1] != partner[1] and pass_through(kind[0], partner[0]):
-            ignoring |= {kind, partner}
-    return sum(kinds[kind] for kind in ignoring)
+def _unsupported_of(shape: pymunk.Shape) -> Iterator[str]:
+    body, is_moving = body_of(shape), is_dynamic(body_of(shape))
+    is_disc = isinstance(shape, pymunk.Circle) and shape.offset == body.center_of_gravity == (0, 0)
+    if is_moving and not is_disc:
+        yield "dynamic shape that is not a circle round its body's place"
+    if not is_moving and not shape.radius and half_length(shape) < MIN_LENGTH / 2:
+        yield "wall without size"
+    if not 0 <= shape.elasticity <= 1:
+        yield "elasticity outside 0 to 1"
+    if shape.surface_velocity != (0, 0):
+        yield "surface velocity"
 
 
 def _settings_of(space: pymunk.Space, solid: Sequence[pymunk.Shape]) -> dict[str, float]:
     """Return the settings that a scene can have and that are not Pymunk's defaults."""
-    settings = {key: getattr(space, key) for key in SPACE_SETTINGS if getattr(space, key) != getattr(_new_space(), key)}
-    if _odd(space.damping):
-        del settings["damping"]
-    if solid and not _moves(solid[0]):
+    plain = pymunk.Space()
+    settings = {key: getattr(space, key) for key in SPACE_SETTINGS if getattr(space, key) != getattr(plain, key)}
+    if solid and not is_dynamic(body_of(solid[0])):
         settings["walls_first"] = 1
     return settings
-
-
-@cache
-def _new_space() -> pymunk.Space:
-    """Return a Space with Pymunk's default settings."""
-    return pymunk.Space()
 
 
 def _motion_of(circles: Sequence[pymunk.Shape]) -> State:
@@ -267,18 +187,16 @@ def _warnings(space: pymunk.Space, circles: Sequence[pymunk.Shape]) -> Iterator[
     for number, circle in enumerate(circles):
         body, disc = body_of(circle), body_of(circle).mass * circle.radius**2 / 2
         turns = circle.friction or (body.angular_velocity and not body.is_sleeping)
-        if turns and MAX_MOMENT_ERROR * disc < abs(body.moment - disc) < math.inf:
+        if turns and MAX_MOMENT_ERROR * disc < abs(body.moment - disc):
             odd.append(f"ball {number} {body.moment:.6g} instead of {disc:.6g}")
     if odd:
-        more = f" and {len(odd) - MAX_LISTED} more" if len(odd) > MAX_LISTED else ""
-        yield f"balls turn as uniform discs, with moments m r²/2; in this Space, {', '.join(odd[:MAX_LISTED])}{more}"
+        yield f"balls turn as uniform discs, with moments m r²/2; in this Space, {', '.join(odd)}"
     if sensors := sum(shape.sensor for shape in space.shapes):
-        yield f"left out of the scene: {sensors} sensor{'s' if sensors > 1 else ''}, which touch nothing"
+        yield f"left out of the scene: {counted(sensors, 'sensor')}, which touch nothing"
     buffer = Buffer()
     get_space_arbiters(space, ArbiterFields.CONTACT_COUNT, buffer)
     if begun := np.count_nonzero(np.frombuffer(buffer.int_buf(), np.uintp)):
-        what, their = ("contact has", "its impulse") if begun == 1 else ("contacts have", "their impulses")
         yield (
-            f"{begun} {what} begun, and Pymunk starts from {their} in its next step, which a scene does not have: "
+            f"the next step starts from the impulses of {counted(int(begun), 'contact')}, which a scene does not have: "
             "call from_space before the first step, or while nothing touches"
         )

@@ -3,13 +3,12 @@
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any, Final
 from weakref import WeakSet
 
 import pymunk
 
-from sandbox.space.contents import DEFAULT_DT, Contents, checked
+from sandbox.space.contents import Contents, checked
 from sandbox.space.findings import Fault, Finding, Rules, findings_of
 from sandbox.space.origins import Origins
 from sandbox.space.rules import END_RULES, RULES
@@ -17,10 +16,10 @@ from sandbox.space.rules import END_RULES, RULES
 MAX_FAULTS: Final = 1_000  # kept of a rule; further ones are not looked at
 
 
-def lint(space: pymunk.Space, *, dt: float = DEFAULT_DT) -> list[Finding]:
+def lint(space: pymunk.Space) -> list[Finding]:
     """Return what is wrong with a Space, worst first, without a step of it.
 
-    dt: s, of the steps that will be done. Raises SandboxError if it is not a Space.
+    Raises SandboxError if it is not a Space.
 
     >>> space = pymunk.Space()
     >>> body = pymunk.Body(1, 10)
@@ -32,8 +31,8 @@ def lint(space: pymunk.Space, *, dt: float = DEFAULT_DT) -> list[Finding]:
     moment moment 10, 20 times too small: its shapes have 200
     """
     linter = Linter(checked(space), Origins())
-    linter.look({**RULES, **END_RULES}, None, dt)
-    return linter.findings()
+    linter.look({**RULES, **END_RULES}, None)
+    return linter.findings({})
 
 
 @dataclass
@@ -45,15 +44,14 @@ class Linter:
     _seen: WeakSet[Any] = field(default_factory=WeakSet)
     _faults: dict[str, list[Fault]] = field(default_factory=lambda: defaultdict(list))
 
-    def look(self, rules: Rules[Contents], since: float | None, dt: float) -> Contents:
+    def look(self, rules: Rules[Contents], since: float | None) -> None:
         """Look for faults in what is new since the last time. since: s of the Space's time, None before any step."""
-        contents = Contents(self.space, self.origins, dt, self._seen)
+        contents = Contents(self.space, self.origins, self._seen)
         for rule, find in rules.items():
             self._faults[rule] += [fault._replace(since=since) for fault in find(contents)]
             del self._faults[rule][MAX_FAULTS:]
         self._seen.update([*contents.shapes, *contents.bodies, *contents.space.constraints])
-        return contents
 
-    def findings(self, more: Mapping[str, Sequence[Fault]] = MappingProxyType({})) -> list[Finding]:
+    def findings(self, more: Mapping[str, Sequence[Fault]]) -> list[Finding]:
         """Return one finding for each rule with faults, worst first. more: faults that were found otherwise."""
         return findings_of({rule: [*self._faults[rule], *more.get(rule, ())] for rule in {**self._faults, **more}})

@@ -1,13 +1,13 @@
-"""What a program did to a Space before and between its steps, and in which line: added objects, polygons, pushes."""
+"""What a program made before and between its steps: in which lines it added objects, and polygons with dents."""
 
 import math
 import os
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 from unittest.mock import patch
 from weakref import WeakKeyDictionary
 
@@ -17,24 +17,14 @@ SANDBOX: Final = str(Path(__file__).parents[1])
 _PYMUNK: Final = str(Path(pymunk.__file__).parent)
 _EXAMPLES: Final = str(Path(_PYMUNK) / "examples")
 _STANDARD: Final = str(Path(os.__file__).parent)  # Python's library, which may hold that of packages
-_PUSHES: Final = [f"apply_{what}_at_{where}_point" for what in ("force", "impulse") for where in ("local", "world")]
 MIN_DENT: Final = 0.05  # of the square root of a hull's area, for a vertex within it
 
 
-class Push(NamedTuple):
-    """A call that pushed a body: its name, its line, and how far from the centre of gravity its point was, px."""
-
-    call: str
-    line: str
-    lever: float
-
-
 class Origins:
-    """Remembers which line of the program added an object, furthest pushes of bodies, and the dents of polygons."""
+    """Remembers which line of the program added an object, and the dents of polygons."""
 
     def __init__(self) -> None:
         self._lines: WeakKeyDictionary[Any, str] = WeakKeyDictionary()
-        self.pushes: WeakKeyDictionary[pymunk.Body, Push] = WeakKeyDictionary()
         self.dents: WeakKeyDictionary[pymunk.Poly, float] = WeakKeyDictionary()  # px
 
     def remember(self, objects: tuple[Any, ...]) -> None:
@@ -51,34 +41,17 @@ class Origins:
 
     @contextmanager
     def followed(self) -> Iterator[None]:
-        """Follow, within a `with` block, what the program calls."""
-        with ExitStack() as stack:
-            for name in _PUSHES:
-                push = self._pushing(name, getattr(pymunk.Body, name))
-                stack.enter_context(patch.object(pymunk.Body, name, push))
-            make = pymunk.Poly.__init__
+        """Follow, within a `with` block, which polygons the program makes."""
+        make = pymunk.Poly.__init__
 
-            def make_followed(poly: Any, body: Any, vertices: Any, *more: Any, **named: Any) -> None:
-                vertices = list(vertices)
-                make(poly, body, vertices, *more, **named)
-                if not more and "transform" not in named and (dent := _dent(poly.get_vertices(), vertices)):
-                    self.dents[poly] = dent
+        def make_followed(poly: Any, body: Any, vertices: Any, *more: Any, **named: Any) -> None:
+            vertices = list(vertices)
+            make(poly, body, vertices, *more, **named)
+            if not more and "transform" not in named and (dent := _dent(poly.get_vertices(), vertices)):
+                self.dents[poly] = dent
 
-            stack.enter_context(patch.object(pymunk.Poly, "__init__", make_followed))
+        with patch.object(pymunk.Poly, "__init__", make_followed):
             yield
-
-    def _pushing(self, name: str, push: Callable[..., None]) -> Callable[..., None]:
-        """Return a method of a body that pushes, and remembers the call."""
-
-        def push_followed(body: pymunk.Body, *where: Any, **named: Any) -> None:
-            push(body, *where, **named)
-            point = where[1] if len(where) > 1 else named.get("point", (0, 0))
-            centre = body.center_of_gravity if "local" in name else body.local_to_world(body.center_of_gravity)
-            lever = (centre - point).length
-            if body not in self.pushes or lever > self.pushes[body].lever:
-                self.pushes[body] = Push(name, program_line(), lever)
-
-        return push_followed
 
 
 def _dent(hull: list[pymunk.Vec2d], vertices: list[tuple[float, float]]) -> float:

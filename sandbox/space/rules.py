@@ -2,7 +2,7 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Final
 
@@ -18,7 +18,6 @@ from sandbox.space.contents import (
     half_width,
     is_dynamic,
     is_static,
-    may_collide,
     place_of,
     shape_words,
 )
@@ -55,17 +54,13 @@ def _moment(contents: Contents) -> Iterator[Fault]:
 
 
 def _can_turn(body: pymunk.Body, shapes: list[pymunk.Shape]) -> bool:
-    """Return whether something can turn a body: not a frictionless circle round its centre of gravity.
+    """Return whether contacts can turn a body: it is not a frictionless circle round its centre of gravity.
 
     If its shapes have mass, Pymunk computed the moment from them.
     """
-    if not shapes or any(shape.mass for shape in shapes):
-        return False
-    smooth = all(
-        isinstance(shape, pymunk.Circle) and not shape.friction and shape.offset == body.center_of_gravity
-        for shape in shapes
-    )
-    return not smooth or bool(body.constraints) or body.angular_velocity != 0 or body.torque != 0
+    centre = body.center_of_gravity
+    can_turn = any(shape.friction or not isinstance(shape, pymunk.Circle) or shape.offset != centre for shape in shapes)
+    return can_turn and not any(shape.mass for shape in shapes)
 
 
 def _area(shape: pymunk.Shape) -> float:
@@ -174,14 +169,6 @@ def _categories(contents: Contents) -> Iterator[Fault]:
             yield contents.fault(shape, what)
 
 
-def _motor_unlimited(contents: Contents) -> Iterator[Fault]:
-    for joint in contents.new_joints:
-        if isinstance(joint, pymunk.SimpleMotor) and math.isinf(joint.max_force) and joint.rate:
-            body, end = (joint.a, joint.b) if is_dynamic(joint.a) else (joint.b, joint.a)
-            what = f"turns against {contents.name(end)} at {joint.rate:.3g} rad/s, with any torque that this takes"
-            yield contents.fault(body, what, abs(joint.rate))
-
-
 def _pair(point: tuple[float, float]) -> str:
     return f"({point[0]:.4g}, {point[1]:.4g})"
 
@@ -193,29 +180,21 @@ def _shape_not_added(contents: Contents) -> Iterator[Fault]:
             yield contents.fault(shapes[0], f"its {shape_words(shapes[0])} is not in the Space")
 
 
-def _factor(contents: Contents, quantity: str, *, is_unused: bool) -> Iterator[Fault]:
-    """Shapes with an elasticity or a friction that partners without any make 0.
+def unused(contents: Contents, quantity: str, touched: Mapping[pymunk.Shape, float] | None = None) -> Iterator[Fault]:
+    """Yield the shapes with an elasticity or a friction, if all that they could meet has none.
 
-    is_unused: whether all that they could meet has none. In a run, only what they touched counts.
+    touched: in a run, the shapes that touched others without it, and since when, s.
     """
-    met: dict[pymunk.Shape, dict[pymunk.Shape, float | None]] = defaultdict(dict)
-    for meeting in contents.meetings or ():
-        if not getattr(meeting, quantity):
-            for shape, partner in ((meeting.a, meeting.b), (meeting.b, meeting.a)):
-                met[shape].setdefault(partner, meeting.since)
     # Two shapes of each kind stand for all that another shape could meet
     kinds: dict[object, list[pymunk.Shape]] = defaultdict(list)
     for shape in contents.solid:
         kinds[shape.filter, body_of(shape).body_type, bool(getattr(shape, quantity))].append(shape)
     samples = [shape for kind in kinds.values() for shape in kind[:2]]
-    for shape in dict.fromkeys((*contents.new, *met)):
-        value = getattr(shape, quantity)
-        partners = [partner for partner in samples if _could_meet(shape, partner)] if value else []
-        touched = met.get(shape, {}) if contents.meetings is not None else dict.fromkeys(partners)
-        without = next((each for each in touched.items() if not getattr(each[0], quantity)), None)
-        if value and without and is_unused != any(getattr(partner, quantity) for partner in partners):
-            detail = f"{quantity} {value:g}, but a {shape_words(without[0])} has {quantity} 0"
-            yield contents.fault(shape, detail, value)._replace(since=without[1])
+    for shape in contents.new if touched is None else filter(touched.__contains__, contents.solid):
+        value, partners = getattr(shape, quantity), [each for each in samples if _could_meet(shape, each)]
+        if value and partners and not any(getattr(partner, quantity) for partner in partners):
+            detail = f"{quantity} {value:g}, but a {shape_words(partners[0])} has {quantity} 0"
+            yield contents.fault(shape, detail, value)._replace(since=touched[shape] if touched else None)
 
 
 def _could_meet(a: pymunk.Shape, b: pymunk.Shape) -> bool:
@@ -248,19 +227,6 @@ def _overlaps(contents: Contents) -> Iterator[Fault]:
             yield contents.fault(shape, f"overlaps a {name} by {depth:.4g} px{joined}", depth / (smaller or 1))
 
 
-def _too_fast(contents: Contents) -> Iterator[Fault]:
-    """Bodies so fast that a step can carry them through the thinnest wall that they could meet, however they turn."""
-    walls = [shape for shape in contents.solid if is_static(body_of(shape))]
-    for body, shapes in contents.new_bodies:
-        speed, reach = body.velocity.length, max(map(half_length, shapes), default=math.inf)
-        if contents.dt * speed <= reach or not math.isfinite(speed):
-            continue
-        met = [wall for wall in walls if any(may_collide(shape, wall) for shape in shapes)]
-        if met and speed > (passing := (reach + min(map(half_width, met))) / contents.dt):
-            what = f"{speed:.4g} px/s; from {passing:.4g} px/s on, one step can carry it through a wall"
-            yield contents.fault(body, what, speed / passing)
-
-
 def _moved_static(contents: Contents) -> Iterator[Fault]:
     for shape in contents.shapes:
         if is_static(body_of(shape)) and (off := off_its_place(shape)):
@@ -287,14 +253,10 @@ RULES: Final[Rules[Contents]] = {
     "moment": _moment,
     "categories": _categories,
     "overlap": _overlaps,
-    "motor-unlimited": _motor_unlimited,
-    "tunnelling": _too_fast,
 }
 END_RULES: Final[Rules[Contents]] = {  # of which a run shows more
-    "elasticity-unused": partial(_factor, quantity="elasticity", is_unused=True),
-    "friction-unused": partial(_factor, quantity="friction", is_unused=True),
-    "elasticity-zero": partial(_factor, quantity="elasticity", is_unused=False),
-    "friction-zero": partial(_factor, quantity="friction", is_unused=False),
+    "elasticity-unused": partial(unused, quantity="elasticity"),
+    "friction-unused": partial(unused, quantity="friction"),
     "body-not-added": _body_not_added,
     "static-moved": _moved_static,
 }

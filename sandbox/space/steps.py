@@ -2,10 +2,9 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from itertools import combinations, pairwise
+from functools import cached_property
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -13,21 +12,17 @@ import pymunk
 
 from sandbox.space.contents import (
     Contents,
-    Meeting,
     body_of,
-    corners_of,
     half_length,
     half_width,
     is_dynamic,
-    is_static,
     may_collide,
     shape_words,
 )
-from sandbox.space.energy import pair_key
 from sandbox.space.findings import Fault, Rules
 from sandbox.space.passages import Passage
 from sandbox.space.recording import Numbers, Recording, Rows, Run, Step
-from sandbox.space.rules import END_RULES
+from sandbox.space.rules import unused
 from sandbox.state import Floats
 
 MAX_STRETCH: Final = 0.1  # of the joint's length, or half that of the bodies that it connects
@@ -38,12 +33,8 @@ WITHIN: Final = 1.0  # s, in which what lasts does so for LASTING
 SHRINKS: Final = 0.99  # of the depth a step before: Pymunk pushes bodies apart, unless something holds them
 MOST: Final = 0.5  # of the steps
 MANY_MOVES: Final = 10  # steps before which the program set a body's position
-MIN_RESTING: Final = 30  # steps
-RESTING_SPEED: Final = 2.0  # in units of what gravity adds in a step: slower bodies count as at rest
-CAUGHT: Final = 0.2  # of its speed, that a body loses at a seam
-ALONG: Final = 0.7  # cosine: a normal that far off a floor's pushes along the floor
-MARGIN: Final = 10.0  # of the size of the world, beyond which bodies have left it
 FRICTION_STEPS: Final = 0.05  # of the steps: with contacts in fewer, nothing rubs on a body
+MIN_STEPS: Final = 30  # since the last push
 KEPT_SPEED: Final = 0.8  # of its largest speed: slower in the end, something has slowed a body
 MAX_MASS_RATIO: Final = 100.0
 DT_VARIES: Final = 1e-6  # relative, above rounding
@@ -87,51 +78,20 @@ class Evidence:
     @cached_property
     def overlaps(self) -> list[Series]:
         """The depth of the deepest point of each pair of bodies, where they overlap, px."""
-        step, contacts = self.run.contacts
+        step, contacts = self.run.contact_step, self.run.contacts
         deep = contacts["distance"] < 0
         step, contacts = step[deep], contacts[deep]
         found = []
-        for rows in by_key(pair_key(contacts, "body"), step):
+        for rows in by_key(pair_key(contacts), step):
             at, first = np.unique(step[rows], return_index=True)
             found.append(Series(contacts[rows[0]], at, np.maximum.reduceat(-contacts["distance"][rows], first)))
         return found
 
     @cached_property
     def stretches(self) -> list[Series]:
-        """How far joints that may pull as hard as they need are off their law, once that has begun to grow."""
-        step, joints = self.run.joints
-        hard = np.isinf(joints["max_force"])
-        step, joints = step[hard], joints[hard]
-        found = []
-        for rows in by_key(joints["key"], step):
-            values = np.abs(joints["error"][rows])
-            grows = np.flatnonzero(np.diff(values, prepend=0.0) > 0)
-            begin = grows[0] if len(grows) else len(values)
-            if begin == 0 and len(grows) > 1 and values[0] > values[1]:  # it was off when it was added
-                begin = grows[1]
-            if begin < len(values):
-                found.append(Series(joints[rows[0]], step[rows][begin:], values[begin:]))
-        return found
-
-    @cached_property
-    def met(self) -> Contents:
-        """What the Space has now, and which of its shapes touched, in the order of time."""
-        step, contacts = self.run.contacts
-        found = []
-        for rows in by_key(pair_key(contacts, "shape"), step):
-            a, b = (self.recording.shapes.get(int(contacts[side][rows[0]])) for side in ("shape_a", "shape_b"))
-            if a and b and a.body and b.body:
-                largest = (float(contacts[name][rows].max()) for name in ("elasticity", "friction"))
-                found.append(Meeting(a, b, self.run.steps[step[rows[0]]].end, *largest))
-        return replace(self.contents, meetings=found)
-
-    @cached_property
-    def touching(self) -> set[tuple[int, int]]:
-        """The bodies that touched something, with the number of the step."""
-        step, contacts = self.run.contacts
-        return {
-            pair for side in ("body_a", "body_b") for pair in zip(step.tolist(), contacts[side].tolist(), strict=True)
-        }
+        """How far joints that may pull as hard as they need are off their law, px."""
+        step, joints = self.run.joint_step, self.run.joints
+        return [Series(joints[rows[0]], step[rows], joints["error"][rows]) for rows in by_key(joints["key"], step)]
 
     @cached_property
     def too_deep(self) -> dict[str, list[Fault]]:
@@ -152,15 +112,16 @@ class Evidence:
 
     def placed(self, number: int, ends: tuple[int, int]) -> float:
         """Return how far the program put one of two bodies elsewhere before a step, by its number, px."""
-        step, old, new = self.run.set
-        at = (step == number) & np.isin(old["id"], ends)
-        return float(np.hypot(*(new["position"] - old["position"])[at].T).max(initial=0.0))
+        step = self.run.steps[number]
+        way = np.hypot(*(step.old["position"] - step.was["position"]).T)
+        return float(way[np.isin(step.old["id"], ends)].max(initial=0.0))
 
-    def driven(self, steps: Numbers, ends: tuple[int, int]) -> int:
-        """Return before how many of some steps, by their numbers, the program changed the velocity of two bodies."""
-        step, old, new = self.run.set
-        is_changed = (old["velocity"] != new["velocity"]).any(axis=1)
-        return len(np.unique(step[is_changed & np.isin(step, steps) & np.isin(new["id"], ends)]))
+    def touched(self, quantity: str) -> dict[pymunk.Shape, float]:
+        """Return the shapes all of whose contacts had no elasticity, or no friction, and since when they touched, s."""
+        contacts, step = self.run.contacts, np.tile(self.run.contact_step, 2)
+        keys, values = np.append(contacts["shape_a"], contacts["shape_b"]), np.tile(contacts[quantity], 2)
+        firsts = [rows[0] for rows in by_key(keys, step) if not values[rows].any()]
+        return {self.recording.shapes[int(keys[row])]: self.run.steps[step[row]].end for row in firsts}
 
     def lasts(self, steps: Numbers) -> bool:
         """Return whether some steps, by their numbers, follow so closely that they are more than an impact."""
@@ -171,7 +132,7 @@ class Evidence:
     def came_in(self, number: int, *ids: int) -> bool:
         """Return whether one of some bodies was not in the Space before a step, by its number."""
         known = [body for body in ids if body in self.recording.bodies]
-        return number == 0 or not np.isin(known, self.run.steps[number - 1].after.bodies["id"]).all()
+        return number == 0 or not np.isin(known, self.run.steps[number - 1].new["id"]).all()
 
     def half_width(self, *ids: int) -> float:
         """Return the smallest half width of the shapes of those of some bodies that move by forces, px."""
@@ -192,21 +153,25 @@ class Evidence:
         bodies = [self.recording.bodies.get(body) or self.contents.space.static_body for body in ids]
         first, *rest = sorted(bodies, key=lambda body: not is_dynamic(body))
         report = self.contents.report(first, what.format(*map(self.contents.name, rest)))
-        rows = step.after.bodies
-        for x, y in rows["position"][rows["id"] == first.id].tolist():
+        for x, y in step.new["position"][step.new["id"] == first.id].tolist():
             report = replace(report, position=(x, y))
         return Fault(report, size, figure, step.end if since is None else since)
 
     def figures(self) -> dict[str, float]:
-        """Return the figures of the rules whose cures can be tried: px, bodies, or a share of steps."""
+        """Return the figures of the rules whose cures can be tried: passages, or px."""
         deepest = max((overlap.worst[1] for overlap in self.overlaps), default=0.0)
         return {
             "passed-through": float(len(self.passages)),
             "joint-stretched": max((each.worst[1] for each in self.stretches), default=0.0),
             "sinks-in": deepest,
             "deep-at-once": deepest,
-            "jitters": 100 * max(reversals(self.run).values(), default=0.0),
         }
+
+
+def pair_key(contacts: Rows) -> Rows:
+    """Return a number for the two bodies of each contact, whichever is A."""
+    low, high = np.minimum(contacts["body_a"], contacts["body_b"]), np.maximum(contacts["body_a"], contacts["body_b"])
+    return np.asarray(low * np.uint64(0x9E3779B97F4A7C15) + high * np.uint64(0xC2B2AE3D27D4EB4F))
 
 
 def by_key(keys: Rows, step: Numbers) -> list[Numbers]:
@@ -226,7 +191,7 @@ def _steps_vary(evidence: Evidence) -> Iterator[Fault]:
 
 def _not_finite(evidence: Evidence) -> Iterator[Fault]:
     if step := evidence.run.broken:
-        for row in step.after.bodies:
+        for row in step.new:
             if not np.isfinite([*row["position"], *row["velocity"], row["angle"], row["spin"]]).all():
                 (x, y), (u, v) = row["position"], row["velocity"]
                 what = f"position ({x:.4g}, {y:.4g}), velocity ({u:.4g}, {v:.4g})"
@@ -234,24 +199,16 @@ def _not_finite(evidence: Evidence) -> Iterator[Fault]:
 
 
 def _passed(evidence: Evidence) -> Iterator[Fault]:
-    """Bodies that passed each other: each body once."""
+    """Bodies that passed a wall: each once."""
     reported: set[int] = set()
     for step, shape, wall, way in evidence.passages:
-        bodies = body_of(shape), body_of(wall)
-        light = next(body for body in bodies if is_dynamic(body))
-        if light.id in reported:
-            continue
-        reported |= {body.id for body in bodies if is_dynamic(body)}
-        half = half_width(shape)
-        widest = half + half_width(wall)
-        cures = f"dt below {widest / way * step.dt:.2g} s" if widest else ""
-        if is_static(body_of(wall)):
-            how = f"{way:.3g} px in the step, through a {shape_words(wall)}"
-            cures += f"{' or ' if widest else ''}a wall {2 * (way - half):.3g} px thick"
-        else:
-            how = f"went {way:.3g} px through {{}} in the step"
-        what = f"{how}; {cures} prevents that"
-        yield evidence.fault([body.id for body in bodies], step, what, way / half if half else math.inf)
+        body, half = body_of(shape), half_width(shape)
+        if body.id not in reported:
+            reported.add(body.id)
+            dt, thickness = (half + half_width(wall)) / way * step.dt, 2 * (way - half)
+            cures = f"dt below {dt:.2g} s or a wall {thickness:.3g} px thick prevents that"
+            what = f"{way:.3g} px in the step, through a {shape_words(wall)}; {cures}"
+            yield evidence.fault([body.id], step, what, way / half if half else math.inf)
 
 
 def _stretched(evidence: Evidence) -> Iterator[Fault]:
@@ -287,39 +244,10 @@ def _deep_overlap(evidence: Evidence, overlap: Series) -> tuple[str, Fault] | No
     if is_impact and evidence.placed(deep[0], ends) > depth / 2:
         return None  # the program put one into the other
     worst, since = evidence.run.steps[number], evidence.run.steps[deep[0]].end
-    times = evidence.driven(deep, ends)
-    driven = f"; the program changed its velocity before {times} of the steps" if times > MOST * len(deep) else ""
-    what = f"{depth:.3g} px deep in {{}} at {worst.end:.3f} s{driven}"
+    what = f"{depth:.3g} px deep in {{}} at {worst.end:.3f} s"
     return "deep-at-once" if is_impact else "sinks-in", evidence.fault(
         ends, worst, what, depth / half, f"{depth:.3g} px", since
     )
-
-
-def reversals(run: Run) -> dict[int, float]:
-    """Return how often bodies at rest reverse their velocity, as a share of the steps, by their id.
-
-    A body is at rest while it is slower than what gravity adds in two steps. Reversals count from a tenth of that on,
-    of bodies that were at rest for MIN_RESTING steps.
-    """
-    step, _, new = run.moved
-    gravity = np.array([math.hypot(*each.before.settings.gravity) for each in run.steps])
-    limit, speed = (RESTING_SPEED * gravity * run.dt)[step], np.hypot(*new["velocity"].T)
-    resting = np.isfinite(new["mass"]) & ~new["asleep"] & (speed > 0) & (speed < limit)
-    step, rows, limit = step[resting], new[resting], limit[resting]
-    shares = {}
-    for at in by_key(rows["id"], step):
-        if len(at) >= MIN_RESTING:
-            velocity = rows["velocity"][at]
-            turns = (velocity[1:] * velocity[:-1]).sum(axis=1) < -((limit[at][1:] / 10) ** 2)
-            shares[int(rows["id"][at[0]])] = float(turns.sum() / len(at))
-    return shares
-
-
-def _jittery(evidence: Evidence) -> Iterator[Fault]:
-    for body, share in reversals(evidence.run).items():
-        if share > MOST and body in evidence.recording.bodies:
-            what = f"turns back in {100 * share:.0f} % of its steps at rest"
-            yield evidence.fault([body], evidence.run.steps[-1], what, share, since=evidence.run.steps[0].time)
 
 
 def _moved(evidence: Evidence) -> Iterator[Fault]:
@@ -328,28 +256,19 @@ def _moved(evidence: Evidence) -> Iterator[Fault]:
     Of kinematic ones, those that touch something then, and are moved further than their own velocity moves them, which
     would be a correction.
     """
-    step, old, new = evidence.run.set
-    way = np.hypot(*(new["position"] - old["position"]).T)
-    step, new, way = step[way > 0], new[way > 0], way[way > 0]
-    is_further = way > np.hypot(*new["velocity"].T) * evidence.run.dt[step]
-    for rows in by_key(new["id"], step):
-        body, matters = int(new["id"][rows[0]]), rows.tolist()
-        if not all(map(is_dynamic, evidence.bodies(body))):
-            matters = [row for row in matters if is_further[row] and (int(step[row]), body) in evidence.touching]
-        if len(matters) > MANY_MOVES:
-            first = evidence.run.steps[step[matters[0]]]
-            what = f"before {len(rows)} of the steps"
-            yield evidence.fault([body], first, what, len(matters), since=first.time)
-
-
-def _wrong_points(evidence: Evidence) -> Iterator[Fault]:
-    """Bodies that the program pushed at points far outside of them."""
-    for body, push in evidence.contents.origins.pushes.items():
-        size = max(map(half_length, body.shapes), default=math.inf)
-        if body.space is evidence.contents.space and push.lever > 4 * size and math.isfinite(body.moment):
-            where = "the Space" if "local" in push.call else "the body"
-            what = f"{push.call} in {push.line}: {push.lever:.3g} px off, as if the point were one of {where}"
-            yield evidence.contents.fault(body, what, push.lever / size)._replace(since=evidence.run.steps[0].time)
+    run = evidence.run
+    ids, way = run.old["id"], np.hypot(*(run.old["position"] - run.was["position"]).T)
+    is_further = way > np.hypot(*run.old["velocity"].T) * run.dt[run.step]
+    touches = np.zeros(len(ids) + 1, bool)
+    for side in ("body_a", "body_b"):
+        touches[run.rows_of(run.contact_step, run.contacts[side])] = True
+    matters = np.flatnonzero((way > 0) & (np.isfinite(run.old["mass"]) | (is_further & touches[:-1])))
+    for at in by_key(ids[matters], run.step[matters]):
+        if len(at) > MANY_MOVES:
+            first = matters[at[0]]
+            what = f"before {int((way[ids == ids[first]] > 0).sum())} of the steps"
+            step = run.steps[run.step[first]]
+            yield evidence.fault([int(ids[first])], step, what, len(at), since=step.time)
 
 
 def _contacts_within(evidence: Evidence) -> Iterator[Fault]:
@@ -359,8 +278,8 @@ def _contacts_within(evidence: Evidence) -> Iterator[Fault]:
         if is_dynamic(joint.a) and is_dynamic(joint.b):
             joined = assembly.get(joint.a.id, {joint.a.id}) | assembly.get(joint.b.id, {joint.b.id})
             assembly |= dict.fromkeys(joined, joined)
-    step, contacts = evidence.run.contacts
-    for rows in by_key(pair_key(contacts, "body"), step) if assembly else ():
+    step, contacts = evidence.run.contact_step, evidence.run.contacts
+    for rows in by_key(pair_key(contacts), step) if assembly else ():
         first, at = contacts[rows[0]], np.unique(step[rows])
         ends = int(first["body_a"]), int(first["body_b"])
         is_mostly = len(at) > MOST * (len(evidence.run.steps) - at[0])
@@ -369,74 +288,24 @@ def _contacts_within(evidence: Evidence) -> Iterator[Fault]:
             yield evidence.fault(ends, evidence.run.steps[at[0]], what, len(at))
 
 
-class _Seam(NamedTuple):
-    """Where the sides of two polygons continue each other: the place, px, and the direction out of both."""
-
-    place: pymunk.Vec2d
-    out: pymunk.Vec2d
-
-
-def _seams(contents: Contents) -> dict[pymunk.Shape | None, list[_Seam]]:
-    """Return the seams of static polygons."""
-    ends: dict[tuple[int, ...], list[tuple[pymunk.Shape, _Seam]]] = defaultdict(list)
-    for shape in contents.solid:
-        if isinstance(shape, pymunk.Poly) and is_static(body_of(shape)):
-            corners = [body_of(shape).local_to_world(corner) for corner in corners_of(shape)]
-            for a, b in pairwise([*corners, corners[0]]):
-                out = (b - a).perpendicular().normalized() * -1
-                for end in (a, b):
-                    key = round(end.x), round(end.y), round(8 * out.x), round(8 * out.y)
-                    ends[key].append((shape, _Seam(end, out)))
-    seams: dict[pymunk.Shape | None, list[_Seam]] = defaultdict(list)
-    for meeting in ends.values():
-        for (first, seam), (second, _) in combinations(meeting, 2):
-            if first is not second:
-                seams[first].append(seam)
-                seams[second].append(seam)
-    return seams
-
-
-def _caught(evidence: Evidence) -> Iterator[Fault]:
-    """Bodies that a contact at a seam turned back or stopped, along the floor on which they are."""
-    seams, shapes = _seams(evidence.contents), evidence.recording.shapes
-    for number, row in zip(*evidence.run.contacts, strict=True) if seams else ():
-        for side, mover, sign in (("a", "b", 1.0), ("b", "a", -1.0)):
-            wall, step = shapes.get(int(row[f"shape_{side}"])), evidence.run.steps[number]
-            bodies = step.before.bodies
-            if wall not in seams:
-                continue
-            body = bodies[bodies["id"] == row[f"body_{mover}"]]
-            if not len(body) or not row["impulse"] >= CAUGHT * body["mass"][0] * np.hypot(*body["velocity"][0]) > 0:
-                continue
-            normal = sign * row["normal"]  # towards the mover
-            place = body["position"][0] + body["velocity"][0] * step.dt + row[f"arm_{mover}"]
-            size = evidence.half_width(int(row[f"body_{mover}"]))
-            for seam in seams[wall]:
-                off = place - np.array(seam.place)
-                if abs(normal @ np.array(seam.out)) < ALONG and abs(off @ normal) < size / 4 and np.hypot(*off) < size:
-                    x, y = seam.place
-                    what = f"is caught where two polygons meet, at ({x:.4g}, {y:.4g}), at {step.end:.3f} s"
-                    yield evidence.fault([int(row["body_a"]), int(row["body_b"])], step, what)
-                    break
-
-
 def _untouched(evidence: Evidence) -> Iterator[Fault]:
-    """Bodies with friction and no bounce that go on and on after a push, and hardly touch anything."""
-    space, (_, contacts) = evidence.contents.space, evidence.run.contacts
+    """Bodies with friction and no bounce that go on and on without a push, and hardly touch anything."""
+    run, space = evidence.run, evidence.contents.space
     if tuple(space.gravity) != (0, 0) or space.damping != 1:
         return
-    new = evidence.run.moved.new
+    is_pushed = ((run.old["velocity"] != run.was["velocity"]) | (run.old["force"] != 0)).any(axis=1)
     for body in evidence.contents.bodies:
-        speed = np.hypot(*new["velocity"][new["id"] == body.id].T)
-        touching = int(((contacts["body_a"] == body.id) | (contacts["body_b"] == body.id)).sum())
+        rows = run.new["id"] == body.id
+        speed = np.hypot(*run.new["velocity"][rows].T)
+        touching = int(((run.contacts["body_a"] == body.id) | (run.contacts["body_b"] == body.id)).sum())
         shapes = evidence.contents.solid_of.get(id(body), ())
         is_rough = any(shape.friction for shape in shapes) and not any(shape.elasticity for shape in shapes)
-        is_going = len(speed) > MIN_RESTING and 0 < speed.max() * KEPT_SPEED < speed[-1]
-        is_pushed = body in evidence.contents.origins.pushes
-        is_free = is_pushed and is_dynamic(body) and not body.constraints and body._velocity_func is None
-        if is_rough and is_going and is_free and touching < FRICTION_STEPS * len(evidence.run.steps):
+        is_left = len(speed) > MIN_STEPS and not is_pushed[rows][-MIN_STEPS:].any()
+        is_going = is_left and 0 < speed.max() * KEPT_SPEED < speed[-1]
+        is_free = is_dynamic(body) and not body.constraints and body._velocity_func is None
+        if is_rough and is_going and is_free and touching < FRICTION_STEPS * len(run.steps):
             what = f"still goes at {speed[-1]:.3g} px/s, and touched something in {touching} steps"
-            yield evidence.fault([body.id], evidence.run.steps[-1], what, since=evidence.run.steps[0].time)
+            yield evidence.fault([body.id], run.steps[-1], what, since=run.steps[0].time)
 
 
 def _hanging(evidence: Evidence) -> Iterator[Fault]:
@@ -453,35 +322,13 @@ def _hanging(evidence: Evidence) -> Iterator[Fault]:
             yield evidence.fault([body.id], evidence.run.steps[-1], what)._replace(since=None)
 
 
-def _gone(evidence: Evidence) -> Iterator[Fault]:
-    """Bodies that are now far outside of the box in which all were when they were first seen."""
-    old = evidence.run.moved.old
-    _, first = np.unique(old["id"], return_index=True)
-    places = np.append(old["position"][first], [[0.0, 0.0]], axis=0)
-    low, high = places.min(axis=0), places.max(axis=0)
-    size = MARGIN * max(float((high - low).max()), 100.0)
-    step = evidence.run.steps[-1]
-    last = step.after.bodies
-    outside = ((last["position"] < low - size) | (last["position"] > high + size)).any(axis=1)
-    for body in last["id"][outside & np.isfinite(last["mass"])].tolist():
-        if body in evidence.recording.bodies:
-            yield evidence.fault([body], step, "is far off")
-
-
-def _met(find: Callable[[Contents], Iterator[Fault]], evidence: Evidence) -> Iterator[Fault]:
-    """Yield the faults of a rule for how a Space is set up, by what touched in a run."""
-    return find(evidence.met)
-
-
 ALWAYS: Final[Rules[Evidence]] = {
     "dt-varies": _steps_vary,
     "not-finite": _not_finite,
 }  # also of a first step that fails
 STEP_RULES: Final[Rules[Evidence]] = {
     **ALWAYS,
-    "wrong-point": _wrong_points,
     "contacts-within": _contacts_within,
-    "seams": _caught,
     "moved-by-hand": _moved,
     "friction-untouched": _untouched,
     "passed-through": _passed,
@@ -489,7 +336,6 @@ STEP_RULES: Final[Rules[Evidence]] = {
     "joint-stretched": _stretched,
     "sinks-in": lambda evidence: iter(evidence.too_deep["sinks-in"]),
     "deep-at-once": lambda evidence: iter(evidence.too_deep["deep-at-once"]),
-    "jitters": _jittery,
-    "leaves": _gone,
-    **{rule: partial(_met, find) for rule, find in END_RULES.items()},
+    "elasticity-unused": lambda evidence: unused(evidence.contents, "elasticity", evidence.touched("elasticity")),
+    "friction-unused": lambda evidence: unused(evidence.contents, "friction", evidence.touched("friction")),
 }

@@ -7,8 +7,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from functools import cached_property
-from types import TracebackType
 from typing import Any, Final, NoReturn, Self
 from unittest.mock import patch
 from weakref import WeakSet
@@ -22,11 +20,11 @@ from sandbox.space.energy import ledger_of
 from sandbox.space.findings import Finding
 from sandbox.space.lint import Linter
 from sandbox.space.origins import Origins, program_line
-from sandbox.space.passages import Passage, Passages
+from sandbox.space.passages import Passage, passages_of
 from sandbox.space.recording import Recording, original_step
 from sandbox.space.rules import END_RULES, RULES
 from sandbox.space.steps import ALWAYS, STEP_RULES, Evidence
-from sandbox.text import DEFAULT_WIDTH, counted, json_text
+from sandbox.text import DEFAULT_WIDTH, json_text
 
 MAX_SPACES: Final = 10  # that are diagnosed
 MAX_LOOKED_AT: Final = 500_000  # shapes in all looks of the linter, which take some 10 µs each
@@ -43,17 +41,17 @@ class Trial:
         self.changed = True  # something was added since the last step
         self._linter = Linter(space, origins)
         self._recording = Recording(space)
-        self._passages, self._passed = Passages(self._recording), list[Passage]()
+        self._passed: list[Passage] = []
         self._looked_at = 0
         self._most = [0, 0, 0]  # bodies, shapes and joints at one time
 
     def step(self, dt: float) -> None:
         """Look at the Space, do a step, record it, and look at what it did."""
         self.line = self.line or program_line()
-        self._look(dt)
+        self._look()
         self._recording.record(self._step, dt)
-        if 0 < dt < math.inf and (step := self._recording.steps[-1]).after.is_finite:
-            self._passed += self._passages.of(step)
+        if 0 < dt < math.inf and (step := self._recording.steps[-1]).is_finite:
+            self._passed += passages_of(step, self.space, self._recording)
         self.steps += 1
         self.time += dt if math.isfinite(dt) else 0.0
 
@@ -62,13 +60,13 @@ class Trial:
         original_step(self.space, dt)
         self.cost += time.process_time() - begin
 
-    def _look(self, dt: float) -> None:
+    def _look(self) -> None:
         counts = len(self.space.bodies), len(self.space.shapes), len(self.space.constraints)
         self._most = [max(most, count) for most, count in zip(self._most, counts, strict=True)]
         if self.changed and self._looked_at <= MAX_LOOKED_AT:
             self.changed = False
             self._looked_at += counts[1]
-            self._passages.look(self._linter.look(RULES, self.time if self.steps else None, dt))
+            self._linter.look(RULES, self.time if self.steps else None)
 
     def diagnosis(self, number: int) -> Diagnosis:
         """Return the diagnosis of what was recorded."""
@@ -79,10 +77,7 @@ class Trial:
             rules = STEP_RULES if evidence.run.steps else ALWAYS
             found |= {rule: list(find(evidence)) for rule, find in rules.items()}
             energy, figures = ledger_of(evidence.run), evidence.figures()
-        findings = tuple(self._linter.findings(found))
-        if self._passed:  # then it is not said that bodies could pass
-            findings = tuple(finding for finding in findings if finding.rule != "tunnelling")
-        bodies, shapes, joints = self._most
+        findings, (bodies, shapes, joints) = tuple(self._linter.findings(found)), self._most
         return Diagnosis(
             number, self.line, self.steps, self.time, bodies, shapes, joints, findings, energy, figures, self.cost
         )
@@ -92,17 +87,21 @@ class Trials:
     """All Spaces that a program steps, from the first step of each; a context that replaces `Space.step`.
 
     seconds: of a Space's time, after which KeyboardInterrupt ends the program, as Ctrl-C does; parts, iterations: that
-    a step is done in, and times those of each Space that it gets, to try whether that mends something.
+    a step is done in, and times those of each Space that it gets, to try whether that mends something; only: the one
+    Space that is recorded.
     others: the number of Spaces beyond those that are diagnosed; stepping: the Space that is in a step; thread: that
     does the step; since: when the step began, or the last one ended, by the clock; finish: ends the process where the
     program goes on, with the diagnosis.
     """
 
-    def __init__(self, seconds: float | None = None, parts: int = 1, iterations: int = 1) -> None:
+    def __init__(
+        self, seconds: float | None = None, parts: int = 1, iterations: int = 1, only: pymunk.Space | None = None
+    ) -> None:
         self.seconds = math.inf if seconds is None else seconds
         self._parts, self._iterations = parts, iterations
         self._origins = Origins()
-        self._trials: dict[int, Trial] = {}
+        self._only = only
+        self._trials = {id(only): Trial(only, self._origins)} if only else {}
         self._others: WeakSet[pymunk.Space] = WeakSet()
         self.others = 0
         self.ended = self.out_of_time = False
@@ -113,7 +112,7 @@ class Trials:
         self.finish: Callable[[], NoReturn] = sys.exit
 
     def __enter__(self) -> Self:
-        add = pymunk.Space.add
+        self.ended, add = False, pymunk.Space.add
 
         def step(space: pymunk.Space, dt: float) -> None:
             """Do a step, recorded."""
@@ -124,8 +123,8 @@ class Trials:
             add(space, *objects)
             if not self.ended:
                 self._origins.remember(objects)
-                if trial := self._trials.get(id(space)):
-                    trial.changed = True
+            if trial := self._trials.get(id(space)):
+                trial.changed = True
 
         self._stack = ExitStack()
         self._stack.enter_context(patch.multiple(pymunk.Space, step=step, add=add_remembered))
@@ -142,7 +141,7 @@ class Trials:
 
     def step(self, space: pymunk.Space, dt: float) -> None:
         """Do a step of a Space, recorded."""
-        trial = None if self.ended else self._trial(space)
+        trial = None if self.ended or self._only not in (None, space) else self._trial(space)
         if trial is None or not isinstance(dt, int | float | np.number):  # Pymunk says what is wrong with it
             original_step(space, dt)
             return
@@ -225,43 +224,25 @@ def watch(space: pymunk.Space) -> "Watched":
 
 
 class Watched:
-    """Records the steps of a Space: of `Space.step` within a `with` block, or of its own `step`.
+    """Records the steps of a Space within a `with` block.
 
     What `sandbox watch` prints and writes is its `table` and `to_json`.
     """
 
     def __init__(self, space: pymunk.Space) -> None:
-        self._space, self._origins = space, Origins()
-        self._trial = Trial(space, self._origins)
-
-    def __repr__(self) -> str:
-        return f"<Watched: {counted(self._trial.steps, 'step')}, {self._trial.time:.4g} s>"
+        self._trials = Trials(only=space)
 
     def __enter__(self) -> Self:
-        add = self._space.add
-
-        def add_remembered(*objects: Any) -> None:
-            add(*objects)
-            self._origins.remember(objects)
-            self._trial.changed = True
-
-        self._stack = ExitStack()
-        self._stack.enter_context(patch.multiple(self._space, step=self.step, add=add_remembered))
-        self._stack.enter_context(self._origins.followed())
+        self._trials.__enter__()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        self._stack.close()
+    def __exit__(self, *error: object) -> None:
+        self._trials.__exit__(*error)
 
-    def step(self, dt: float) -> None:
-        """Call `Space.step`, and record what it does. dt: s; a step of 0 s, which does nothing, does not count."""
-        vars(self).pop("diagnosis", None)
-        self._trial.step(dt)
-
-    @cached_property
+    @property
     def diagnosis(self) -> Diagnosis:
-        """All that was recorded so far, made when it is first asked for."""
-        return self._trial.diagnosis(1)
+        """All that was recorded so far."""
+        return next(self._trials.diagnoses())
 
     @property
     def findings(self) -> list[Finding]:

@@ -12,8 +12,7 @@ from importlib.util import find_spec
 from itertools import product
 from typing import Any, Final, NamedTuple
 
-from sandbox.analysis.comparison import compare
-from sandbox.analysis.documents import figure_columns
+from sandbox.analysis.comparison import compare, figure_columns
 from sandbox.engines import REFERENCE, create
 from sandbox.engines.article import pow_variant
 from sandbox.engines.specs import TUNED, Value, format_settings, parse_settings, settings_in, with_settings

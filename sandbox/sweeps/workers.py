@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import redirect_stdout
 from functools import partial
 from multiprocessing.connection import Connection, wait
-from threading import Thread
 from typing import Any, Final, cast
 from urllib.parse import urlsplit
 
@@ -76,21 +75,10 @@ def check_scheduler(address: str) -> None:
         host = port = None
     if not host or not port:
         raise SandboxError(f"{option}: must have a host and a port up to 65535, as in tcp://host:8786")
-    refusals: list[OSError] = []
-    probe = Thread(target=_connect, args=(host, port, refusals), daemon=True)  # a look-up has no timeout of its own
-    probe.start()
-    probe.join(CONNECT_TIMEOUT)
-    if probe.is_alive() or refusals:
-        why = refusals[0].strerror if refusals else f"no answer within {CONNECT_TIMEOUT:g} s"
-        raise SandboxError(f"{option}: no scheduler answers: {why}")
-
-
-def _connect(host: str, port: int, refusals: list[OSError]) -> None:
-    """Connect to a port; on failure, add the error to a list."""
     try:
         socket.create_connection((host, port), CONNECT_TIMEOUT).close()
     except OSError as error:
-        refusals.append(error)
+        raise SandboxError(f"{option}: no scheduler answers: {error.strerror or error}") from None
 
 
 def run_on_dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[RowResult]:

@@ -110,14 +110,16 @@ class BallsPage:
 
         def choose(typed: str) -> None:
             units = self._playback.scene.units
+            factor = units.factor(dimension)
             try:
-                number = float(typed) / units.factor(dimension)
+                number = float(typed) / factor
             except ValueError:
                 raise SandboxError(f"{key} must be a number, got {shown(typed)}") from None
             try:
                 self._editor.change(**{key: number})
             except SandboxError as error:
-                raise SandboxError(units.in_message(dimension, str(error))) from None
+                scale = "" if factor == 1 else f" (1 {units.name(dimension)} is {1 / factor:g} {dimension.value})"
+                raise SandboxError(f"{error}{scale}") from None
 
         field = self._field(key, text, choose, does)
         self._dimensions[field] = dimension

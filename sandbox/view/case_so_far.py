@@ -74,7 +74,7 @@ class Case:
 
 def case_of(run: RunSoFar, comparison: Comparison, marks: Marks) -> Case:
     """Return the summary of a run so far, with its comparison and what has stood out in it."""
-    scene, since, lines = comparison.scene, comparison.since, dict(summaries(comparison))
+    scene, since, lines = comparison.scene, comparison.since, summaries(comparison)
     first = run.clock.step(since)
 
     def contact(difference: Difference) -> OtherContact:

@@ -18,6 +18,7 @@ from sandbox.judge.thresholds import NEGLIGIBLE
 from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension
+from sandbox.scene.walls import walls_of
 from sandbox.state import Floats, State
 from sandbox.view.layout import Layout
 from sandbox.view.overlay import Canvas
@@ -60,9 +61,9 @@ class ContactMark:
         """Draw everything."""
         ink, colour, found = self._canvas.palette.ink, self._colour, self._difference
         if found.second is not None and found.second < 0:
-            *ends, thickness = self._canvas.scene.wall_line(~found.second)
-            start, end = self._at(np.array(ends)).tolist()
-            radius = max(thickness / 2 * self._canvas.scale, 2 * self._width)
+            walls, wall = walls_of(self._canvas.scene), ~found.second
+            start, end = self._at(np.array([walls.start[wall], walls.end[wall]])).tolist()
+            radius = max(float(walls.half_thickness[wall]) * self._canvas.scale, 2 * self._width)
             capsule(self._surface, self._canvas.palette.contact, start, end, radius)
         if found.should_normal:
             self._normal(found.should_normal, ink)

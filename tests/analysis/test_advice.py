@@ -42,13 +42,6 @@ def test_one_setting_is_tried_at_a_time_and_then_several() -> None:
     ]
 
 
-def test_a_trial_has_the_figures_of_the_changed_scene() -> None:
-    scene = load("article").changed(seconds=4.0)
-    finer = settings_of(try_settings(scene, "exact"), substeps=4)
-    run = compare(scene.changed(pymunk={"substeps": 4}), ["pymunk", "exact"]).runs["pymunk"]
-    assert (finer.apart, finer.gap_rms) == (run.apart, run.figures.gap_rms)
-
-
 def test_pymunk_cannot_be_measured_against_itself() -> None:
     with pytest.raises(SandboxError, match="advice on pymunk cannot be measured against pymunk itself"):
         try_settings(load("head-on"), "pymunk")
@@ -176,27 +169,16 @@ def test_the_json_has_the_documented_keys() -> None:
     assert as_json([]) == {}
 
 
-def test_the_table_fits_the_terminal_or_becomes_lines(
+def test_the_table_has_a_row_for_each_trial(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     trials = [trial({}), trial({"substeps": 4, "iterations": 200}, passages=1)]
     monkeypatch.setenv("COLUMNS", "80")
     print_advice(trials, console())
-    wide = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
-    assert wide[:4] == [
+    printed = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
+    assert printed[:4] == [
         "pymunk with     passages   paths agree  energy error",
         "no change              0  until 1.00 s         0.1 %",
         "substeps=4,            1  until 1.00 s         0.1 %",
         "iterations=200",
-    ]
-    monkeypatch.setenv("COLUMNS", "50")
-    print_advice(trials, console())
-    narrow = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
-    assert narrow[:6] == [
-        "pymunk with no change:",
-        "  passages 0; paths agree until 1.00 s; energy",
-        "  error 0.1 %",
-        "pymunk with substeps=4, iterations=200:",
-        "  passages 1; paths agree until 1.00 s; energy",
-        "  error 0.1 %",
     ]

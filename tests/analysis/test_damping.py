@@ -4,7 +4,6 @@ import math
 from typing import Any
 
 import pytest
-from first_difference import first_difference
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.verdict import verdict
@@ -94,11 +93,6 @@ def test_the_first_difference_in_free_flight_is_damping_in_words() -> None:
         "120 steps of a ball: damping leaves 90 % of the velocities each second. damping = 1 turns it off."
         in verdict(comparison)
     )
-
-
-def test_a_bounce_of_a_damped_ball_differs_by_its_damping() -> None:
-    first = first_difference(ball(seconds=5), "pymunk")
-    assert first.cause == Cause.DAMPING
 
 
 def test_engines_that_are_damped_alike_do_not_differ_by_it() -> None:

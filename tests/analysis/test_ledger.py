@@ -92,7 +92,7 @@ def test_the_lines_add_up_in_any_scene(
     runs = compare(scene, [engine for engine in ENGINES if engine != "article"]).runs
     for engine, run in runs.items():
         assert remainder(run) < 1e-9, engine
-    assert all(one.second >= 0 for one in runs["exact"].missed)
+    assert runs["exact"].missed == 0
 
 
 def test_the_article_loses_energy_by_the_missing_part_of_the_impulse() -> None:
@@ -102,13 +102,6 @@ def test_the_article_loses_energy_by_the_missing_part_of_the_impulse() -> None:
     assert ledger["small"].energy == pytest.approx(run.energy[-1] - run.energy[0], rel=1e-12)
     first = run.energy[np.flatnonzero(np.diff(run.energy))[0] + 1]
     assert run.energy[0] - first == pytest.approx((1 - 0.9**2) * 0.5 * 200**2 / 2, rel=1e-12)
-
-
-def test_elasticity_is_the_scene_s_own() -> None:
-    scene = scene_of("radius = 20\nelasticity = 0.5\nposition = [100, 300]\nvelocity = [400, 0]")
-    _, ledger = ledger_of(scene.changed(seconds=3.0), "exact")  # one bounce, at 1.7 s
-    assert set(ledger) <= {"elasticity", "rounding"}
-    assert ledger["elasticity"].energy == pytest.approx(-(1 - 0.5**2) * 400**2 / 2)
 
 
 def test_elasticity_acts_on_the_speed_at_first_touch() -> None:

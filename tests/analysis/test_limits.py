@@ -1,12 +1,10 @@
 """Where an engine reaches a limit: a comparison ends there, and loses nothing of what was before."""
 
-import json
-from pathlib import Path
 from typing import Final
 
 import numpy as np
 import pytest
-from conftest import Command, scene_of
+from conftest import scene_of
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.verdict import verdict
@@ -84,17 +82,6 @@ def test_expectations_after_the_end_are_skipped_with_the_reason() -> None:
     [row] = board.values()
     assert (row["exact"].outcome, row["exact"].lines) == (Outcome.SKIPPED, [f"at 0.8 s: skipped, since exact e{WHY}"])
     assert all_passed(board, None)
-
-
-@pytest.mark.usefixtures("working_folder")
-def test_commands_end_early_with_exit_code_0(command: Command) -> None:
-    Path("fast.toml").write_text(f"seconds = 1\n[arena]\nsize = [800, 600]\n[[balls]]\n{TO_AND_FRO}\n")
-    code, out, _ = command("compare", "fast.toml", "--engines", "pymunk,exact", "--report", "fast.html")
-    assert code == 0
-    assert WHY in " ".join(out.split())
-    assert WHY in Path("fast.html").read_text()
-    code, out, _ = command("compare", "fast.toml", "--engines", "pymunk,exact", "--json", "-")
-    assert (code, json.loads(out)["reference_until"]) == (0, END)
 
 
 def test_rows_of_a_sweep_end_there() -> None:

@@ -40,19 +40,6 @@ def gaps(aside: float, seconds: float) -> Floats:
     return np.array(found)
 
 
-def test_the_horizon_of_a_gas_follows_from_the_growth_of_an_offset() -> None:
-    scene = load("gas-100")
-    radius, x = scene.bodies.radius[0], spawn(scene).position[0, 0]
-    gap = gaps(1e-10, 4)
-    growing = slice(int(np.argmax(gap > 1e-9)), int(np.argmax(gap > 0.1)))
-    growth = np.polyfit(np.arange(len(gap))[growing] / scene.rate, np.log(gap[growing]), 1)[0]
-    expected = math.log(radius / (np.nextafter(x, np.inf) - x)) / growth
-    horizon = compare(scene, ["exact"]).trust.horizon
-    assert horizon is not None
-    print(f"horizon {horizon:.3f} s, expected ~{expected:.3f} s")
-    assert expected / 2 < horizon < expected * 2
-
-
 def test_the_horizon_is_never_later_than_that_of_a_shift_of_one_ball() -> None:
     scene = load("gas-100")
     x = spawn(scene).position[0, 0]
@@ -60,7 +47,7 @@ def test_the_horizon_is_never_later_than_that_of_a_shift_of_one_ball() -> None:
     first = int(np.argmax(gap > scene.bodies.radius[0])) + 1
     comparison = compare(scene, ["exact", "impulse"])
     assert comparison.trust.horizon is not None
-    assert comparison.trust.horizon <= first / 60
+    assert first / 60 / 2 < comparison.trust.horizon <= first / 60
     assert comparison.trusted_until == comparison.trust.horizon
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import numbers_in, scene_of
+from conftest import scene_of
 
 from sandbox.analysis.comparison import Comparison, compare
 from sandbox.analysis.figures import Run
@@ -27,7 +27,7 @@ TIED = scene_of(
 
 def lines(comparison: Comparison, engine: str) -> tuple[str, ...]:
     """Return what is said of an engine, nothing if it is not named."""
-    return dict(summaries(comparison)).get(engine, ())
+    return summaries(comparison).get(engine, ())
 
 
 def changed(comparison: Comparison, engine: str, **changes: Any) -> Comparison:
@@ -45,7 +45,7 @@ def with_causes(*causes: tuple[Cause, float]) -> Comparison:
 
 def test_the_worst_engine_comes_first_and_each_has_its_energy_its_causes_and_until_when_it_agrees() -> None:
     comparison = compare(load("article"), ["pymunk", "article", "impulse", "exact"])
-    assert [name for name, _ in summaries(comparison)] == ["article", "pymunk", "impulse"]
+    assert list(summaries(comparison)) == ["article", "pymunk", "impulse"]
     energy, cause, *_, until = lines(comparison, "article")
     assert energy == "58.4 % of the energy is missing."
     assert cause.startswith("24 contacts: the impulse is 0.05 of what is due")
@@ -97,8 +97,9 @@ def test_an_error_in_energy_that_shrinks_is_said_to_be_the_worst() -> None:
     comparison = compare(load("bouncing").changed(seconds=5.0), ["pymunk", "exact"])
     run = comparison.runs["pymunk"]
     assert run.figures.energy_error is not None
-    assert lines(comparison, "pymunk")[0] == f"{percent(run.figures.energy_error)} too much energy at worst."
-    assert abs(run.energy_gap[-1]) < 0.9 * run.figures.energy_error
+    worst, end = percent(run.figures.energy_error), percent(run.energy_gap[-1])
+    assert lines(comparison, "pymunk")[0] == f"{worst} too much energy at worst; {end} too much energy in the end."
+    assert 0 < run.energy_gap[-1] < 0.9 * run.figures.energy_error
 
 
 def test_a_remedy_is_said_once_and_only_of_pymunk() -> None:
@@ -106,17 +107,6 @@ def test_a_remedy_is_said_once_and_only_of_pymunk() -> None:
     assert all(run.causes[0].cause == Cause.LATE for run in comparison.others.values())
     assert verdict(comparison).count("More steps a second, or substeps, find them sooner.") == 1
     assert "More steps" not in verdict(compare(load("oblique"), ["impulse", "exact"]))
-
-
-@pytest.mark.parametrize("scene", ["head-on", "truths/bounce-half", "truths/cradle-touching"])
-def test_the_lines_and_the_table_have_the_same_expectations_missed(scene: str) -> None:
-    """A ball may be within its radius of the reference, and further off than an expectation allows."""
-    comparison = compare(load(scene), ["pymunk", "impulse", "exact"])
-    for name, run in comparison.runs.items():
-        missed = [numbers_in(line)[:2] for line in lines(comparison, name) if line.startswith("Misses")]
-        met, expected = run.figures.met, run.figures.expected
-        assert missed == ([[expected - met, expected]] if met < expected else [])
-    assert "Misses" in verdict(comparison)
 
 
 def with_energies(gap: float) -> Comparison:
@@ -169,8 +159,8 @@ def test_engines_apart_from_the_start_do_not_agree_to_the_end() -> None:
     run = comparison.runs["article"]
     assert run.apart == 0.0
     said = lines(comparison, "article")
-    assert said[0].startswith(f"Begins up to {run.gap_max[0]:.4g} px and ")
-    assert "radius" not in " ".join(said)
+    assert "Begins more than a ball's radius from exact, so their paths cannot be compared." in said
+    assert "Within" not in " ".join(said)
 
 
 def test_from_a_tie_on_no_engine_is_accused_of_its_paths() -> None:

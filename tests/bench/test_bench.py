@@ -3,11 +3,9 @@
 import json
 import os
 import re
-import sys
 from collections.abc import Generator
 from itertools import islice
 from pathlib import Path
-from subprocess import CalledProcessError
 from types import SimpleNamespace
 from typing import cast
 from unittest.mock import Mock
@@ -72,14 +70,13 @@ def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engines, "_collisions_per_second", lambda _: 1.0)
     for name in ("Window", "DrawOptions", "pygame"):
         monkeypatch.setattr(window, name, Mock())
-    monkeypatch.setattr(comparisons, "run", lambda _: 1.0)
 
 
 @pytest.mark.usefixtures("unmeasured")
 def test_no_two_figures_have_the_same_name_and_their_words_fit() -> None:
     measured = [list(figures) for _, figures in bench()]
     names = [figure.name for part in measured for figure in part]
-    assert len(names) == len(set(names)) > 12
+    assert len(names) == len(set(names)) > 10
     assert max(len(figure.means) for part in measured for figure in part) <= 42  # the column's width
 
 
@@ -89,12 +86,6 @@ def test_the_help_and_the_documents_name_every_part(command: Command) -> None:
     for name in PARTS:
         assert re.search(rf"\b{name}\b", out)
         assert f"`{name}`" in page
-
-
-def test_a_program_that_fails_stops_the_benchmark() -> None:
-    fails = (sys.executable, "-c", "import sys; sys.exit(3)")
-    with pytest.raises(CalledProcessError, match="exit status 3"):
-        comparisons.run(fails)
 
 
 def test_the_finer_gas_covers_what_the_gas_of_1000_covers() -> None:

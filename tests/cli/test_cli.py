@@ -78,7 +78,7 @@ def test_an_exceeded_limit_is_exit_code_1(command: Command) -> None:
     code, _, err = command("compare", "article", "--seconds", "2", "--max-gap", "1")
     assert code == 1
     assert err.startswith("pymunk: gap ")
-    code, _, _ = command("compare", "article", "--seconds", "2", "--max-gap", "1000", "--max-drift", "0.5")
+    code, _, _ = command("compare", "article", "--seconds", "2", "--max-gap", "1000", "--max-energy-error", "0.5")
     assert code == 0
 
 

@@ -110,7 +110,7 @@ def test_balls_that_pass_through_each_other_do_not_overlap_at_the_start() -> Non
     scene = Scene(arena={"size": (100, 100)}, balls=[ball | {"filter": GROUP}])
     assert [*warnings(scene, spawn(scene))] == []
     apart = Scene(arena={"size": (100, 100)}, balls=[ball | {"positions": [(50, 50)] * 3}])
-    assert "3 pairs of balls overlap" in next(warnings(apart, spawn(apart)))
+    assert "3 overlaps at the start" in next(warnings(apart, spawn(apart)))
 
 
 def test_what_has_no_filters_refuses_them_by_name() -> None:

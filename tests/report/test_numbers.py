@@ -10,9 +10,8 @@ from sandbox.analysis.comparison import compare
 from sandbox.engines import registry
 from sandbox.report.about import BUILT_IN, about
 from sandbox.report.comparison_page import page
-from sandbox.report.numbers import minus, readable, share
+from sandbox.report.numbers import minus, readable
 from sandbox.scene.files import load
-from sandbox.scene.units import PIXELS
 
 DOCUMENTS = Path(sandbox.__file__).parents[1]
 
@@ -39,8 +38,6 @@ def test_numbers_in_sentences_have_no_exponents_of_python(python: str, people: s
 def test_cells_have_separators_and_a_true_minus() -> None:
     assert minus("323643") == "323,643"
     assert minus("-0.5 px") == "\N{MINUS SIGN}0.5 px"
-    assert share(-1.154e-15, 1.0, PIXELS) == "\N{MINUS SIGN}1.2 × 10\N{SUPERSCRIPT MINUS}¹³ %"  # noqa: RUF001
-    assert share(-0.58414, 1.0, PIXELS) == "\N{MINUS SIGN}58.41 %"
 
 
 def test_no_number_on_a_page_has_an_exponent_of_python() -> None:

@@ -17,7 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sandbox.analysis.comparison import Comparison, compare
-from sandbox.analysis.series import thinned
+from sandbox.report.charts import thinned
 from sandbox.report.comparison_page import MAX_PATHS_BYTES, fixed_point, page, thinning
 from sandbox.run.inputs import Grab, Input, Release
 from sandbox.scene.fields import rgb
@@ -167,7 +167,9 @@ def test_a_scene_changed_in_python_is_on_the_page_as_json() -> None:
 
 def test_one_engine_balls_at_rest_and_a_gas_have_a_page_too() -> None:
     rest = parse("seconds = 0.1\n[arena]\nsize = [90, 90]\n[[balls]]\nradius = 9\nposition = [45, 45]", "rest.toml")
-    assert "kg px²/s²" in page(compare(rest, ["pymunk"]))
+    text = page(compare(rest, ["pymunk"]))
+    assert data_of(text)["energy"] == "kg px²/s²"
+    assert "Over time" not in text
     assert "Enskog" in page(compare(load("gas-100").changed(seconds=0.5), ["impulse"]))
 
 
@@ -308,47 +310,6 @@ def test_ghosts_are_the_reference_s_balls(opened: Browser, article: Comparison) 
         assert ghosts[:, 1:3] == pytest.approx(article.runs["exact"].path[600], abs=0.51 * unit)
 
 
-def test_a_white_arena_does_not_glare_in_the_dark(opened: Browser) -> None:
-    show_ghosts(opened, False)
-    try:
-        for scheme, ground in (("dark", "#14171b"), ("light", "white")):
-            opened.prefer(scheme)
-            red = "document.querySelector('#panes canvas').getContext('2d').getImageData(5, 5, 1, 1).data[0]"
-            opened.wait_for(f"{red} === {rgb(ground)[0]}")
-            assert pixel(opened, 0, 5, 5) == rgb(ground)
-    finally:
-        opened.prefer("light")
-
-
-@pytest.mark.wide
-def test_outlines_of_a_thousand_balls_are_thin_and_solid_in_their_colours(browser: Browser, tmp_path: Path) -> None:
-    scene = load("gas-1000").changed(seconds=0.5)
-    file = tmp_path / "gas.html"
-    file.write_text(page(compare(scene, ["pymunk", "exact"])), encoding="utf-8")
-    browser.visit(file)
-    browser.run(
-        "globalThis.strokes = []; const stroke = CanvasRenderingContext2D.prototype.stroke;"
-        "CanvasRenderingContext2D.prototype.stroke = function (...rest) { if (this.canvas.closest('#panes'))"
-        "strokes.push([this.strokeStyle, this.getLineDash().length]); stroke.call(this, ...rest) }; 0"
-    )
-    show_ghosts(browser, True)
-    strokes = browser.run("strokes")
-    solid = {colour for colour, dashes in strokes if not dashes}
-    assert {*scene.colors} <= solid
-    drawn_of_ghosts = browser.run("circles.slice(-2000).filter(([pane]) => pane === 0).length")
-    assert drawn_of_ghosts >= 1000
-
-
-def test_a_telephone_has_no_hints_of_keys(opened: Browser) -> None:
-    hints = "getComputedStyle(document.querySelector('.keys')).display"
-    assert opened.run(hints) == "block"
-    opened.call("Emulation.setTouchEmulationEnabled", enabled=True)
-    try:
-        assert opened.run(hints) == "none"
-    finally:
-        opened.call("Emulation.setTouchEmulationEnabled", enabled=False)
-
-
 def test_a_click_on_the_first_difference_goes_there(opened: Browser, article: Comparison) -> None:
     first = article.runs["pymunk"].differences[0]
     opened.click(".differences button")
@@ -364,28 +325,3 @@ def test_a_click_in_a_chart_goes_to_that_time(opened: Browser) -> None:
     opened.click("#energy", 0.5, 0.6)
     opened.wait_for("Number(scrubber.value) > 0")
     assert 7 < shown_time(opened) < 13
-
-
-def test_every_control_has_a_key(opened: Browser, article: Comparison) -> None:
-    opened.press("ArrowRight")
-    opened.press("ArrowRight")
-    opened.press("ArrowLeft")
-    assert shown_time(opened) == pytest.approx(1 / 60, abs=1e-3)
-    opened.press("End")
-    assert shown_time(opened) == 20
-    opened.press("Home")
-    assert shown_time(opened) == 0
-    opened.press("d")
-    first = min(run.differences[0].time for run in article.runs.values() if run.differences)
-    assert first - 1e-3 <= shown_time(opened) < first + 1 / 60 + 1e-3
-    assert opened.run("ghosts.checked")
-    opened.press("g")
-    assert not opened.run("ghosts.checked")
-    opened.press(" ")
-    assert opened.run("play.textContent") == "Pause"
-    opened.press(" ")
-    assert opened.run("play.textContent") == "Play"
-    opened.press("Tab")
-    assert opened.run("getComputedStyle(document.activeElement).outlineStyle") == "solid"
-    opened.press(" ")  # on the Play button: once, not twice
-    assert opened.run("[document.activeElement.id, play.textContent].join()") == "play,Pause"

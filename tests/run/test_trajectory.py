@@ -2,11 +2,9 @@
 
 import csv
 import re
-import sys
 import time
 from dataclasses import fields
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -18,10 +16,9 @@ from sandbox.run.edits import AddBall, DeleteBall, SetGravity
 from sandbox.run.inputs import Kick
 from sandbox.run.trajectory import Trajectory, simulate
 from sandbox.scene.files import load
-from sandbox.state import Floats, no_contacts
+from sandbox.state import no_contacts
 
 AWKWARD = [0.1, -0.0, 5e-324, 1 / 3, 1e8, -1.7976931348623157e308, 123456789.12345679, 2.0**-1074 * 3]
-ARRAYS = ("time", "position", "velocity", "radius", "mass", "angle", "spin", "energy")
 ENDINGS = ["npz", "csv"]
 
 
@@ -40,30 +37,19 @@ def awkward() -> Trajectory:
     return Trajectory(np.arange(4) / 60, position, velocity, *constants, angle, spin, no_contacts(), energy)
 
 
-def table(rows: list[list[float]], frames: int) -> list[Floats]:
-    """Convert rows of time, x, y, vx, vy, radius, mass, angle, spin, energy into the arrays of a trace."""
-    array = np.array(rows).reshape(frames, -1, 10)
-    constants = [array[0, :, 5], array[0, :, 6]]
-    moving = [array[:, :, 1:3], array[:, :, 3:5], *constants, array[:, :, 7], array[:, :, 8]]
-    return [array[:, 0, 0], *moving, array[:, 0, 9]]
-
-
-def read_csv(path: Path) -> list[Floats]:
-    with path.open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    keys = ("time", "x", "y", "vx", "vy", "radius", "mass", "angle", "spin", "energy")
-    assert [row["ball"] for row in rows] == ["0", "1", "2"] * 4
-    return table([[float(row[key]) for key in keys] for row in rows], 4)
-
-
 def test_a_csv_has_the_same_numbers_to_the_bit(tmp_path: Path) -> None:
     trajectory = awkward()
     trajectory.save(tmp_path / "trace.csv")
-    written = [getattr(trajectory, name) for name in ARRAYS]
-    for array, read in zip(written, read_csv(tmp_path / "trace.csv"), strict=True):
-        assert read.dtype == np.float64
-        assert read.shape == array.shape
-        assert np.ascontiguousarray(read).tobytes() == array.tobytes()
+    with (tmp_path / "trace.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    (x, y), (vx, vy) = trajectory.position.T, trajectory.velocity.T
+    expected = {"time": trajectory.time[:, None], "energy": trajectory.energy[:, None], "ball": np.arange(3.0)}
+    expected |= {"x": x.T, "y": y.T, "vx": vx.T, "vy": vy.T}
+    expected |= {name: getattr(trajectory, name) for name in ("radius", "mass", "angle", "spin")}
+    assert set(rows[0]) == set(expected)
+    for name, values in expected.items():
+        column = np.array([float(row[name]) for row in rows])
+        assert column.tobytes() == np.broadcast_to(values, (4, 3)).tobytes()
 
 
 @pytest.mark.parametrize("name", ["awkward", "edited"])
@@ -97,25 +83,13 @@ def test_standard_output_is_csv(tmp_path: Path, capsysbinary: pytest.CaptureFixt
     assert not list(Path.cwd().glob("-*"))
 
 
-@pytest.mark.parametrize("name", ["trace.txt", "trace", "trace.NPZ", "trace.npz.gz", ".npz"])
+@pytest.mark.parametrize("name", ["trace.txt", "trace", ".npz"])
 def test_another_ending_is_rejected(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     message = f"{path}: a trace must end in one of .npz, .csv"
     with pytest.raises(SandboxError, match=f"^{re.escape(message)}$"):
         awkward().save(path)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_table_has_what_the_csv_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pandas = ModuleType("pandas")
-    pandas.DataFrame = lambda columns: columns  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "pandas", pandas)
-    awkward().save(tmp_path / "trace.csv")
-    written = np.genfromtxt(tmp_path / "trace.csv", delimiter=",", names=True)
-    columns: dict[str, Floats] = awkward().to_dataframe()
-    assert tuple(columns) == written.dtype.names
-    for name, values in columns.items():
-        assert values.tolist() == written[name].tolist()
 
 
 FREE = "radius = 5\nposition = [400, 300]\nvelocity = [60, -30]"

@@ -1,17 +1,15 @@
-"""Sine, cosine and logarithm of balls thrown at random, against sums of their series and against `decimal`."""
+"""Sine and cosine of balls thrown at random, against sums of their series."""
 
 import math
 import random
-from decimal import Decimal, localcontext
 from fractions import Fraction
 
 import pytest
 
-from sandbox.scene.balls import logarithm, sine_cosine
+from sandbox.scene.balls import sine_cosine
 
 RNG = random.Random(1)
 ANGLES = (0.0, 0.785, 0.786, 1.5, 2.0, 3.0, 4.0, 5.0, 6.28, -1.0, *(RNG.uniform(0, 2 * math.pi) for _ in range(20)))
-SHARES = (1.0, 0.5, 2.0, 2.0**-53, 1 - 2.0**-53, 0.7071, 0.7072, *(1 - RNG.random() for _ in range(20)))
 
 
 def series(angle: float, first: int) -> float:
@@ -25,9 +23,3 @@ def series(angle: float, first: int) -> float:
 @pytest.mark.parametrize("angle", ANGLES)
 def test_sine_and_cosine_are_rounded_correctly(angle: float) -> None:
     assert sine_cosine(angle) == (series(angle, 1), series(angle, 0))
-
-
-@pytest.mark.parametrize("number", SHARES)
-def test_the_logarithm_is_rounded_correctly(number: float) -> None:
-    with localcontext(prec=60):
-        assert logarithm(number) == float(Decimal(number).ln())

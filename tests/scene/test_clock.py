@@ -24,7 +24,6 @@ def test_times_of_irregular_steps_are_their_sums() -> None:
     assert 1 / clock.rates(np.arange(1, len(ENDS))) == pytest.approx(np.array(MS) / 1000)
     assert [clock.step(time) for time in ENDS] == list(range(len(ENDS)))
     assert clock.steps((ENDS[7] + ENDS[8]) / 2) == pytest.approx(7.5)
-    assert clock.length(ENDS[7]) == pytest.approx(MS[6] / 1000)
 
 
 def test_the_end_of_a_step_is_in_it_and_what_follows_in_the_next() -> None:
@@ -40,12 +39,3 @@ def test_a_change_of_rate_begins_at_its_step() -> None:
     clock.change(120, 240)
     assert clock.times(np.array([120, 121])) == pytest.approx([2, 2 + 1 / 240])
     assert clock.rates(np.array([0, 1, 120, 121])).tolist() == [60, 60, 60, 240]
-
-
-def test_a_clock_says_how_long_its_steps_are() -> None:
-    assert [str(Clock(rate)) for rate in (1, 60, 62.5)] == [
-        "at 1 step a second",
-        "at 60 steps a second",
-        "at 62.5 steps a second",
-    ]
-    assert str(irregular()) == "in steps of 10 to 22 ms"

@@ -3,7 +3,6 @@
 import math
 import random
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,13 +12,10 @@ from hypothesis import strategies as st
 
 from sandbox.errors import SandboxError
 from sandbox.quantity import deepest_overlap
-from sandbox.scene import spawn as spawn_module
-from sandbox.scene.balls import BallGroup
-from sandbox.scene.fields import Vector
-from sandbox.scene.files import dump, load, parse
-from sandbox.scene.model import Arena, Scene, Wall
+from sandbox.scene.files import load, parse
+from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn, warnings
-from sandbox.state import Floats, State
+from sandbox.state import Floats
 
 ANYWHERE = "x = { from = 100, to = 700 }\ny = { from = 100, to = 500 }"
 
@@ -145,22 +141,6 @@ def test_balls_fit_inside_up_to_four_fifths_of_the_area(share: float, seed: int)
     assert state.position.max() <= 390 + 1e-9
 
 
-def test_a_group_denser_than_jamming_is_put_on_a_lattice(monkeypatch: pytest.MonkeyPatch) -> None:
-    pitches: list[float] = []
-    lattice = spawn_module._lattice
-
-    def watched(low: Vector, high: Vector, pitch: float) -> object:
-        pitches.append(pitch)
-        return lattice(low, high, pitch)
-
-    monkeypatch.setattr(spawn_module, "_lattice", watched)
-    spawn(scene_of("radius = 10\ncount = 150\ninside = [[0, 0], [400, 400]]"))  # 0.29 of the area
-    assert pitches == []
-    spawn(scene_of("radius = 10\ncount = 360\ninside = [[0, 0], [400, 400]]"))  # 0.71
-    assert pitches
-    assert min(pitches) >= 20
-
-
 def test_a_lattice_is_shuffled() -> None:
     group = "radius = 10\ncount = 300\ninside = [[0, 0], [400, 400]]"
     first, second = (spawn(scene_of(group, more=f"seed = {seed}")).position for seed in (1, 2))
@@ -184,11 +164,6 @@ def test_a_row_of_balls_that_fits_exactly() -> None:
     assert sorted(position[:, 0]) == pytest.approx([5 + 10 * ball for ball in range(10)], abs=1e-6)
 
 
-def test_one_ball_in_a_box_of_its_size() -> None:
-    state = spawn(scene_of("radius = 20\ninside = [[0, 0], [40, 40]]", size="[40, 40]"))
-    assert state.position.tolist() == [[20, 20]]
-
-
 NO_ROOM = {
     "among walls": (
         "[800, 600]",
@@ -201,12 +176,6 @@ NO_ROOM = {
         "radius = 40\nposition = [50, 50]",
         "[[balls]]\nradius = 10\ncount = 20\ninside = [[0, 0], [100, 100]]",
         ":8: balls[1].count is too large: there is no room for 20",
-    ),
-    "in a long row": (
-        "[1e9, 10]",
-        "radius = 5\ninside = [[0, 0], [1e9, 10]]",
-        "[[walls]]\nfrom = [0, 5]\nto = [1e9, 5]",
-        ":3: balls[0].count is too large: there is no room for 1",
     ),
 }
 
@@ -266,11 +235,6 @@ def test_rms_speed_is_a_maxwell_distribution_in_the_plane(seed: int) -> None:
     assert abs(np.corrcoef(*velocity.T)[0, 1]) < 4 / math.sqrt(2000)
 
 
-@pytest.mark.parametrize("throw", ["speed = 0", "rms_speed = 0", ""])
-def test_no_speed_is_at_rest(throw: str) -> None:
-    assert not thrown(throw, 0, count=5).any()
-
-
 # --- Warnings --------------------------------------------------------------------------------------------------
 
 
@@ -285,9 +249,7 @@ def test_overlapping_balls_cause_a_warning_about_the_deepest_pair() -> None:
         "radius = 20\nposition = [100, 100]",
         "radius = 5\nposition = [100, 117.5]",
     )
-    assert warnings_of(scene) == [
-        "test.toml: warning: 2 pairs of balls overlap, the deepest: balls 2 and 3 overlap by 7.5 px at the start"
-    ]
+    assert warnings_of(scene) == ["test.toml: warning: 2 overlaps at the start, the deepest of balls 2 and 3 by 7.5 px"]
 
 
 @pytest.mark.parametrize(
@@ -301,11 +263,6 @@ def test_overlapping_balls_cause_a_warning_about_the_deepest_pair() -> None:
 )
 def test_the_limit_of_a_warning_causes_none(group: str) -> None:
     assert warnings_of(scene_of(group)) == []
-
-
-def test_one_overlapping_pair_is_not_counted_in_the_warning() -> None:
-    scene = scene_of("radius = 5\npositions = [[100, 100], [100, 107], [200, 100], [212, 100]]")
-    assert warnings_of(scene) == ["test.toml: warning: balls 0 and 1 overlap by 3 px at the start"]
 
 
 # --- In walls ----------------------------------------------------------------------------------------------------
@@ -329,25 +286,10 @@ def test_balls_in_a_wall_are_refused_with_their_lines() -> None:
     ]
 
 
-def test_the_overlap_of_the_arena_allows_balls_in_walls_which_cause_a_warning_with_the_wall_s_line() -> None:
-    scene = parse(IN_A_WALL.format(overlap="\noverlap = 3"), "mine.toml")
-    assert warnings_of(scene) == ["mine.toml:13: walls[1] warning: overlaps ball 1 by 3 px at the start"]
+def test_the_overlap_of_the_arena_allows_balls_in_walls() -> None:
+    assert warnings_of(parse(IN_A_WALL.format(overlap="\noverlap = 3"), "mine.toml")) == []
     with pytest.raises(SandboxError, match="puts a ball into wall 1"):
         spawn(parse(IN_A_WALL.format(overlap="\noverlap = 2.9"), "mine.toml"))
-
-
-@pytest.mark.parametrize("walls", [True, False])
-def test_a_scene_saved_with_a_ball_in_a_wall_of_its_own_loads_again(walls: bool, tmp_path: Path) -> None:
-    scene = Scene(
-        arena={"size": (400, 300), "walls": walls},
-        balls=[{"radius": 10, "position": (200, 100)}],
-        walls=[{"start": (100, 200), "to": (300, 200), "thickness": 4}],
-    )
-    state = State(0.0, np.array([[200.0, 190.5]]), np.zeros((1, 2)))
-    dump(scene, tmp_path / "saved.toml", state)
-    saved = load(tmp_path / "saved.toml")
-    assert saved.arena.overlap == pytest.approx(2.5, abs=1e-3)
-    assert spawn(saved).position.tolist() == [[200.0, 190.5]]
 
 
 def test_places_drawn_at_random_are_in_no_wall() -> None:
@@ -372,7 +314,7 @@ def test_balls_may_overlap_in_ten_thousand_pairs_and_ten_for_each(count: int) ->
     """On one point, n balls overlap in n (n - 1) / 2 pairs: 11,476 of 152, and 11,628 of 153; 11,520 may."""
     scene = scene_of(f"count = {count}\nradius = 5\nx = {{ from = 400, to = 400 }}\ny = {{ from = 300, to = 300 }}")
     if count * (count - 1) / 2 <= 10_000 + 10 * count:
-        assert warnings_of(scene)[0].startswith("test.toml: warning: 11,476 pairs of balls overlap")
+        assert warnings_of(scene)[0].startswith("test.toml: warning: 11,476 overlaps")
         return
     with pytest.raises(SandboxError) as refused:
         spawn(scene)
@@ -411,59 +353,3 @@ def test_the_rate_in_the_warning_is_enough(radius: float, speed: float, rate: in
         assert rate < enough
         assert speed / enough <= radius * (1 + 2e-9)
         assert enough == 1 or speed / (enough - 1) > radius
-
-
-def count_draws(monkeypatch: pytest.MonkeyPatch) -> list[Scene]:
-    """Return a list to which each scene is appended when its balls are drawn."""
-    drawn: list[Scene] = []
-    draw = spawn_module._spawn
-
-    def watched(scene: Scene) -> State:
-        drawn.append(scene)
-        return draw(scene)
-
-    monkeypatch.setattr(spawn_module, "_spawn", watched)
-    spawn_module._recent.clear()
-    return drawn
-
-
-def test_a_scene_is_drawn_once_however_it_is_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn = count_draws(monkeypatch)
-    scene = load("gas-1000")
-    first = spawn(scene)
-    position, velocity = first.position.tobytes(), first.velocity.tobytes()
-    first.position[:] = first.velocity[:] = 0  # the caller's own
-    for same in (scene, scene.changed(seconds=1.0, rate=240, gravity=(0, 9), expect=())):
-        assert spawn(same).position.tobytes() == position
-        assert spawn(same).velocity.tobytes() == velocity
-    assert drawn == [scene]
-
-
-GRID = BallGroup(radius=1, grid=(2, 2), spacing=4, velocity=(0.0, 0.0))  # in the middle of the arena
-GAS = BallGroup(radius=9, count=50, inside=((0, 0), (400, 400)))
-WALL = Wall(start=(100, 100), to=(300, 300), thickness=60)
-CHANGES: dict[str, dict[str, object]] = {
-    "seed": {"seed": 1},
-    "group": {"balls": (GRID.model_copy(update={"count": 3}), GAS)},
-    "minus-zero": {"balls": (GRID.model_copy(update={"velocity": (-0.0, 0.0)}), GAS)},
-    "more-groups": {"balls": (GRID, GAS, GRID)},
-    "wall": {"walls": (Wall(start=(100, 300), to=(300, 100)),)},
-    "no-wall": {"walls": ()},
-    "arena": {"arena": Arena(size=(500, 400), overlap=40)},
-}
-
-
-@pytest.mark.parametrize("changes", CHANGES.values(), ids=CHANGES)
-def test_a_scene_is_drawn_again_if_what_is_drawn_from_changes(
-    changes: dict[str, object], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    drawn = count_draws(monkeypatch)
-    scene = Scene(arena=Arena(size=(400, 400), overlap=40), balls=(GRID, GAS), walls=(WALL,))
-    other = scene.changed(**changes)
-    before, after = spawn(scene), spawn(other)
-    assert drawn == [scene, other]
-    assert (before.position.tobytes(), before.velocity.tobytes()) != (
-        after.position.tobytes(),
-        after.velocity.tobytes(),
-    )
-    assert spawn(scene).position.tobytes() == before.position.tobytes()

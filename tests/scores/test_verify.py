@@ -1,7 +1,6 @@
 """The scoreboard: exact meets every truth, the others get honest scores."""
 
 import json
-from dataclasses import asdict
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
@@ -14,12 +13,11 @@ from sandbox.analysis.expectations import ExpectedQuantity, Score
 from sandbox.analysis.verdict import key_figures
 from sandbox.engines import _BUILT_IN, ENTRY_POINTS
 from sandbox.engines.exact import ExactEngine
-from sandbox.errors import SandboxError
 from sandbox.run.edits import SetVelocity
-from sandbox.run.inputs import Grab
+from sandbox.run.inputs import Grab, Input
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
-from sandbox.scores.verify import Board, Judged, Outcome, Result, all_passed, as_json, verify
+from sandbox.scores.verify import Board, Outcome, Result, all_passed, as_json, verify
 from sandbox.state import Floats, State
 
 TRUTHS = list(bundled("truths"))
@@ -160,13 +158,11 @@ def test_a_miss_names_the_ball_the_quantity_its_unit_what_was_expected_and_what_
     )
     result = result_of(scene)
     assert result.lines == [
-        "ball 1 at 1 s: velocity (60, 0) instead of (57, 4), off by 5 px/s (tolerance 1): nothing acts",
-        "at 1 s: momentum (120, 0) instead of (123, 4), off by 5 kg px/s (tolerance 1): nothing acts",
+        "ball 1 at 1 s: velocity (60, 0) instead of (57, 4), off by 5 px/s (tolerance 1 px/s): nothing acts",
+        "at 1 s: momentum (120, 0) instead of (123, 4), off by 5 kg px/s (tolerance 1 kg px/s): nothing acts",
     ]
     assert result.worst.error == pytest.approx(5)
-    document = result.document()
-    assert isinstance(document, Judged)
-    first, second = map(asdict, document.missed)
+    first, second = result.document()["missed"]
     assert first == {
         "at": 1.0,
         "ball": 1,
@@ -203,15 +199,6 @@ def test_the_engines_asked_for_must_pass_or_else_the_exact_engine() -> None:
     refused = board_of(load("bouncing"), engines=("article",))
     assert refused["bouncing"]["article"].outcome is Outcome.REFUSED
     assert all_passed(refused, ["article"])
-
-
-def test_momentum_and_centre_of_mass_are_of_all_balls() -> None:
-    scene = scene_of(
-        "radius = 20\nmass = 3\nposition = [200, 300]\nvelocity = [60, 0]",
-        "radius = 20\nposition = [600, 300]\nvelocity = [0, -60]\n[[expect]]\nat = 1\nmomentum = [180, -60]\n"
-        "centre_of_mass = [345, 285]\nenergy_ratio = 1\ntolerance = 1e-9\nbecause = 'nothing acts on them'\n",
-    )
-    assert result_of(scene).outcome is Outcome.MET
 
 
 @pytest.mark.parametrize(
@@ -294,17 +281,13 @@ def test_compare_and_verify_score_alike(name: str, rate: int) -> None:
         assert scores == tuple(one for one in result_of(scene, engine).scores if one.expect.at <= scene.seconds)
 
 
-def test_the_mouse_ends_expectations() -> None:
-    inputs, scene = [Grab(step=3, ball=0, at=(400, 500))], FALLING.changed(rate=100)
-    assert compare(scene, ["exact"], inputs=inputs).runs["exact"].scores == ()
-    later = [Grab(step=60, ball=0, at=(400, 500))]
-    assert compare(scene, ["exact"], inputs=later).runs["exact"].figures.met == 1
-
-
-@pytest.mark.parametrize("step", [0, 3])
-def test_an_edit_ends_expectations_also_before_the_first_step(step: int) -> None:
-    inputs = [SetVelocity(step=step, ball=0, velocity=(10.0, 0.0))]
-    assert compare(FALLING, ["exact"], inputs=inputs).runs["exact"].scores == ()
+def test_the_mouse_and_edits_end_expectations() -> None:
+    scene, edits = FALLING.changed(rate=100), [SetVelocity(step=k, ball=0, velocity=(10.0, 0.0)) for k in (0, 3)]
+    firsts: list[Input] = [Grab(step=3, ball=0, at=(400, 500)), *edits]
+    for first in firsts:
+        assert compare(scene, ["exact"], inputs=[first]).runs["exact"].scores == ()
+    later = Grab(step=60, ball=0, at=(400, 500))
+    assert compare(scene, ["exact"], inputs=[later]).runs["exact"].figures.met == 1
 
 
 # Engines that break
@@ -349,28 +332,6 @@ def test_the_command_names_the_engine_that_broke_and_ends_with_1(command: Comman
     assert err.startswith("Traceback")
 
 
-class Interrupted(ExactEngine):
-    """Is interrupted in a scene with more than five balls."""
-
-    def __init__(self, scene: Scene, initial: State) -> None:
-        super().__init__(scene, initial)
-        if len(scene.bodies) > 5:
-            raise KeyboardInterrupt
-
-
-def test_rows_are_printed_as_scenes_are_done(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    entry = EntryPoint("interrupted", f"{__name__}:{Interrupted.__name__}", ENTRY_POINTS)
-    monkeypatch.setitem(_BUILT_IN, "interrupted", entry)
-    code, out, _ = command("verify", "oblique", "newtons-cradle", "--engines", "interrupted")
-    assert code == 130
-    assert out == "scene              interrupted\noblique             2.0e-14 ok\n"
-
-
-def test_an_unknown_engine_is_an_error_of_the_user() -> None:
-    with pytest.raises(SandboxError, match=r"^no engine 'exat'; did you mean exact\?$"):
-        verify([load("oblique")], ["pymunk", "exat"])
-
-
 # What the command prints
 
 
@@ -382,13 +343,6 @@ bouncing      0.0e+00 ok   1.5e+01 close         refused
 
 
 NARROW = """\
-scene
-           exact          pymunk         article
-oblique
-      2.0e-14 ok   5.9e+00 close  1.2e+02 MISSED
-bouncing
-"""
-NARROWEST = """\
 oblique
   exact    2.0e-14 ok
   pymunk   5.9e+00 close
@@ -397,7 +351,7 @@ bouncing
 """
 
 
-@pytest.mark.parametrize(("columns", "rows"), [(80, WIDE), (50, NARROW), (30, NARROWEST)])
+@pytest.mark.parametrize(("columns", "rows"), [(80, WIDE), (50, NARROW)])
 def test_rows_fit_the_terminal(command: Command, monkeypatch: pytest.MonkeyPatch, columns: int, rows: str) -> None:
     monkeypatch.setenv("COLUMNS", str(columns))
     _, out, _ = command("verify", "oblique", "bouncing", "--engines", "exact,pymunk,article")

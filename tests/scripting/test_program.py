@@ -229,7 +229,6 @@ def test_no_space_is_one_clear_message(working_folder: Path, command: Command) -
 SHOWN_BY_STEPS = {
     "dt-varies": "for dt in (0.016, 0.017, 0):\n    space.step(dt)\n",
     "not-finite": f"{STEPS}    for b in space.bodies:\n        b.velocity = float('nan'), 0\n",
-    "tunnelling": f"{WALL}for b in space.bodies:\n    b.velocity = 0, 1800\n{STEPS}",
     "static-moved": f"{WALL}{STEPS}    space.static_body.position += 0, 1\n",
 }
 
@@ -303,9 +302,6 @@ def test_the_clock_without_waiting_keeps_time() -> None:
 OLD_CALLS = {
     "space.shapes[0], space.bodies.append(body)": ("space.shapes[0]", "space.bodies.append(body)", "body.shapes.pop()"),
     "for shape in space.shapes: space.remove(shape)": ("for shape in space.shapes: space.remove(shape)",),
-    "pymunk.PinJoint(static, static)": (
-        "pymunk.PinJoint(space.static_body, pymunk.Body(body_type=pymunk.Body.STATIC))",
-    ),
     "pymunk.Body(), dynamic and without mass or moment": (
         "space.add(pymunk.Body()); space.step(1 / 60)",
         "body.mass = 0",
@@ -322,12 +318,9 @@ OLD_CALLS = {
         *("body.position * body.position", "body.position + 1", "body.position**2", "~body.position"),
         *("1 / body.position", "body.position % 2"),
     ),
-    "body.position = numpy_array": ("body.position = np.array([1.0, 2.0])",),
     "space.add([body, shape])": ("space.add([pymunk.Body(1, 1)])", "space.remove((shape,))"),
     "space.add(shape), before its body": ("space.add(pymunk.Circle(pymunk.Body(1, 1), 5))",),
-    "body.apply_impulse_at_world_point(impulse)": ("body.apply_impulse_at_world_point((1, 2))",),
     "pymunk.Poly(body, vertices, offset=(x, y))": ("pymunk.Poly(body, [(0, 0), (1, 0), (0, 1)], offset=(1, 1))",),
-    "pymunk.moment_for_box(mass, width, height)": ("pymunk.moment_for_box(1, 20, 30)",),
 }
 
 

@@ -10,6 +10,7 @@ from moments import THROW, flat, run
 from sandbox.errors import Refused, SandboxError
 from sandbox.run.edits import (
     AddBall,
+    AddWall,
     ChangeBall,
     DeleteBall,
     Edit,
@@ -287,19 +288,20 @@ def late() -> Scene:
     )
 
 
-def without_room_in_exact(late: Scene) -> ChangeBall:
-    """Return an edit after 60 steps that puts ball 1 into ball 0 in exact, and beside it in Pymunk."""
+def without_room_in_exact(late: Scene) -> AddWall:
+    """Return an edit after 60 steps that puts a wall into ball 0 in exact, and beside it in Pymunk."""
     exact, pymunk = (simulate(late, name, steps=60).position[-1, 0, 0] for name in ("exact", "pymunk"))
     away = pymunk - exact
     assert abs(away) > 1
-    return ChangeBall(step=60, ball=1, x=exact - 25 * np.sign(away) + away / 2, y=300)
+    x = exact - 22 * np.sign(away) + away / 2
+    return AddWall(step=60, start=(x, 200), to=(x, 400), thickness=4)
 
 
 def test_an_edit_for_which_only_the_hidden_reference_has_no_room_is_refused(late: Scene) -> None:
     session = Session(late, ["pymunk"], reference="exact")
     run(session, 60)
     before = flat(session.shown)
-    with pytest.raises(SandboxError, match="exact: ball 1 would overlap ball 0 by"):
+    with pytest.raises(SandboxError, match="exact: ball 0 would overlap wall 0 by"):
         session.give(without_room_in_exact(late))
     assert flat(session.shown) == before
     assert session.inputs == []
@@ -313,7 +315,7 @@ def test_an_edit_without_room_in_engines_that_run_in_place_of_others_is_dropped_
     run(there, 80)
     assert there.inputs == inputs
     in_place.go_on_from(there)
-    with pytest.raises(SandboxError, match="exact: ball 1 would overlap ball 0 by"):
+    with pytest.raises(SandboxError, match="exact: ball 0 would overlap wall 0 by"):
         in_place.catch_up()
     in_place.catch_up()
     assert in_place.inputs == [possible]
@@ -327,7 +329,7 @@ def test_a_reference_that_comes_late_and_has_no_room_for_an_edit_is_dropped_and_
     run(session, 70)
     assert session.inputs == [edit]
     assert list(session.shown.states) == ["pymunk"]
-    assert session.lockstep.dropped.startswith("exact: ball 1 would overlap ball 0 by")
+    assert session.lockstep.dropped.startswith("exact: ball 0 would overlap wall 0 by")
     assert is_replay(session)
 
 

@@ -5,13 +5,10 @@ import math
 import numpy as np
 import pytest
 from conftest import scene_of, sizes
-from virial import virial_series
 
 from sandbox.analysis.gas import (
-    compressibility,
     enskog_rate,
     measure_gas,
-    pair_compressibility,
     speed_distance,
     virial_pressure,
     wall_impulse,
@@ -56,8 +53,8 @@ def test_four_discs_have_the_pressure_of_the_virial_theorem() -> None:
 
 
 @pytest.mark.wide
-def test_ten_thousand_discs_have_the_pressure_and_contact_rate_of_theory() -> None:
-    """At packing fraction 0.2: Z = 1.57036 by the virial series, and Enskog's contact rate."""
+def test_ten_thousand_discs_have_the_contact_rate_of_theory() -> None:
+    """At packing fraction 0.2."""
     scene = gas(10_000, 0.2)
     engine = ExactEngine(scene, spawn(scene))
     for _ in range(30):  # about ten contacts per disc, to reach equilibrium
@@ -68,11 +65,6 @@ def test_ten_thousand_discs_have_the_pressure_and_contact_rate_of_theory() -> No
         engine.step()
     found, seconds = engine.contacts(), steps / scene.rate
     velocity = engine.state().velocity
-    kinetic = float(kinetic_energy(velocity, scene.bodies.mass))
-    z = pair_compressibility(found, scene.bodies.radius, kinetic, seconds)
-    assert virial_series(0.2) == pytest.approx(1.57036, abs=5e-6)
-    assert z == pytest.approx(virial_series(0.2), rel=0.015)
-    assert z == pytest.approx(compressibility(0.2), rel=0.015)
     rate = np.count_nonzero(found["second"] >= 0) / seconds
     expected = enskog_rate(10_000, 5.0, scene.arena.size, float(np.mean(length(velocity) ** 2)))
     assert rate == pytest.approx(expected, rel=0.015)

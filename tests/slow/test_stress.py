@@ -20,14 +20,13 @@ from conftest import scene_of, sizes
 from sandbox.analysis.comparison import Comparison, compare
 from sandbox.analysis.verdict import summaries
 from sandbox.engines import create, refusal, registry
-from sandbox.quantity import deepest_overlap, kinetic_energy
+from sandbox.quantity import deepest_overlap, kinetic_energy, outside
 from sandbox.report.tables import print_comparison
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.session.session import Session
 from sandbox.text import console
 
 ENGINES = tuple(registry())
@@ -59,7 +58,6 @@ SCENES = {
         "count = 10\nradius = 10\nmass = 1e-6\nspeed = 300\ninside = [[200, 0], [400, 400]]",
         "count = 3\nradius = 10\nspeed = 300\ninside = [[0, 200], [200, 400]]",
     ),
-    "1e5 px/s": small_box("count = 10\nradius = 20\nspeed = 1e5\ninside = [[0, 0], [400, 400]]"),
     "1e6 px/s": scene_of(
         "count = 10\nradius = 20\nspeed = 1e6\ninside = [[0, 0], [500, 300]]", size="[500, 300]", more="seconds = 1"
     ),
@@ -68,17 +66,10 @@ SCENES = {
         "radius = 40\nmass = 1000\nposition = [120, 125]\nvelocity = [-300, -310]",
         "radius = 25\nmass = 30\nposition = [300, 330]\nvelocity = [-400, -420]",
     ),
-    "a corner, equal balls": small_box(
-        "radius = 20\npositions = [[20, 20], [60, 20], [20, 60], [80, 80], [140, 139]]\n"
-        "velocities = [[-30, -40], [-300, -10], [-10, -300], [-300, -310], [-300, -310]]"
-    ),
     "a wedge": wedge(
         "radius = 12\nelasticity = 0.8\nposition = [400, 60]",
         "radius = 20\nmass = 5\nelasticity = 0.8\nposition = [396, 22]",
         more="gravity = [0, 900]",
-    ),
-    "an elastic wedge": wedge(
-        "radius = 12\npositions = [[398, 60], [401, 24]]\nvelocities = [[0, 500], [0, 800]]", more=""
     ),
     "on one spot": small_box(
         "radius = 20\npositions = [[200, 200], [200, 200], [200, 200], [100, 100], [100, 100]]\n"
@@ -92,9 +83,6 @@ SCENES = {
 RUNS = [(stress, engine) for stress, scene in SCENES.items() for engine in ENGINES if refusal(engine, scene) is None]
 MAX_OUTSIDE = {  # scene and engine -> the farthest a centre may be outside the arena, px; 0 for all others
     ("radius 1e-3 beside 250", "pymunk"): 2,
-    ("1e5 px/s", "pymunk"): 5_000,
-    ("1e5 px/s", "article"): 20,
-    ("1e5 px/s", "impulse"): 20,
     ("1e6 px/s", "pymunk"): 20_000,
     ("1e6 px/s", "article"): 20,
     ("1e6 px/s", "impulse"): 20,
@@ -143,7 +131,7 @@ def test_every_ball_outside_the_arena_is_reported(stress: str, engine: str) -> N
     furthest = run.escape.furthest if run.escape else 0.0
     assert furthest <= MAX_OUTSIDE.get((stress, engine), 0.0)
     assert bool(run.escape) == bool(run.figures.escaped)
-    [said] = [lines for name, lines in summaries(compared(stress)) if name == engine] or [()]
+    said = summaries(compared(stress)).get(engine, ())
     assert any(" left the arena, first ball " in line for line in said) == bool(run.escape)
 
 
@@ -152,20 +140,6 @@ def test_every_ball_outside_the_arena_is_reported(stress: str, engine: str) -> N
 def test_the_table_of_a_comparison_has_no_nan_and_no_inf(stress: str, capsys: pytest.CaptureFixture[str]) -> None:
     print_comparison(compared(stress), console())
     assert not re.search(r"\b(nan|inf)\b", capsys.readouterr().out)
-
-
-@pytest.mark.parametrize("stress", ["masses 1e-6 and 1e6", "1e6 px/s", "a wedge", "on one spot"])
-def test_a_session_repeats_its_steps_after_a_rewind(stress: str) -> None:
-    session = Session(SCENES[stress], [engine for name, engine in RUNS if name == stress])
-    for _ in range(40):
-        session.advance()
-    first = session.shown.states
-    session.seek(10)
-    for _ in range(30):
-        session.advance()
-    for engine, state in session.shown.states.items():
-        assert np.isfinite(state.position).all()
-        assert np.array_equal(state.position, first[engine].position)
 
 
 @pytest.mark.parametrize("steps", sizes(500, slow=10_000))
@@ -240,4 +214,5 @@ def test_balls_that_start_outside_the_arena_come_back(engine: str) -> None:
     assert run.figures.energy_ratio == pytest.approx(1, rel=1e-5)
     assert run.figures.escaped == 3
     assert run.escape is not None
-    assert (run.escape.time, run.escape.ball, run.escape.balls, run.escape.left) == (0, 0, 3, 0)
+    assert (run.escape.time, run.escape.ball, run.escape.balls) == (0, 0, 3)
+    assert (outside(run.final.position, scene.arena.size) <= 0).all()

@@ -220,19 +220,6 @@ def of_ball(**settings: object) -> Callable[[pymunk.Space], None]:
     return change
 
 
-def of_space(**settings: object) -> Callable[[pymunk.Space], None]:
-    def change(space: pymunk.Space) -> None:
-        for key, value in settings.items():
-            setattr(space, key, value)
-
-    return change
-
-
-def add_second_shape(space: pymunk.Space) -> None:
-    [circle] = (shape for shape in space.shapes if isinstance(shape, pymunk.Circle))
-    space.add(pymunk.Circle(circle.body, 3))
-
-
 def add_dynamic(make: Callable[[pymunk.Body], pymunk.Shape | None]) -> Callable[[pymunk.Space], None]:
     def add(space: pymunk.Space) -> None:
         body = pymunk.Body(1, 1)
@@ -248,40 +235,30 @@ def ignore_each_other(space: pymunk.Space) -> None:
 
 
 UNSUPPORTED = {
-    "1 dynamic polygon": on_body(pymunk.Body.DYNAMIC),
-    "1 dynamic segment": add_dynamic(lambda body: pymunk.Segment(body, (0, 0), (9, 9), 1)),
-    "1 shape on a moving kinematic body": on_body(pymunk.Body.KINEMATIC),
-    "1 dynamic body with several shapes": add_second_shape,
-    "1 dynamic body without a shape": add_dynamic(lambda body: None),
-    "1 circle off its body's centre of gravity": add_dynamic(lambda body: pymunk.Circle(body, 5, (3, 0))),
-    "1 shape with an elasticity outside 0 to 1": lambda space: setattr(add_segment(space), "elasticity", 1.5),
-    "1 wall without size": lambda space: space.add(pymunk.Segment(space.static_body, (9, 9), (9, 9), 0)),
-    "1 infinite moment of a circle with friction": lambda space: setattr(
-        add_ball(space, friction=1), "moment", math.inf
+    "1 x dynamic shape that is not a circle round its body's place": add_dynamic(
+        lambda body: pymunk.Circle(body, 5, (3, 0))
     ),
-    "1 body with a force or torque": of_ball(force=(0, 5)),
-    "1 custom velocity function": of_ball(velocity_func=lambda body, gravity, damping, dt: None),
-    "1 custom position function": of_ball(position_func=lambda body, dt: None),
-    "1 surface velocity": of_ball(surface_velocity=(10, 0)),
-    "2 shapes with filters between balls and walls": ignore_each_other,
-    "1 collision handler": lambda space: space.on_collision(None, None, begin=lambda arbiter, space, data: None),
-    "1 damping outside 0 to 1": of_space(damping=1.5),
-    "2 PivotJoints": add_joint,
+    "1 x moving kinematic body": on_body(pymunk.Body.KINEMATIC),
+    "1 x dynamic body with more or less than one shape": add_dynamic(lambda body: None),
+    "1 x elasticity outside 0 to 1": lambda space: setattr(add_segment(space), "elasticity", 1.5),
+    "1 x wall without size": lambda space: space.add(pymunk.Segment(space.static_body, (9, 9), (9, 9), 0)),
+    "1 x force or torque": of_ball(force=(0, 5)),
+    "1 x function for a velocity or position": of_ball(position_func=lambda body, dt: None),
+    "1 x surface velocity": of_ball(surface_velocity=(10, 0)),
+    "1 x filter between a ball and a wall": ignore_each_other,
+    "1 x collision handler": lambda space: space.on_collision(None, None, begin=lambda arbiter, space, data: None),
+    "1 x damping outside 0 to 1": lambda space: setattr(space, "damping", 1.5),
+    "2 x PivotJoint": add_joint,
 }
 
 
 @pytest.mark.parametrize("what", UNSUPPORTED)
-def test_what_a_scene_cannot_have_is_refused_by_name_or_left_out_with_a_warning(what: str) -> None:
+def test_what_a_scene_cannot_have_is_refused_by_name(what: str) -> None:
     space = simple_space()
     UNSUPPORTED[what](space)
     with pytest.raises(SandboxError) as raised:
         from_space(space)
-    assert str(raised.value) == f"the Space has {what}, which a scene cannot have; skip=True leaves that out"
-    add_ball(space, 200)
-    with pytest.warns(SpaceWarning, match=f"left out of the scene: {what}") as warned:
-        scene = from_space(space, skip=True)
-    assert all(one.filename == __file__ for one in warned)
-    assert len(scene.bodies) >= 1
+    assert str(raised.value) == f"the Space has what a scene cannot have: {what}"
 
 
 def test_all_that_is_refused_is_in_one_message() -> None:
@@ -289,15 +266,9 @@ def test_all_that_is_refused_is_in_one_message() -> None:
     add_joint(space)
     for kind in (pymunk.Body.DYNAMIC, pymunk.Body.DYNAMIC, pymunk.Body.KINEMATIC):
         on_body(kind)(space)
-    space.damping = 2
-    with pytest.raises(SandboxError, match=r"^the Space has [^;]+, which a scene cannot have; skip=True") as raised:
+    with pytest.raises(SandboxError) as raised:
         from_space(space)
-    for what in (
-        "2 dynamic polygons",
-        "1 shape on a moving kinematic body",
-        "2 PivotJoints",
-        "1 damping outside 0 to 1",
-    ):
+    for what in ("2 x dynamic shape", "1 x moving kinematic body", "2 x PivotJoint"):
         assert what in str(raised.value)
 
 
@@ -357,7 +328,7 @@ def test_contacts_that_have_begun_are_warned_of() -> None:
     space.gravity = 0, 900
     for _ in range(60):
         space.step(1 / RATE)
-    with pytest.warns(SpaceWarning, match="^1 contact has begun, and Pymunk starts from its impulse"):
+    with pytest.warns(SpaceWarning, match="^the next step starts from the impulses of 1 contact"):
         from_space(space)
 
 

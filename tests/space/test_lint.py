@@ -54,10 +54,6 @@ def large_moment_of_a_box(space: pymunk.Space) -> None:
     body_of(box(space, 200)).moment = 800 / 3 * 5
 
 
-def wall_without_elasticity(space: pymunk.Space) -> None:
-    next(iter(space.shapes)).elasticity = 0
-
-
 def smooth_floor_alone_with_discs_of_one_group(space: pymunk.Space) -> None:
     floor_segment, *others = space.shapes
     floor_segment.friction = 0
@@ -70,10 +66,6 @@ def bare_floor_alone_with_discs_of_one_group(space: pymunk.Space) -> None:
     floor_segment.elasticity = 0
     for shape in others:
         shape.filter = pymunk.ShapeFilter(group=1)
-
-
-def wall_without_friction(space: pymunk.Space) -> None:
-    next(iter(space.shapes)).friction = 0
 
 
 def corners_from_the_corner(space: pymunk.Space) -> None:
@@ -103,19 +95,11 @@ def overlapping_on_a_joint(space: pymunk.Space) -> None:
     space.add(pymunk.PivotJoint(a, b, (115, 300)))
 
 
-def bullet(space: pymunk.Space) -> None:
-    body_of(disc(space, 300, 200, radius=5)).velocity = 0, 700
-
-
 def moved_wall(space: pymunk.Space) -> None:
     body = pymunk.Body(body_type=pymunk.Body.STATIC)
     shape = pymunk.Poly.create_box(body, (40, 40))
     add(space, shape, **BOUNCY)
     body.position = 500, 200
-
-
-def motor_of_any_torque(space: pymunk.Space) -> None:
-    space.add(pymunk.SimpleMotor(space.static_body, body_of(disc(space, 200)), 1))
 
 
 def removed_without_its_shape(space: pymunk.Space) -> None:
@@ -157,17 +141,13 @@ def speed_limit_of_old(space: pymunk.Space) -> None:
 FAULTS: dict[Callable[[pymunk.Space], None], tuple[str, str]] = {
     small_moment: ("moment", "moment 10, 20 times too small: its shapes have 200"),
     large_moment_of_a_box: ("moment", "moment 1333, 5 times too large: its shapes have 266.7"),
-    wall_without_elasticity: ("elasticity-zero", "elasticity 0.5, but a segment of length 600 has elasticity 0"),
-    wall_without_friction: ("friction-zero", "friction 0.5, but a segment of length 600 has friction 0"),
     bare_floor_alone_with_discs_of_one_group: ("elasticity-unused", "elasticity 0.5, but a segment"),
     smooth_floor_alone_with_discs_of_one_group: ("friction-unused", "friction 0.5, but a segment of length 600"),
     corners_from_the_corner: ("off-centre", "centre of gravity at (0, 0), middle of its shapes at (20, 20): 28.28 px"),
     forgotten_shape: ("shape-not-added", "its circle of radius 10 is not in the Space"),
     overlapping_on_a_joint: ("overlap", "overlaps a circle of radius 20 of body 3 by 10 px, which a joint holds to it"),
     overlapping: ("overlap", "overlaps a circle of radius 20 of body 2 by 30 px"),
-    bullet: ("tunnelling", "700 px/s; from 600 px/s on, one step can carry it through a wall"),
     moved_wall: ("static-moved", "its bounding box is 500 px off where it was added"),
-    motor_of_any_torque: ("motor-unlimited", "turns against the Space's static body at 1 rad/s"),
     removed_without_its_shape: ("body-not-added", "its circle of radius 20 is still in the Space"),
     joint_to_nothing: ("joint-not-added", "its PivotJoint holds on to a Body() that was never added and has no mass"),
     wall_placed_twice: ("placed-twice", "its body is at (300, 400), as are its corners; so they are about (600, 800)"),
@@ -326,13 +306,12 @@ def test_the_linter_changes_nothing() -> None:
 
 def test_findings_are_in_the_order_of_the_rules_and_print_their_cure() -> None:
     space = sound_space()
-    bullet(space)
     overlapping(space)
     small_moment(space)
     removed_without_its_shape(space)
     findings = sandbox.lint(space)
-    assert rules_of(findings) == ["body-not-added", "moment", "overlap", "tunnelling"]
-    text = str(findings[0])
+    assert rules_of(findings) == ["body-not-added", "moment", "overlap"]
+    text = " ".join(str(findings[0]).split())
     assert findings[0].certainty == Certainty.CERTAIN
     assert "a dynamic circle of radius 20 at (200, 100): its circle of radius 20 is still in the Space" in text
     assert text.endswith("or space.add(body).")

@@ -231,7 +231,7 @@ def test_a_recording_that_is_killed_leaves_no_file(how: signal.Signals) -> None:
 
 def test_each_choice_of_layers_gives_another_picture(scene: Scene) -> None:
     pictures = {}
-    shown: tuple[tuple[Layer, ...], ...] = ((), (Layer.CHARTS,), (Layer.VELOCITY,), (Layer.GHOSTS, Layer.TRAILS))
+    shown: tuple[tuple[Layer, ...], ...] = ((), (Layer.CHARTS,), (Layer.VELOCITY,), (Layer.GHOSTS, Layer.NUMBERS))
     for show in shown:
         record(scene.changed(seconds=0.1), None, "p.png", (640, 480), show)
         pictures[Path("p.png").read_bytes()] = show
