@@ -168,7 +168,7 @@ class Recording:
         did not touch in that step.
         """
         rows, stamp = [], lib.cpSpaceGetTimestamp(self._space._space)
-        for arbiter in self._space._get_arbiters():
+        for arbiter in sorted(self._space._get_arbiters(), key=_order):
             if arbiter.stamp == stamp:
                 shapes = pymunk.Shape._from_cp_shape(arbiter.a), pymunk.Shape._from_cp_shape(arbiter.b)
                 self.shapes |= {id(shape): shape for shape in shapes if shape}
@@ -189,6 +189,11 @@ class Recording:
         self.joints |= {id(joint): joint for joint in joints}
         self.bodies |= {body.id: body for body in ends}
         return np.array([_joint(joint) for joint in joints], JOINT)
+
+
+def _order(arbiter: Any) -> tuple[int, int]:
+    """Return what sorts arbiters as their shapes were added: Pymunk lists them by addresses, which differ by run."""
+    return lib.cpShapeGetHashID(arbiter.a), lib.cpShapeGetHashID(arbiter.b)
 
 
 def _body(body: pymunk.Body) -> tuple[Any, ...]:
