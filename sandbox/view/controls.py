@@ -171,7 +171,7 @@ class Action(Enum):
 
     SCENE = _page(Panel.SCENE, "F2", "the scene: gravity, elasticity, steps")
     BALLS = _page(Panel.BALLS, "F3, K", "the balls: a table, and the selected ball or wall")
-    ENGINES = _page(Panel.ENGINES, "F4, E", "the engines, and Pymunk's settings")
+    ENGINES = _page(Panel.ENGINES, "F4, E", "the engines")
     SHOW = _page(Panel.SHOW, "F6", "what is shown: arrows, trails, numbers and more")
     COLUMN = _window(
         "F8", "Panel", "show or hide the column", lambda w: w.panel.toggle(), lambda w: w.panel.open is not None
