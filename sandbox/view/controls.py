@@ -170,7 +170,7 @@ class Action(Enum):
     )  # fmt: skip
 
     SCENE = _page(Panel.SCENE, "F2", "the scene: gravity, elasticity, steps")
-    BALLS = _page(Panel.BALLS, "F3, K", "the balls: a table, and the selected ball or wall")
+    BALLS = _page(Panel.BALLS, "F3, K", "the selected ball or wall")
     ENGINES = _page(Panel.ENGINES, "F4, E", "the engines")
     SHOW = _page(Panel.SHOW, "F6", "what is shown: arrows, trails, numbers and more")
     COLUMN = _window(

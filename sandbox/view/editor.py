@@ -65,10 +65,6 @@ class Editor:
         """The pane in which something was selected, if it is still there."""
         return min(self._pane, len(self._playback.view.panes) - 1)
 
-    def show_in(self, pane: int) -> None:
-        """Let what is selected be shown as it is in another pane."""
-        self._pane = pane
-
     @property
     def selected_wall(self) -> int | None:
         """The number of the selected wall, if it is there."""

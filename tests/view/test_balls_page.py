@@ -1,7 +1,5 @@
 """The page of the balls shows and changes a ball or a wall; the tools move them and draw walls."""
 
-from collections.abc import Callable
-
 import pygame
 import pytest
 from conftest import scene_of
@@ -11,7 +9,6 @@ from window_driver import (
     button,
     click,
     colour_at,
-    colours,
     drag,
     given,
     hover,
@@ -27,15 +24,11 @@ from window_driver import (
 
 from sandbox.run.edits import AddWall, ChangeBall, ChangeWall, DeleteWall
 from sandbox.run.inputs import Grab
-from sandbox.scene.units import PIXELS, Dimension
-from sandbox.view.balls_page import NUMBER, PER_LINE, BallTable, _cell_text
 from sandbox.view.controls import Action, Panel
-from sandbox.view.theme import theme
-from sandbox.view.widgets import TextButton, Widget, Words
+from sandbox.view.widgets import Widget
 from sandbox.view.widgets.fields import Field
 from sandbox.view.window import Window
 
-ENDS = ("from x", "from y", "to x", "to y")
 WALL = "walls = [{ from = [100, 400], to = [500, 400], thickness = 20 }]"
 
 
@@ -54,24 +47,12 @@ def widgets(window: Window) -> list[tuple[Widget, tuple[int, int]]]:
     return [(widget, place.center) for widget, place in window.panel.placed(layout.panel, layout.text_height)]
 
 
-def find(window: Window, wanted: Callable[[Widget], bool]) -> tuple[int, int]:
-    return next(middle for widget, middle in widgets(window) if wanted(widget))
-
-
 def value(window: Window, name: str) -> str:
     return next(one.value() for one, _ in widgets(window) if isinstance(one, Field) and one.name == name)
 
 
-def heading(window: Window) -> str:
-    """Return what the inspector says is selected."""
-    begins = ("ball ", "wall ", "the ")
-    texts = (one.text for one, _ in widgets(window) if isinstance(one, Words))
-    return next((text for text in texts if text.startswith(begins)), "")
-
-
-def type_into(window: Window, name: str, text: str, which: int = 0) -> None:
-    places = [middle for one, middle in widgets(window) if isinstance(one, Field) and one.name == name]
-    click(window, places[which])
+def type_into(window: Window, name: str, text: str) -> None:
+    click(window, next(middle for one, middle in widgets(window) if isinstance(one, Field) and one.name == name))
     press(window, *text, "Enter")
 
 
@@ -181,17 +162,6 @@ def test_while_time_passes_the_mouse_pulls_and_typing_pauses(desk: Window) -> No
     assert position(desk, 2)[0] == 300
 
 
-def test_a_row_of_the_table_selects_its_ball_and_a_button_shows_another_engine(desk: Window) -> None:
-    run(desk, 10)
-    desk.draw()
-    [(table, place)] = [(widget, place) for widget, place in desk._placed if isinstance(widget, BallTable)]
-    line = round(1.5 * desk.layout.text_height)
-    click(desk, (place.x + 60, place.y + round(4.5 * line)))
-    assert desk.editor.selected == 1
-    push(desk, "impulse")
-    assert table.shown()[0] is desk.view.panes[1].state
-
-
 def test_a_wall_is_drawn_moved_by_an_end_moved_whole_and_deleted(desk: Window) -> None:
     push(desk, "Wall")
     drag(desk, point(desk, 600, 300), point(desk, 700, 500))
@@ -241,35 +211,6 @@ def test_what_a_drag_would_do_is_shown_in_every_pane(desk: Window) -> None:
     assert [colour_at(desk, 700, 100, pane) == ground for pane in (0, 1)] == [False, False]
 
 
-def test_a_swatch_sets_the_colour(desk: Window) -> None:
-    click(desk, point(desk, 600, 100))
-    click(desk, find(desk, lambda one: isinstance(one, TextButton) and one.does == "#cc79a7"))
-    assert desk.view.moment.scene.colors[2] == "#cc79a7"
-    assert value(desk, "colour") == "#cc79a7"
-
-
-@pytest.mark.parametrize("width", [260, 300, 400])
-def test_the_headings_of_a_narrow_table_do_not_run_into_each_other(window: Window, width: int) -> None:
-    scene, state = window.scene, window.view.panes[0].state
-    table = BallTable(lambda: (state, scene), lambda: None, lambda _: None)
-    surface = pygame.Surface((width, 60))
-    surface.fill(theme.raised)
-    table.draw(surface, surface.get_rect(), 14, hot=False)
-    first = round(NUMBER * 14)
-    cell = (width - first) // PER_LINE
-    for column in range(1, PER_LINE):
-        gap = surface.subsurface((first + column * cell, 0, 4, 40))
-        assert colours(gap) == {tuple(theme.raised)[:3]}
-
-
-@pytest.mark.parametrize(
-    ("value", "written"),
-    [(0.0, "0"), (0.01, "0.01"), (12.34, "12.3"), (-98765.4, "-98,765.4"), (1.8345e8, "183,000,000")],
-)
-def test_numbers_of_the_table_are_written_as_people_read_them(value: float, written: str) -> None:
-    assert _cell_text(value, Dimension.ENERGY, PIXELS) == written
-
-
 def typed_into(window: Window, name: str, text: str) -> None:
     field = next(one for one, _ in widgets(window) if isinstance(one, Field) and one.name == name)
     field.choose(text)
@@ -287,8 +228,8 @@ def test_fields_and_gravity_show_and_take_the_units_of_the_scene(desk: Window) -
     units = {one.name: one.unit for one, _ in widgets(desk) if isinstance(one, Field)}
     assert (units["x"], units["vx"], units["radius"], units["mass"]) == ("m", "m/s", "m", "kg")
     desk.editor.select(wall=0)
-    typed_into(desk, "to x", "4.5")
-    assert desk.view.moment.scene.walls[0].to == (450, 400)
+    typed_into(desk, "thickness", "0.3")
+    assert desk.view.moment.scene.walls[0].thickness == 30
     gravity, _ = slider(desk, "gravity")
     gravity.choose(9.81)
     assert desk.view.moment.scene.gravity == pytest.approx((0, 981))
