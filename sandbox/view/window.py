@@ -20,7 +20,7 @@ from sandbox.view import Layer, opens_with
 from sandbox.view.balls_page import BallsPage
 from sandbox.view.cards import Cards, MassSlider, Messages
 from sandbox.view.case_so_far import CaseSoFar
-from sandbox.view.contact_mark import draw_contact
+from sandbox.view.contact_mark import ring_balls
 from sandbox.view.controls import Action, Panel, Topic, action_of
 from sandbox.view.display import PendingEvents, Stopped, caption, open_window
 from sandbox.view.editor import Editor
@@ -375,7 +375,7 @@ class Window:
         fill(surface, theme.ground)
         self.view.draw_panes(surface, layout, self.showing)
         if self.panel.open is Panel.WHY and (contact := self.why.contact):
-            draw_contact(surface, layout, self.view.panes, contact.difference, self.why.engine)
+            ring_balls(surface, layout, self.view.panes, contact.difference.balls)
         self.mouse.draw(surface)
         self.toolbars.draw_timeline(surface, layout)
         self.panel.draw(surface, layout.panel, layout.text_height)
