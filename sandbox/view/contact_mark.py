@@ -121,7 +121,7 @@ class ContactMark:
         size = self._canvas.scene.units.text(Dimension.LENGTH, "{:.2g}", abs(found.depth))
         text = f"overlap {size}" if found.depth > 0 else f"apart by {size}"
         room, (x, y) = self._surface.get_rect(), normal
-        far = float(self._radius[found.balls].max()) + 1.5 * height + abs(y) * text_width(text, height) / 2
+        far = float(self._radius[found.balls].max()) + 2.5 * height + abs(y) * text_width(text, height) / 2
         aside, middle = far * np.array([-y, x]), np.array(room.center)  # on its side, there is more room
         near = min((rim + aside, rim - aside), key=lambda place: float(np.abs(place - middle).max()))
         label(self._surface, text, near.tolist(), height, room, self._canvas.palette)

@@ -121,8 +121,6 @@ class Action(Enum):
     NEXT_CONTACT = _compare(
         ">", f"Next {RIGHT}", "go to the next one, and draw it", lambda w: w.show_contact(1), repeats=True
     )
-    NEXT_CHART = _compare("1", "", "next chart", lambda w: w.view.charts.show_next())
-    SCALE = _compare("2", "", "logarithmic chart, or linear", lambda w: w.view.charts.toggle_scale())
     GHOSTS = _layer(Layer.GHOSTS, "G", "Outlines of exact", "outlines of the balls in exact")
     CHARTS = _layer(Layer.CHARTS, "H", "Chart", "charts")
 

@@ -70,11 +70,7 @@ class Toolbars:
         )
         after = [end, button(Action.SLOWER), speed, button(Action.FASTER)]
         self._before, self._after = WidgetRow([start, back, play, on]), WidgetRow([], after)
-        scale = button(
-            Action.SCALE, widest="Logarithmic", refusal=lambda: self._charts.why_one_scale,
-            said=lambda: "Logarithmic" if self._charts.is_logarithmic else "Linear",
-        )  # fmt: skip
-        self._tabs = WidgetRow([self._tab(instrument) for instrument in INSTRUMENTS], [scale])
+        self._tabs = WidgetRow([self._tab(instrument) for instrument in INSTRUMENTS])
 
     @property
     def _charts(self) -> Charts:
@@ -84,7 +80,7 @@ class Toolbars:
         name = instrument.name.capitalize()
         return TextButton(
             name.partition(" ")[0], lambda: self._charts.show(instrument),
-            f"{name}: {instrument.meaning}  (1: the next chart)", lambda: self._charts.instrument is instrument,
+            f"{name}: {instrument.meaning}", lambda: self._charts.instrument is instrument,
         )  # fmt: skip
 
     # Places and drawing
