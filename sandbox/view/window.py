@@ -142,7 +142,7 @@ class Window:
         self.mouse.release()
         if self.playback.use_engines(names):
             self.scenes.engines = names
-            self.notice.go_stale()  # such as the error of a name typed wrongly before
+            self.notice.clear()  # such as the error of a name typed wrongly before
 
     @property
     def _is_too_small(self) -> bool:
@@ -224,7 +224,7 @@ class Window:
             self.scenes.picker.on_event(event)
         else:
             if event.type == pygame.MOUSEBUTTONDOWN:
-                self.notice.go_stale()
+                self.notice.clear()
             point = self.mouse.point
             if event.type == pygame.MOUSEWHEEL and point and self.layout.panel.collidepoint(point):
                 self.panel.scroll(event.y)
@@ -256,7 +256,7 @@ class Window:
             self.panel.show_focus(self.layout.panel, self.layout.text_height)
         elif action:
             if action is not Action.ESCAPE:
-                self.notice.go_stale()
+                self.notice.clear()
             self.do(action)
 
     def do(self, action: Action) -> None:

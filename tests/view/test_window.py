@@ -65,8 +65,10 @@ def test_a_notice_goes_when_something_else_is_done(window: Window) -> None:
     assert "no ball is selected" in window.messages.text
     press(window, "o")
     assert "no ball is selected" not in window.messages.text
-    press(window, "F12", "o")
+    press(window, "F12")
     assert "saved " in window.messages.text
+    press(window, "o")
+    assert "saved " not in window.messages.text
 
 
 def test_notices_of_success_and_error_look_different(window: Window) -> None:
