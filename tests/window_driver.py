@@ -29,7 +29,7 @@ CODES: Final = {
     "F9": pygame.K_F9, "F10": pygame.K_F10,
     "F11": pygame.K_F11, "F12": pygame.K_F12,
 }  # fmt: skip
-CONTROL: Final = {"undo": "Ctrl Z", "redo": "Ctrl Y", "save": "Ctrl S", "open": "Ctrl O"}
+CONTROL: Final = {"undo": "Ctrl Z", "redo": "Ctrl Y", "save": "Ctrl S"}
 
 
 class WorkerHere(CaseWorker):

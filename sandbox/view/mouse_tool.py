@@ -98,10 +98,6 @@ class MouseTool:
         self.tool = tool
         self._playback.paused = self._playback.paused or tool.pauses
 
-    def choose_next(self) -> None:
-        """Let the mouse do what the next tool does."""
-        self.choose(self.tools[(self.tools.index(self.tool) + 1) % len(self.tools)])
-
     # What the mouse is over
 
     @property

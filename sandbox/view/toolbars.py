@@ -51,8 +51,7 @@ class Toolbars:
         self._header = WidgetRow([*scenes, title], [record, button(Action.HELP), button(Action.COLUMN)], title)
 
         def tool_button(tool: Tool) -> TextButton:
-            does = f"{tool.does}  (F: next tool)"
-            return TextButton(tool.name, partial(mouse.choose, tool), does, lambda: mouse.tool is tool)
+            return TextButton(tool.name, partial(mouse.choose, tool), tool.does, lambda: mouse.tool is tool)
 
         undo = button(Action.UNDO, refusal=lambda: "" if playback.session.can_undo else "there is nothing to undo here")
         redo = button(Action.REDO, refusal=lambda: "" if playback.session.can_redo else "there is nothing to redo")

@@ -36,7 +36,7 @@ WALL = "walls = [{ from = [100, 400], to = [500, 400], thickness = 20 }]"
 def desk(memory_screen: None) -> Window:
     """Open a window with three balls and a wall, paused at step 0, with the page of the balls and the tool Move."""
     window = Window(scene_of(*THREE_BALLS, more=WALL), ["pymunk", "impulse"])
-    press(window, "p", "k")
+    press(window, "Space", "F3")
     use(window, "Move")
     return window
 
@@ -65,7 +65,7 @@ def position(window: Window, ball: int, pane: int = 0) -> list[float]:
     return found
 
 
-@pytest.mark.parametrize(("key", "panel"), [("k", Panel.BALLS), ("e", Panel.ENGINES), ("w", Panel.WHY)])
+@pytest.mark.parametrize(("key", "panel"), [("F3", Panel.BALLS), ("F4", Panel.ENGINES), ("F5", Panel.WHY)])
 def test_a_key_opens_a_page_and_closes_it_and_the_tabs_change_it(window: Window, key: str, panel: Panel) -> None:
     press(window, key)
     assert window.panel.open is panel
@@ -96,7 +96,7 @@ def test_what_is_typed_is_set_in_every_engine(desk: Window) -> None:
         assert (pane.state.position[2].tolist(), pane.state.velocity[2].tolist()) == ([300, 100], [60, 100])
         assert (pane.state.spin[2], pane.scene.bodies.radius[2], pane.scene.colors[2]) == (-2, 12.5, "#ff0000")
     assert [type(one) for one in given(desk)] == [ChangeBall] * 5
-    press(desk, "Esc", "u", "u")  # Esc leaves the field
+    press(desk, "Esc", "undo", "undo")  # Esc leaves the field
     assert (value(desk, "radius"), value(desk, "spin")) == ("10", "-2")
 
 
@@ -139,10 +139,10 @@ def test_a_ball_is_moved_to_the_same_place_in_every_engine_and_keeps_its_velocit
 @pytest.mark.parametrize("name", ["Move", "Wall"])
 def test_a_tool_that_needs_a_pause_pauses(desk: Window, name: str) -> None:
     push(desk, "Hand")
-    press(desk, "p")
+    press(desk, "Space")
     push(desk, name)
     assert desk.playback.paused
-    press(desk, "p")
+    press(desk, "Space")
     drag(desk, point(desk, 650, 250), point(desk, 700, 250))
     assert desk.playback.paused
     assert [type(one) for one in given(desk)] == ([AddWall] if name == "Wall" else [])
@@ -150,7 +150,7 @@ def test_a_tool_that_needs_a_pause_pauses(desk: Window, name: str) -> None:
 
 def test_while_time_passes_the_mouse_pulls_and_typing_pauses(desk: Window) -> None:
     push(desk, "Hand")
-    press(desk, "p")
+    press(desk, "Space")
     mouse(desk, pygame.MOUSEBUTTONDOWN, point(desk, 600, 100))
     assert [type(one) for one in given(desk)] == [Grab]
     assert desk.editor.selected == 2
@@ -177,7 +177,7 @@ def test_a_wall_is_drawn_moved_by_an_end_moved_whole_and_deleted(desk: Window) -
     press(desk, "Delete")
     assert [type(one) for one in given(desk)] == [AddWall, *[ChangeWall] * 4, DeleteWall]
     assert len(desk.view.moment.scene.walls) == 1
-    press(desk, *"uuuuuu")
+    press(desk, *["undo"] * 6)
     assert desk.view.moment.scene.walls == desk.scene.walls
     assert desk.editor.selected_wall is None
 
@@ -188,7 +188,7 @@ def test_a_wall_that_is_undone_while_it_is_held_is_not_moved(window: Window) -> 
     use(window, "Move")
     mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 200, 500))
     mouse(window, pygame.MOUSEMOTION, point(window, 200, 450))
-    press(window, "u")
+    press(window, "undo")
     window.draw()
     mouse(window, pygame.MOUSEBUTTONUP, point(window, 200, 450))
     assert (given(window), window.view.moment.scene.walls) == ([], ())

@@ -275,7 +275,7 @@ def test_the_mouse_shows_values(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("memory_screen")
 def test_a_click_in_the_histogram_goes_to_no_time(window: Window) -> None:
-    press(window, "p")
+    press(window, "Space")
     run(window, 10)
     strip = window.layout.strip
     for instrument, reached in ((SPEEDS, 10), (ENERGY, 0)):

@@ -115,7 +115,7 @@ def test_a_drag_far_outside_the_window_keeps_the_ball_in_the_arena_and_releases_
 
 
 def test_a_resized_window_shows_all_of_the_scene(desktop: Desktop) -> None:
-    desktop.xdo("key", "p")
+    desktop.xdo("key", "space")
     for width, height in ((640, 700), (1500, 400)):
         desktop.xdo("windowsize", "--sync", desktop.window, width, height)
         time.sleep(0.3)

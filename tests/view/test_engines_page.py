@@ -230,7 +230,7 @@ def test_progress_is_shown_while_the_engines_run_again(window: Window, monkeypat
 
 def test_panes_are_added_and_removed_by_the_mouse_or_typed(window: Window) -> None:
     run(window, 20)
-    press(window, "e")
+    press(window, "F4")
     click(window, tool(window, "exact"))
     assert names(window) == ["pymunk", "impulse", "exact"]
     click(window, tool(window, "article"))  # which is grey
@@ -248,7 +248,7 @@ def test_panes_are_added_and_removed_by_the_mouse_or_typed(window: Window) -> No
 
 def test_each_pane_has_the_colour_of_its_lines_in_the_charts(window: Window) -> None:
     run(window, 20)
-    press(window, "e")
+    press(window, "F4")
     window.draw()
     lines = {name: tuple(colour)[:3] for name, colour in chart_palette().engines(names(window)).items()}
     assert len(set(lines.values())) == 2

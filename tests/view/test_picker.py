@@ -153,7 +153,7 @@ def test_a_click_where_nothing_is_found_closes_the_picker(window: Window, size: 
 
 
 def test_pictures_are_drawn_one_a_frame_until_all_are_there(window: Window) -> None:
-    press(window, "p")
+    press(window, "Space")
     press(window, "/")
     frames = 0
     while not window.scenes.picker or not window.scenes.picker.is_complete or not frames:
@@ -179,7 +179,7 @@ def test_other_things_in_the_folder_do_not_stop_the_picker(window: Window, tmp_p
 
 def test_escape_closes_the_picker_and_the_run_continues(window: Window) -> None:
     run(window, 3)
-    press(window, "open", *"xyzzy", "Enter", "Esc")
+    press(window, "/", *"xyzzy", "Enter", "Esc")
     assert window.scenes.picker is None
     assert (step(window), window.running, window.scene.name) == (3, True, "test")
 

@@ -37,7 +37,7 @@ def window_of(scene: Scene, engines: list[str], steps: int) -> Window:
     window = Window(scene, engines)
     window.playback.paused = True
     run(window, steps)
-    press(window, "w")
+    press(window, "F5")
     for _ in range(6):
         window.frame(1 / 60)
     return window
@@ -101,7 +101,7 @@ def test_a_long_run_is_compared_in_parts_each_twice_as_long() -> None:
     window = Window(load("bouncing"), ["pymunk"])
     window.playback.paused = True
     run(window, 300)
-    press(window, "w")
+    press(window, "F5")
     seen = list[str]()
     for _ in range(8):
         seen += [text for text in (compared(window),) if text and text not in seen]
@@ -201,7 +201,7 @@ def test_what_is_drawn_goes_with_the_step_and_with_the_page(article: Window) -> 
     assert article.why.contact is None
     article.playback.step_back()
     assert article.why.contact is not None
-    press(article, "w")
+    press(article, "F5")
     article.frame(1 / 60)
     assert article.layout.panel.width == 0
 
@@ -257,7 +257,7 @@ def test_an_engine_that_agrees_has_a_sentence_instead_of_contacts() -> None:
 
 
 def test_before_the_first_step_there_is_nothing_to_say(window: Window) -> None:
-    press(window, "w")
+    press(window, "F5")
     window.playback.paused = True
     window.frame(0.0)
     window.playback.seek(0)
