@@ -198,7 +198,7 @@ class ScenePicker:
 
     def _on_key(self, event: Event) -> None:
         steps = {pygame.K_LEFT: -1, pygame.K_RIGHT: 1}
-        rows = {pygame.K_UP: -1, pygame.K_DOWN: 1, pygame.K_PAGEUP: -3, pygame.K_PAGEDOWN: 3}
+        rows = {pygame.K_UP: -1, pygame.K_DOWN: 1}
         if event.key == pygame.K_ESCAPE:
             self._close()
         elif event.key in ENTER:
@@ -207,8 +207,7 @@ class ScenePicker:
         elif event.key in steps:
             self._select(self.chosen + steps[event.key])
         elif event.key in rows:
-            for _ in range(abs(rows[event.key])):
-                self._select(self._beyond(rows[event.key]))
+            self._select(self._beyond(rows[event.key]))
         elif event.key == pygame.K_BACKSPACE:
             self._type(self.typed[:-1])
         elif event.unicode and event.unicode.isprintable():

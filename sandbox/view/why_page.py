@@ -32,7 +32,6 @@ OF_SCENE: Final = "What the scene and the mouse took or gave, rightly:"
 SCENES_OWN: Final = tuple(  # labels of the causes that no engine is blamed for
     cause.label for cause in (Cause.ELASTICITY, Cause.FRICTION, Cause.SPIN, Cause.APPLIED)
 )
-MIN_SHARE: Final = 1e-4  # smaller ones are written with more than two decimals
 
 Row = Sequence[Widget]
 
@@ -163,8 +162,8 @@ class WhyPage:
             some = [line for line in lines if (line.cause in SCENES_OWN) == is_of_scene]
             yield from ([self._say(title, theme.dim)] if some else [])
             for line in some:
-                text = f"{100 * line.share:+.2f} %" if abs(line.share) >= MIN_SHARE else line.text
-                yield [Bar(line.cause, text, line.share / largest, self._playback.view.charts.colours[self.engine])]
+                colour = self._playback.view.charts.colours[self.engine]
+                yield [Bar(line.cause, line.text, line.share / largest, colour)]
 
     @property
     def _status(self) -> str:
