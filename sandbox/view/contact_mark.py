@@ -105,9 +105,9 @@ class ContactMark:
                 if is_before:  # beside the one after it, or a ball that comes back would hide it
                     rim += 0.6 * unit * np.array([-along[1], along[0]]) / speed - scale * along
                 tail = self._at(self._state.position[ball]) + rim
-                ends, width = (tail.tolist(), (tail + scale * along).tolist()), BEFORE if is_before else AFTER
-                arrow(self._surface, self._canvas.palette.ground, *ends, width * self._width + HALO)
-                arrow(self._surface, colour, *ends, width * self._width)
+                tip, width = tail + scale * along, (BEFORE if is_before else AFTER) * self._width
+                for wider, ink in ((HALO, self._canvas.palette.ground), (0, colour)):
+                    arrow(self._surface, ink, tail.tolist(), tip.tolist(), width + wider)
 
     def _draw_depth(self) -> None:
         """Draw how deep the overlap is, and write it beside it, if the engine found the contact too late or early."""

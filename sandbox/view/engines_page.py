@@ -57,11 +57,8 @@ class EnginesPage:
             self._use([*self.names, spec])
 
     def remove(self, pane: int) -> None:
-        """Remove a pane."""
-        if len(self.names) == 1:
-            self._notice.show(ONLY_ONE)
-        else:
-            self._use([name for k, name in enumerate(self.names) if k != pane])
+        """Remove a pane, which is not the only one."""
+        self._use([name for k, name in enumerate(self.names) if k != pane])
 
     @property
     def choices(self) -> Mapping[str, str]:
