@@ -118,8 +118,9 @@ class WhyPage:
         """Return the rows of its widgets."""
         case, engine, shown = self._case, self.engine, self.contact
         status = self._say(self._status, theme.dim)
-        if not case:
-            return [status, self._buttons]
+        besides = [self._say(line) for line in case.besides] if case else []
+        if not case or not engine:  # the reference alone has nothing that differs from it
+            return [status, self._buttons, *besides]
         of_engine = case.engines[engine]
         error = self._playback.view.energy_errors.get(engine, 0.0)
         self._headline.text = f"{engine}: {energy_in_words(error, self._playback.view.beside)}"
@@ -129,7 +130,7 @@ class WhyPage:
             rows += [self._sentence(shown), [self._picture(shown.difference)]]
             rows += [self._say(line, theme.dim) for line in (*shown.speeds.splitlines(), self._legend)]
         rows += self._ledger_rows(of_engine.ledger)
-        return [*rows, *(self._say(line) for line in (*of_engine.lines, *case.besides))]
+        return [*rows, *map(self._say, of_engine.lines), *besides]
 
     def _say(self, text: str, colour: Color | None = None) -> Row:
         return [Words(text, colour=colour)]

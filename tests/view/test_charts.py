@@ -302,15 +302,6 @@ def test_the_histogram_has_every_ball_and_the_law_of_the_reference() -> None:
     assert "too few" in histogram_of(Session(load("article"), ["exact"]).shown, "exact").refusal
 
 
-def test_one_tiny_gap_does_not_stretch_the_axis(scene: Scene) -> None:
-    charts = charts_of(scene, 4, lambda time: steady(time) | {"pymunk": 60.03, "article": 60.0 + 1e-13}, GAP)
-    gap = charts.plot(PLACE, TEXT)
-    surface = draw(charts)
-    x = column(charts, 2)
-    assert np.mean(rows_of(surface, gap, x, PYMUNK)) == pytest.approx(row(gap, (-3, 0), math.log10(0.03)), abs=1)
-    assert np.mean(rows_of(surface, gap, x, ARTICLE)) == pytest.approx(gap.bottom - 1, abs=1)
-
-
 def test_no_engine_s_name_hides_the_descenders_of_another(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     def underline(text: str, colour: Color, height: int) -> Surface:
         """Return a name of which only the lowest row shows."""

@@ -254,6 +254,12 @@ def test_an_engine_that_agrees_has_a_sentence_instead_of_contacts() -> None:
     assert step(window) == 60
 
 
+def test_the_reference_alone_is_measured_against_nothing() -> None:
+    window = window_of(load("article"), ["exact"], 30)
+    window.draw()
+    assert "exact: Only exact took part, so nothing is measured against it." in words(window)
+
+
 def test_before_the_first_step_there_is_nothing_to_say(window: Window) -> None:
     press(window, "F5")
     window.playback.paused = True
