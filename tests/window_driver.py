@@ -23,13 +23,13 @@ THREE_BALLS: Final = (
 SMALL_SCENE: Final = "[arena]\nsize = [90, 90]\n[[balls]]\nradius = 5\nposition = [9, 9]\n"
 CODES: Final = {
     "Left": pygame.K_LEFT, "Right": pygame.K_RIGHT, "Up": pygame.K_UP, "Down": pygame.K_DOWN, "Home": pygame.K_HOME,
-    "End": pygame.K_END, "PageUp": pygame.K_PAGEUP, "PageDown": pygame.K_PAGEDOWN, "Delete": pygame.K_DELETE,
+    "End": pygame.K_END, "Delete": pygame.K_DELETE,
     "Enter": pygame.K_RETURN, "Esc": pygame.K_ESCAPE, "Back": pygame.K_BACKSPACE, "Tab": pygame.K_TAB,
     "Shift": pygame.K_LSHIFT, "Space": pygame.K_SPACE, "F1": pygame.K_F1, "F7": pygame.K_F7,
     "F9": pygame.K_F9, "F10": pygame.K_F10,
     "F11": pygame.K_F11, "F12": pygame.K_F12,
 }  # fmt: skip
-CONTROL: Final = {"undo": "Ctrl Z", "redo": "Ctrl Y", "save": "Ctrl S", "open": "Ctrl O"}
+CONTROL: Final = {"undo": "Ctrl Z", "redo": "Ctrl Y", "save": "Ctrl S"}
 
 
 class WorkerHere(CaseWorker):

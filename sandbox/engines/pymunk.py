@@ -95,12 +95,6 @@ class PymunkEngine(RunningEngine):
             self._substates.append(States(*(part[1:].copy() for part in self._reader.states())))
 
 
-def settings_of(scene: Scene) -> dict[str, float]:
-    """Return every setting with which Pymunk runs a scene: the scene's value or, if it has none, Pymunk's own."""
-    space = pymunk.Space()
-    return {key: getattr(space, key) if value is None else value for key, value in scene.pymunk}
-
-
 def _add_bodies(space: pymunk.Space, scene: Scene, initial: State) -> list[pymunk.Body]:
     """Add the bodies of the balls to a Space that has no others, and return them. Their motion is set in one batch."""
     constants = zip(scene.bodies.mass.tolist(), scene.bodies.radius.tolist(), strict=True)

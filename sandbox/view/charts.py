@@ -13,7 +13,7 @@ from sandbox.scene.units import PIXELS, Dimension, Units
 from sandbox.session.history import Moment
 from sandbox.session.samples import Samples
 from sandbox.state import Floats
-from sandbox.view.instruments import ENERGY, INSTRUMENTS, LAW, Even, Instrument, histogram_of
+from sandbox.view.instruments import ENERGY, LAW, Even, Instrument, histogram_of
 from sandbox.view.layout import ScreenPoint
 from sandbox.view.primitives import card, lettering, shortened, text_width, write
 from sandbox.view.run_so_far import Marks
@@ -21,13 +21,7 @@ from sandbox.view.theme import Palette, chart_palette, theme
 
 AXIS: Final = 4.4  # heights of text, for the numbers of the axis
 MAX_FIRST_SECONDS: Final = 60.0  # on the axis at the start of a run
-MARK_DISTANCE: Final = 4  # px between the pointer and a mark that it points at
 NOT_COMPARABLE: Final = "no longer comparable"
-SENTENCES: Final = {  # what the ends of the reference's trust mean
-    "horizon": "from here on, rounding decides the paths",
-    "undecided": "simultaneous contacts, and no law says which comes first",
-    "unresolved": "from here on, the paths depend on how a heap is treated",
-}
 
 
 def small(text_height: int) -> int:
@@ -138,11 +132,10 @@ class Mark:
     time: float | None
     text: str
     colour: Color
-    sentence: str
 
 
 class Charts:
-    """The chart of a run: one instrument at a time, whose choice of scale it remembers.
+    """The chart of a run: one instrument at a time.
 
     note: what is to be said of the reference; moment: the one shown.
     """
@@ -155,36 +148,12 @@ class Charts:
         self.note = ""
         self.moment: Moment | None = None
         self.instrument = ENERGY
-        self._logarithmic = set[str]()  # names of instruments
 
     # What it shows
-
-    def show_as(self, other: "Charts") -> None:
-        """Show what another run's chart shows."""
-        self.instrument, self._logarithmic = other.instrument, set(other._logarithmic)
 
     def show(self, instrument: Instrument) -> None:
         """Show an instrument."""
         self.instrument = instrument
-
-    def show_next(self) -> None:
-        """Show the next instrument."""
-        self.instrument = INSTRUMENTS[(INSTRUMENTS.index(self.instrument) + 1) % len(INSTRUMENTS)]
-
-    @property
-    def is_logarithmic(self) -> bool:
-        """Whether the axis is logarithmic."""
-        return self.instrument.name in self._logarithmic
-
-    @property
-    def why_one_scale(self) -> str:
-        """Why the axis cannot be logarithmic, or nothing."""
-        return "" if self.instrument.logarithmic else "only error and gap have a logarithmic axis too"
-
-    def toggle_scale(self) -> None:
-        """Let the axis be logarithmic, or linear again."""
-        if not self.why_one_scale:
-            self._logarithmic ^= {self.instrument.name}
 
     @property
     def _end(self) -> float:
@@ -229,14 +198,14 @@ class Charts:
 
     def _marks(self) -> list[Mark]:
         """Return the note, first differences, the end of the reference's trust, and of the reference."""
-        ink, colours, reference, marks = chart_palette().ink, self.colours, self.samples.reference, self.marks
-        found = [Mark(None, self.note, ink, "")] if self.note else []
+        ink, colours, marks = chart_palette().ink, self.colours, self.marks
+        found = [Mark(None, self.note, ink)] if self.note else []
         for name, time in marks.differences.items():
-            found.append(Mark(time, f"{name} differs", colours[name], f"first contact unlike {reference}'s"))
+            found.append(Mark(time, f"{name} differs", colours[name]))
         if marks.trust.until is not None:
-            found.append(Mark(marks.trust.until, NOT_COMPARABLE, ink, SENTENCES[marks.trust.ends_by]))
+            found.append(Mark(marks.trust.until, NOT_COMPARABLE, ink))
         if marks.stopped:
-            found.append(Mark(marks.stopped[0], f"{reference} stops", ink, marks.stopped[1]))
+            found.append(Mark(marks.stopped[0], f"{self.samples.reference} stops", ink))
         return found
 
     def placed_marks(self, place: Rect, text_height: int) -> list[tuple[Mark, Rect]]:
@@ -252,15 +221,6 @@ class Charts:
         return [
             (mark, Rect(round(x), 1, width, height + 2)) for mark, x, width in zip(marks, lefts, widths, strict=True)
         ]
-
-    def mark_at(self, place: Rect, text_height: int, point: ScreenPoint) -> Mark | None:
-        """Return the mark whose label or tick a point of the window is on, in a chart at a place."""
-        x, y, plot = point[0] - place.x, point[1] - place.y, self.plot(place, text_height)
-        for mark, label in self.placed_marks(place, text_height):
-            is_near = mark.time is not None and y < plot.y and abs(x - self._column(plot, mark.time)) <= MARK_DISTANCE
-            if mark.time is not None and (is_near or label.collidepoint(x, y)):
-                return mark
-        return None
 
     def _draw_marks(self, surface: Surface, place: Rect, text_height: int) -> None:
         """Draw each mark as a triangle above the chart, with its label, and faintly through the chart."""
@@ -290,8 +250,7 @@ class Charts:
         values, columns = self.instrument.scaled(samples, self._units), self.instrument.columns(samples)
         known = values[:, list(columns.values())]
         known = known[np.isfinite(known)]
-        logarithmic = self.instrument.logarithmic if self.is_logarithmic else None
-        scale = logarithmic(self._units) if logarithmic else Even()
+        scale = self.instrument.scale(self._units)
         span = scale.span(float(known.min(initial=np.inf)), float(known.max(initial=-np.inf)))
         axes = Axes(ground, plot, height, chart_palette(), self._end, scale, span)
         axes.draw(self._heading, "s")
@@ -320,14 +279,10 @@ class Charts:
         axes.write_names(ends, colours)
 
     def _draw_card(self, surface: Surface, place: Rect, text_height: int, point: ScreenPoint) -> None:
-        """Draw the values at a point, or what the mark there means."""
-        mark = self.mark_at(place, text_height, point)
-        if mark:
-            rows = [[f"{mark.time:.2f} s", mark.text], ["", mark.sentence]]
-        else:
-            rows = self.values_at(self.time_at(place, text_height, point[0]))
-            faint = chart_palette().ground.lerp(chart_palette().ink, 0.5)
-            pygame.draw.line(surface, faint, (point[0], place.y), (point[0], place.bottom))
+        """Draw the values at a point."""
+        rows, ink = self.values_at(self.time_at(place, text_height, point[0])), chart_palette().ink
+        faint = chart_palette().ground.lerp(ink, 0.5)
+        pygame.draw.line(surface, faint, (point[0], place.y), (point[0], place.bottom))
         card(surface, rows, point, text_height, surface.get_rect())
 
     def values_at(self, time: float) -> list[list[str]]:

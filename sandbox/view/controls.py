@@ -43,24 +43,17 @@ class Topic(StrEnum):
 class Control:
     """An action of the window.
 
-    key_names: as the help spells them. name: on its button. do: what it does to the `Window`, which is not imported
-    here, as its parts import this table. is_on: whether what it turns on and off is on. more_keys: names of keys that
-    do the same. repeats: while its key is held.
+    key: as the help spells it. name: on its button. do: what it does to the `Window`, which is not imported here, as
+    its parts import this table. is_on: whether what it turns on and off is on. repeats: while its key is held.
     """
 
     topic: Topic
-    key_names: str
+    key: str
     name: str
     does: str
     do: Callable[[Any], object]
     is_on: Callable[[Any], bool] = lambda _: False
-    more_keys: tuple[str, ...] = ()
     repeats: bool = False
-
-    @property
-    def keys(self) -> list[str]:
-        """The names of its keys."""
-        return [*self.key_names.split(", "), *self.more_keys]
 
 
 def _layer(layer: Layer, key: str, name: str, does: str) -> Control:
@@ -74,9 +67,9 @@ def _layer(layer: Layer, key: str, name: str, does: str) -> Control:
     )
 
 
-def _page(page: Panel, keys: str, does: str) -> Control:
+def _page(page: Panel, key: str, does: str) -> Control:
     topic = Topic.FIRST if page is Panel.WHY else Topic.WINDOW
-    return Control(topic, keys, page.value, does, lambda w: w.panel.toggle(page), lambda w: w.panel.open is page)
+    return Control(topic, key, page.value, does, lambda w: w.panel.toggle(page), lambda w: w.panel.open is page)
 
 
 _first, _time, _compare, _edit = (
@@ -88,32 +81,26 @@ _see, _files, _window = (partial(Control, topic) for topic in (Topic.SEE, Topic.
 class Action(Enum):
     """What the window does when a key or a button asks for it."""
 
-    PAUSE = _first("Space, P", "Play", "pause or resume", lambda w: w.playback.pause(), lambda w: w.playback.paused)
-    STEP = _first("Right, O", RIGHT, "pause and do one step", lambda w: w.playback.step(), repeats=True)
+    PAUSE = _first("Space", "Play", "pause or resume", lambda w: w.playback.pause(), lambda w: w.playback.paused)
+    STEP = _first("Right", RIGHT, "pause and do one step", lambda w: w.playback.step(), repeats=True)
     RESTART = _first("R", "Restart", "restart; edits stay, made at the start", lambda w: w.restart(keep=True))
-    PICK_SCENE = _first("/, Ctrl O", "Open\N{HORIZONTAL ELLIPSIS}", "choose a scene", lambda w: w.scenes.open_picker())
-    UNDO = _first("U, Ctrl Z", "Undo", "undo the last throw or edit", lambda w: w.playback.undo())
-    WHY = _page(Panel.WHY, "F5, W", "why engines differ: verdict, contacts and causes")
+    PICK_SCENE = _first("/", "Open\N{HORIZONTAL ELLIPSIS}", "choose a scene", lambda w: w.scenes.open_picker())
+    UNDO = _first("Ctrl Z", "Undo", "undo the last throw or edit", lambda w: w.playback.undo())
+    WHY = _page(Panel.WHY, "F5", "why engines differ: verdict, contacts and causes")
     SAVE_SCENE = _first(
-        "S, Ctrl S", "Scene file", "save the balls as they are as a scene",
+        "Ctrl S", "Scene file", "save the balls as they are as a scene",
         lambda w: w.saver.save_scene(w.mouse.pane or 0),
     )  # fmt: skip
     HELP = _first("F1", "Help", "show or hide the help", lambda w: w.cards.toggle_help(), lambda w: w.cards.help_open)
-    ESCAPE = _first(
-        "Esc", "", "close what is open over the panes; twice, quit", lambda w: w.escape(), more_keys=("Escape",)
-    )
+    ESCAPE = _first("Escape", "", "close what is open over the panes; twice, quit", lambda w: w.escape())
 
     GO_TO_START = _time("Home", f"|{LEFT}", "go to the start; later steps are kept", lambda w: w.playback.seek(0))
     STEP_BACK = _time("Left", LEFT, "pause and go one step back", lambda w: w.playback.step_back(), repeats=True)
     GO_TO_END = _time(
         "End", f"{RIGHT}|", "go to the latest step reached", lambda w: w.playback.seek(w.playback.session.end)
     )
-    SLOWER = _time(
-        "-", "\N{MINUS SIGN}", "slower, down to 1/100", lambda w: w.playback.change_speed(-1), more_keys=("[-]",)
-    )
-    FASTER = _time(
-        "+, =", "+", "faster, up to as fast as possible", lambda w: w.playback.change_speed(1), more_keys=("[+]",)
-    )
+    SLOWER = _time("-", "\N{MINUS SIGN}", "slower, down to 1/100", lambda w: w.playback.change_speed(-1))
+    FASTER = _time("+", "+", "faster, up to as fast as possible", lambda w: w.playback.change_speed(1))
 
     PREVIOUS_CONTACT = _compare(
         "<", f"{LEFT} Previous", "go to the previous contact that differs", lambda w: w.show_contact(-1), repeats=True
@@ -121,25 +108,16 @@ class Action(Enum):
     NEXT_CONTACT = _compare(
         ">", f"Next {RIGHT}", "go to the next one, and draw it", lambda w: w.show_contact(1), repeats=True
     )
-    NEXT_CHART = _compare("1", "", "next chart", lambda w: w.view.charts.show_next())
-    SCALE = _compare("2", "", "logarithmic chart, or linear", lambda w: w.view.charts.toggle_scale())
     GHOSTS = _layer(Layer.GHOSTS, "G", "Outlines of exact", "outlines of the balls in exact")
     CHARTS = _layer(Layer.CHARTS, "H", "Chart", "charts")
 
-    REDO = _edit("Y, Ctrl Y", "Redo", "redo what was undone", lambda w: w.playback.redo())
+    REDO = _edit("Ctrl Y", "Redo", "redo what was undone", lambda w: w.playback.redo())
     DISCARD_EDITS = _edit(
         "Shift R", "Discard edits", "restart without edits; undo brings them back", lambda w: w.restart(keep=False)
     )
-    ADD_BALL = _edit("A", "", "add a ball at the mouse", lambda w: w.editor.add(w.mouse.position))
-    DELETE_BALL = _edit(
-        "Delete, Backspace",
-        "",
-        "delete the ball at the mouse, or the selected one",
-        lambda w: w.editor.delete(w.mouse.ball),
+    DELETE = _edit(
+        "Delete", "", "delete the ball at the mouse, or what is selected", lambda w: w.editor.delete(w.mouse.ball)
     )
-    NEXT_TOOL = _edit("F", "", "next tool: hand, move, ball, wall, erase", lambda w: w.mouse.choose_next())
-    SELECT_PREVIOUS = _edit(",", "", "select the previous ball", lambda w: w.editor.select_next(-1), repeats=True)
-    SELECT_NEXT = _edit(".", "", "select the next ball", lambda w: w.editor.select_next(1), repeats=True)
 
     VELOCITY = _layer(Layer.VELOCITY, "V", "Velocities", "velocity arrows, to where a ball would be in 0.2 s")
     TRAILS = _layer(Layer.TRAILS, "T", "Trails", "trails of where the balls were")
@@ -159,9 +137,7 @@ class Action(Enum):
     PREVIOUS_SCENE = _files("[", LEFT, "previous bundled scene", lambda w: w.scenes.open_bundled(-1))
     NEXT_SCENE = _files("]", RIGHT, "next bundled scene", lambda w: w.scenes.open_bundled(1))
     NEXT_SEED = _files("N", "Next seed", "restart with the next seed", lambda w: w.scenes.next_seed())
-    SAVE_INPUTS = _files(
-        "J, Ctrl C", "What I did", "save what you did, and copy the command", lambda w: w.saver.save_inputs()
-    )
+    SAVE_INPUTS = _files("J", "What I did", "save what you did, and copy the command", lambda w: w.saver.save_inputs())
     SAVE_PICTURE = _files("F12", "Picture", "save a picture of the window", lambda w: w.save_picture())
     RECORD = _files(
         "F9", "Record", "start or stop recording a GIF",
@@ -170,8 +146,8 @@ class Action(Enum):
     )  # fmt: skip
 
     SCENE = _page(Panel.SCENE, "F2", "the scene: gravity, elasticity, steps")
-    BALLS = _page(Panel.BALLS, "F3, K", "the balls: a table, and the selected ball or wall")
-    ENGINES = _page(Panel.ENGINES, "F4, E", "the engines, and Pymunk's settings")
+    BALLS = _page(Panel.BALLS, "F3", "the selected ball or wall")
+    ENGINES = _page(Panel.ENGINES, "F4", "the engines")
     SHOW = _page(Panel.SHOW, "F6", "what is shown: arrows, trails, numbers and more")
     COLUMN = _window(
         "F8", "Panel", "show or hide the column", lambda w: w.panel.toggle(), lambda w: w.panel.open is not None
@@ -179,12 +155,8 @@ class Action(Enum):
     THEME = _window(
         "F7", "Dark", "light, or dark", lambda _: theme.use(dark=not theme.is_dark), lambda _: theme.is_dark
     )
-    LARGER_TEXT = _window(
-        "Ctrl +", "Larger text", "larger text", lambda w: w.change_text(1), more_keys=("Ctrl =", "Ctrl [+]")
-    )
-    SMALLER_TEXT = _window(
-        "Ctrl -", "Smaller text", "smaller text", lambda w: w.change_text(-1), more_keys=("Ctrl [-]",)
-    )
+    LARGER_TEXT = _window("Ctrl +", "Larger text", "larger text", lambda w: w.change_text(1))
+    SMALLER_TEXT = _window("Ctrl -", "Smaller text", "smaller text", lambda w: w.change_text(-1))
     FULL_SCREEN = _window(
         "F11", "Full screen", "full screen, or a window again", lambda w: w.toggle_full_screen(),
         lambda w: w.is_full_screen,
@@ -200,24 +172,24 @@ BY_MOUSE: Final = {
     Topic.FILES: ("Drop a file", "run its scene, or list those of a folder"),
     Topic.WINDOW: ("Tab, Enter, arrows", "next button, press it, move a slider"),
 }
-HELP: Final = tuple(  # rows of its table: a topic, keys, and what they do
-    (topic, keys, does)
+HELP: Final = tuple(  # rows of its table: a topic, a key, and what it does
+    (topic, key, does)
     for topic in Topic
-    for keys, does in (
+    for key, does in (
         BY_MOUSE[topic],
-        *((action.value.key_names, action.value.does) for action in Action if action.value.topic is topic),
+        *((action.value.key, action.value.does) for action in Action if action.value.topic is topic),
     )
 )
 
 
 def tip_of(action: Action) -> str:
-    """Return what a control does, and its keys."""
+    """Return what a control does, and its key."""
     does = action.value.does
-    return f"{does[0].upper()}{does[1:]}  ({action.value.key_names})"
+    return f"{does[0].upper()}{does[1:]}  ({action.value.key})"
 
 
 LETTERS: Final = {code: chr(code + 64) for code in range(32)}  # of the control characters that Ctrl makes of them
-BY_KEY: Final = {name.upper(): action for action in Action for name in action.value.keys}
+BY_KEY: Final = {action.value.key.upper(): action for action in Action}
 
 
 def action_of(event: Event) -> Action | None:

@@ -25,8 +25,7 @@ from sandbox.session.history import Moment
 from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
 
-NOTHING_SELECTED: Final = "no ball is selected: pause and click one, or use , and ."
-NOWHERE: Final = "move the mouse to where the ball is to be"
+NOTHING_SELECTED: Final = "no ball is selected: pause and click one"
 
 
 class Editor:
@@ -65,19 +64,10 @@ class Editor:
         """The pane in which something was selected, if it is still there."""
         return min(self._pane, len(self._playback.view.panes) - 1)
 
-    def show_in(self, pane: int) -> None:
-        """Let what is selected be shown as it is in another pane."""
-        self._pane = pane
-
     @property
     def selected_wall(self) -> int | None:
         """The number of the selected wall, if it is there."""
         return self._wall if self._wall is not None and self._wall < len(self._moment.scene.walls) else None
-
-    def select_next(self, by: int) -> None:
-        """Select the ball so many numbers after the selected one, or before it if negative."""
-        here = self.selected if self.selected is not None else -1 if by > 0 else 0
-        self.select((here + by) % len(self._moment.balls))
 
     # Edits
 
@@ -126,12 +116,9 @@ class Editor:
         model = len(bodies) - 1 if model is None else model
         return {key: float(getattr(bodies, key)[model]) for key in CONSTANTS}
 
-    def add(self, position: Vector | None) -> None:
+    def add(self, position: Vector) -> None:
         """Add a ball at rest at a position (px), moved into the arena."""
         moment, constants = self._moment, self.new_ball
-        if position is None:
-            self._notice.show(NOWHERE)
-            return
         with self._notice.reporting():
             at = moment.scene.arena.nearest_inside(position, constants["radius"])
             if not _is_free(moment, at, constants["radius"]):

@@ -9,7 +9,7 @@ import numpy as np
 
 from sandbox.analysis.gas import expected_counts, speed_law, why_lawless
 from sandbox.quantity import length
-from sandbox.report.scales import BothSigns, Scale, Span, gap_scale, round_up
+from sandbox.report.scales import Scale, Span, gap_scale, round_up
 from sandbox.scene.units import Dimension, Units
 from sandbox.session.history import Moment
 from sandbox.session.samples import Quantity, Samples
@@ -31,9 +31,8 @@ CURVE_POINTS: Final = 120
 class Instrument:
     """What the chart can show over time or, without values, of the step shown.
 
-    values: of each engine in the samples, before they are scaled to the unit. digits: how a value is written.
-    logarithmic: its other scale, if it has one. is_relative: whether values are against the reference, which then has
-    no line.
+    values: of each engine in the samples, before they are scaled to the unit. digits: how a value is written. scale:
+    of the axis, by default linear. is_relative: whether values are against the reference, which then has no line.
     """
 
     name: str
@@ -41,7 +40,7 @@ class Instrument:
     unit: Dimension | str
     values: Callable[[Samples], Floats] | None = None
     digits: str = "{:,.6g}"
-    logarithmic: Callable[[Units], Scale] | None = None
+    scale: Callable[[Units], Scale] = lambda _: Even()
     is_relative: bool = False
 
     def unit_in(self, units: Units) -> str:
@@ -82,7 +81,7 @@ ERROR: Final = Instrument(
     "error",
     "of the energy, in % of the largest kinetic energy that the reference has had by then;\n"
     "more than 100 % can be missing where balls fall, as height is lost too", "%",
-    Samples.errors, "{:+.4g}", lambda units: BothSigns(), is_relative=True,
+    Samples.errors, "{:+.4g}", is_relative=True,
 )  # fmt: skip
 GAP: Final = Instrument(
     "gap", "how far its balls are off, at most", Dimension.LENGTH, _of(Quantity.GAP), "{:.4g}", gap_scale,
@@ -161,4 +160,9 @@ class Even:
         numbers = 0.0 + step * np.arange(np.ceil(span[0] / step - 1e-9), np.floor(span[1] / step + 1e-9) + 1)
         lowest, *others = numbers.tolist()
         between = sorted(others[:-1], key=lambda at: (at != 0, -at))
-        return [(at, f"{at:,.6g}".replace("e+0", "e")) for at in [*others[-1:], lowest, *between]]
+        end = max(map(abs, span))
+        power = 3 * int(np.log10(end) / 3) if end >= 1e6 else 0  # of ten, which all numbers of the axis then have
+        return [
+            (at, f"{at / 10**power:,.6g}{f'e{power}' if power and at else ''}")
+            for at in [*others[-1:], lowest, *between]
+        ]

@@ -98,10 +98,6 @@ class MouseTool:
         self.tool = tool
         self._playback.paused = self._playback.paused or tool.pauses
 
-    def choose_next(self) -> None:
-        """Let the mouse do what the next tool does."""
-        self.choose(self.tools[(self.tools.index(self.tool) + 1) % len(self.tools)])
-
     # What the mouse is over
 
     @property
@@ -182,10 +178,6 @@ class MouseTool:
         """Return what the mouse holds after a press of its left button."""
         layout, charts, spot = self._layout(), self._playback.view.charts, self._spot(point)
         over_time = charts.is_over_time(layout.strip, point)
-        mark = charts.mark_at(layout.strip, layout.text_height, point) if over_time else None
-        if mark and mark.time is not None:
-            self._go_to(mark.time)
-            return None
         on_track, on_splitter = layout.bar.collidepoint(point), layout.splitter.collidepoint(point)
         if over_time or on_track or on_splitter:
             return Slide(self._scrub_chart if over_time else self._scrub_track if on_track else self._split, point)
@@ -218,9 +210,7 @@ class MouseTool:
 
     def _scrub_chart(self, point: ScreenPoint) -> None:
         layout = self._layout()
-        self._go_to(self._playback.view.charts.time_at(layout.strip, layout.text_height, point[0]))
-
-    def _go_to(self, time: float) -> None:
+        time = self._playback.view.charts.time_at(layout.strip, layout.text_height, point[0])
         self._playback.paused = True
         self._playback.seek(self._playback.session.step_at(time))
 

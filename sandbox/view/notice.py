@@ -1,11 +1,10 @@
-"""A message to the user, shown over the panes for some seconds: what was done, and what failed."""
+"""A message to the user, shown until the next click or key: what was done, and what failed."""
 
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import Enum, auto
 from pathlib import Path
-from time import monotonic
 from typing import ClassVar, Final
 
 import pygame
@@ -16,7 +15,6 @@ from sandbox.view.display import Stopped
 from sandbox.view.primitives import first_lines, panel, text_width, write
 from sandbox.view.theme import GREEN, VERMILLION, readable, theme
 
-SECONDS_SHOWN: Final = 6.0
 MAX_LINES: Final = 4
 SIGN_INK: Final = Color("white")
 LOG: Final = logging.getLogger("sandbox.view")
@@ -33,7 +31,7 @@ class NoticeKind(Enum):
 class Notice:
     """The latest message to the user: what was saved, what went wrong, or what to do.
 
-    strict: whether bugs are raised, as tests want it.
+    text: nothing once something else is done. strict: whether bugs are raised, as tests want it.
     """
 
     strict: ClassVar[bool] = False
@@ -41,14 +39,9 @@ class Notice:
     def __init__(self) -> None:
         self.clear()
 
-    @property
-    def text(self) -> str:
-        """The message, while it is shown; then nothing."""
-        return self._text if monotonic() < self._until else ""
-
     def show(self, text: str, kind: NoticeKind = NoticeKind.HINT) -> None:
         """Show a message."""
-        self.kind, self._text, self._until = kind, text, monotonic() + SECONDS_SHOWN
+        self.kind, self.text = kind, text
 
     def show_saved(self, file: str | Path, more: str = "") -> None:
         """Show that a file was saved, and in which folder."""
@@ -57,12 +50,7 @@ class Notice:
 
     def clear(self) -> None:
         """Show nothing."""
-        self.kind, self._text, self._until = NoticeKind.HINT, "", 0.0
-
-    def go_stale(self) -> None:
-        """Show nothing that the user's next action answers: only what was saved stays."""
-        if self.kind is not NoticeKind.DONE:
-            self.clear()
+        self.kind, self.text = NoticeKind.HINT, ""
 
     @contextmanager
     def reporting(self) -> Iterator[None]:

@@ -46,7 +46,7 @@ class Playback:
         The garbage collector leaves its objects alone: it would go through those of Pymunk again and again,
         for longer than a frame. The former session's are collected here.
         """
-        view.charts.show_as(self.view.charts)
+        view.charts.show(self.view.charts.instrument)
         view.plain = self.view.plain
         self.view = view
         gc.unfreeze()

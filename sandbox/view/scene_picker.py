@@ -16,7 +16,7 @@ from sandbox.files import MAX_TEXT_FILE_BYTES
 from sandbox.scene.files import TRUTHS, bundled
 from sandbox.text import printable
 from sandbox.view.offscreen import Preview, Previews
-from sandbox.view.primitives import first_lines, panel, shortened, text_width, write
+from sandbox.view.primitives import first_lines, panel, shortened, write
 from sandbox.view.theme import theme
 from sandbox.view.widgets import ENTER, Widget, Words
 from sandbox.view.widgets.group import draw_scroll_bar, rows_of, stacked
@@ -198,7 +198,7 @@ class ScenePicker:
 
     def _on_key(self, event: Event) -> None:
         steps = {pygame.K_LEFT: -1, pygame.K_RIGHT: 1}
-        rows = {pygame.K_UP: -1, pygame.K_DOWN: 1, pygame.K_PAGEUP: -3, pygame.K_PAGEDOWN: 3}
+        rows = {pygame.K_UP: -1, pygame.K_DOWN: 1}
         if event.key == pygame.K_ESCAPE:
             self._close()
         elif event.key in ENTER:
@@ -207,8 +207,7 @@ class ScenePicker:
         elif event.key in steps:
             self._select(self.chosen + steps[event.key])
         elif event.key in rows:
-            for _ in range(abs(rows[event.key])):
-                self._select(self._beyond(rows[event.key]))
+            self._select(self._beyond(rows[event.key]))
         elif event.key == pygame.K_BACKSPACE:
             self._type(self.typed[:-1])
         elif event.unicode and event.unicode.isprintable():
@@ -261,14 +260,10 @@ class ScenePicker:
                 write(surface, text, line.move(0, height // 4 + number * line.height), theme.ink, height)
 
     def _draw_search(self, surface: Surface) -> None:
-        """Draw the field with the typed text, and the number of scenes found."""
+        """Draw the field with the typed text."""
         height, field = self._text_height, self._field
         pygame.draw.rect(surface, theme.hover, field, border_radius=height // 3)
         line = field.inflate(-height, 0)
         end = write(surface, self.typed or HINT, line, theme.ink if self.typed else theme.dim, height)
         if self.typed:
             surface.fill(theme.ink, (end + 2, field.y + height // 3, max(1, height // 10), field.height * 2 // 3))
-        count = f"{len(self.found)} of {len(self._entries)}"
-        left = line.right - text_width(count, height)
-        if left > end + height:
-            write(surface, count, Rect(left, line.y, line.right - left, line.height), theme.dim, height)

@@ -51,8 +51,7 @@ class Toolbars:
         self._header = WidgetRow([*scenes, title], [record, button(Action.HELP), button(Action.COLUMN)], title)
 
         def tool_button(tool: Tool) -> TextButton:
-            does = f"{tool.does}  (F: next tool)"
-            return TextButton(tool.name, partial(mouse.choose, tool), does, lambda: mouse.tool is tool)
+            return TextButton(tool.name, partial(mouse.choose, tool), tool.does, lambda: mouse.tool is tool)
 
         undo = button(Action.UNDO, refusal=lambda: "" if playback.session.can_undo else "there is nothing to undo here")
         redo = button(Action.REDO, refusal=lambda: "" if playback.session.can_redo else "there is nothing to redo")
@@ -70,11 +69,7 @@ class Toolbars:
         )
         after = [end, button(Action.SLOWER), speed, button(Action.FASTER)]
         self._before, self._after = WidgetRow([start, back, play, on]), WidgetRow([], after)
-        scale = button(
-            Action.SCALE, widest="Logarithmic", refusal=lambda: self._charts.why_one_scale,
-            said=lambda: "Logarithmic" if self._charts.is_logarithmic else "Linear",
-        )  # fmt: skip
-        self._tabs = WidgetRow([self._tab(instrument) for instrument in INSTRUMENTS], [scale])
+        self._tabs = WidgetRow([self._tab(instrument) for instrument in INSTRUMENTS])
 
     @property
     def _charts(self) -> Charts:
@@ -84,7 +79,7 @@ class Toolbars:
         name = instrument.name.capitalize()
         return TextButton(
             name.partition(" ")[0], lambda: self._charts.show(instrument),
-            f"{name}: {instrument.meaning}  (1: the next chart)", lambda: self._charts.instrument is instrument,
+            f"{name}: {instrument.meaning}", lambda: self._charts.instrument is instrument,
         )  # fmt: skip
 
     # Places and drawing

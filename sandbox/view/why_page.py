@@ -1,7 +1,7 @@
 """The page of the side panel that says why engines differ: the ledger, the words of `compare`, and contacts."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import cache, lru_cache, partial
+from functools import cache, partial
 from typing import Final
 
 from pygame import Color
@@ -11,7 +11,7 @@ from sandbox.judge.causes import Cause
 from sandbox.scene.fields import rgb
 from sandbox.view.case_so_far import Case, CaseSoFar, LedgerLine, OtherContact
 from sandbox.view.contact_mark import ContactPicture
-from sandbox.view.controls import RIGHT, Action
+from sandbox.view.controls import Action
 from sandbox.view.playback import Playback
 from sandbox.view.run_so_far import Marks
 from sandbox.view.session_view import energy_in_words
@@ -20,7 +20,6 @@ from sandbox.view.toolbars import action_button
 from sandbox.view.widgets import Bar, TextButton, Widget, Words
 from sandbox.view.widgets.group import rows_of
 
-LISTED: Final = 12  # contacts at once: the newest, or those around the one that is shown
 BUTTONS_IN_ROW: Final = 3
 NOTHING_YET: Final = "Nothing has happened yet."
 COMPARING: Final = "Comparing …"
@@ -33,14 +32,12 @@ OF_SCENE: Final = "What the scene and the mouse took or gave, rightly:"
 SCENES_OWN: Final = tuple(  # labels of the causes that no engine is blamed for
     cause.label for cause in (Cause.ELASTICITY, Cause.FRICTION, Cause.SPIN, Cause.APPLIED)
 )
-MIN_SHARE: Final = 1e-4  # smaller ones are written with more than two decimals
-MAX_WORDS: Final = 512  # texts whose widgets are kept: those that stay keep the keyboard
 
 Row = Sequence[Widget]
 
 
 class WhyPage:
-    """Says why an engine differs from the reference, in the words of `compare`, and shows its contacts in the panes.
+    """Says why an engine differs from the reference, in the words of `compare`, and draws its contacts, one at a time.
 
     do: does an action.
     """
@@ -50,8 +47,7 @@ class WhyPage:
         self._playback = playback
         self._chosen = ""  # engine
         self._gone_to: OtherContact | None = None
-        self._lists = False  # whether contacts are listed
-        self._words, self._button = lru_cache(MAX_WORDS)(Words), cache(self._make_button)
+        self._button = cache(self._make_button)
         self._headline = Words("", bold=True, scale=1.3)
         self._buttons = [action_button(action, do) for action in (Action.PREVIOUS_CONTACT, Action.NEXT_CONTACT)]
 
@@ -66,7 +62,7 @@ class WhyPage:
 
     @property
     def contact(self) -> OtherContact | None:
-        """The contact that is drawn in the panes: the one that was gone to, while its step is shown."""
+        """The contact that is drawn: the one that was gone to, while its step is shown."""
         contact = self._gone_to
         is_shown = contact and contact.step == self._playback.view.moment.step and contact in self._contacts
         return contact if is_shown else None
@@ -95,7 +91,7 @@ class WhyPage:
         self._chosen, self._gone_to = engine, None
 
     def show(self, contact: OtherContact) -> None:
-        """Pause, go to a contact, and draw it in the panes."""
+        """Pause, go to a contact, and draw it."""
         self._gone_to = contact
         self._playback.paused = True
         self._playback.seek(contact.step)
@@ -116,58 +112,48 @@ class WhyPage:
             self.show(contacts[at])
         return is_there
 
-    def _toggle_list(self) -> None:
-        self._lists = not self._lists
-
     # What it says
 
     def rows(self) -> Sequence[Row]:
         """Return the rows of its widgets."""
         case, engine, shown = self._case, self.engine, self.contact
         status = self._say(self._status, theme.dim)
-        if not case:
-            return [status, self._buttons]
+        besides = [self._say(line) for line in case.besides] if case else []
+        if not case or not engine:  # the reference alone has nothing that differs from it
+            return [status, self._buttons, *besides]
         of_engine = case.engines[engine]
         error = self._playback.view.energy_errors.get(engine, 0.0)
         self._headline.text = f"{engine}: {energy_in_words(error, self._playback.view.beside)}"
         rows: list[Row] = [*self._choices(case.engines), [self._headline], status, self._buttons]
+        rows += [self._say(self._count(of_engine.contacts), theme.dim)] if of_engine.contacts else []
         if shown:
-            against, ink = self._playback.session.reference, palette(self._playback.scene.arena.background).ink
-            legend = LEGEND.format(engine=engine, against=against, ink="white" if ink == Color("white") else "black")
-            rows += [self._row(shown, is_shown=True), [self._picture(shown.difference)]]
-            rows += [self._say(line, theme.dim) for line in (*shown.speeds.splitlines(), legend)]
+            rows += [self._sentence(shown), [self._picture(shown.difference)]]
+            rows += [self._say(line, theme.dim) for line in (*shown.speeds.splitlines(), self._legend)]
         rows += self._ledger_rows(of_engine.ledger)
-        rows += [self._say(line) for line in (*of_engine.lines, *case.besides)]
-        if contacts := of_engine.contacts:
-            title = f"{self._list_title(contacts)}{':' if self._lists else f' {RIGHT}'}"
-            rows.append(self._say(title, theme.dim, self._toggle_list))
-            at = contacts.index(shown) if shown else len(contacts)
-            first = min(max(at - LISTED // 2, 0), max(len(contacts) - LISTED, 0))
-            listed = contacts[first : first + LISTED][::-1] if self._lists else ()
-            rows += [self._row(contact) for contact in listed if contact != shown]
-            if listed and len(contacts) > LISTED:
-                rows.append(self._say(f"and {len(contacts) - LISTED} more, which < and > go to", theme.dim))
-        return rows
+        return [*rows, *map(self._say, of_engine.lines), *besides]
 
-    def _say(self, text: str, colour: Color | None = None, do: Callable[[], None] | None = None) -> Sequence[Words]:
-        words = self._words(text)
-        words.colour, words.do, words.marked = colour, do, False
-        return [words]
+    def _say(self, text: str, colour: Color | None = None) -> Row:
+        return [Words(text, colour=colour)]
 
-    def _row(self, contact: OtherContact, *, is_shown: bool = False) -> Row:
-        """Return the sentence of a contact, after the colours of its balls; a click goes to it."""
-        [words] = self._say(contact.sentence, do=None if is_shown else partial(self.show, contact))
+    def _sentence(self, contact: OtherContact) -> Row:
+        """Return the sentence of a contact, after the colours of its balls."""
         colours = self._playback.scene.colors
         balls = (ball for ball in contact.difference.balls if ball < len(colours))  # that are still there
-        words.marked, words.dots = is_shown, tuple(Color(*rgb(colours[ball])) for ball in balls)
-        return [words]
+        return [Words(contact.sentence, dots=tuple(Color(*rgb(colours[ball])) for ball in balls))]
 
-    def _list_title(self, contacts: Sequence[OtherContact]) -> str:
-        reference = self._playback.session.reference
-        if len(contacts) == MAX_DIFFERENCES:
-            until = f"up to {contacts[-1].time:.3f} s"
-            return f"The first {MAX_DIFFERENCES} contacts that differ from {reference}, {until}; the last of them first"
-        return f"{len(contacts)} contacts differ from {reference}" if len(contacts) > 1 else "1 contact differs"
+    def _count(self, contacts: Sequence[OtherContact]) -> str:
+        """How many contacts differ, and which of them is shown."""
+        count, reference = len(contacts), self._playback.session.reference
+        until = f" up to {contacts[-1].time:.3f} s" if count == MAX_DIFFERENCES else ""
+        if self.contact:
+            return f"Contact {contacts.index(self.contact) + 1} of {count} unlike {reference}'s{until}"
+        return f"{count} contact{'s differ' if count > 1 else ' differs'} from {reference}{until}"
+
+    @property
+    def _legend(self) -> str:
+        ink = palette(self._playback.scene.arena.background).ink
+        colour = "white" if ink == Color("white") else "black"
+        return LEGEND.format(engine=self.engine, against=self._playback.session.reference, ink=colour)
 
     def _ledger_rows(self, lines: Sequence[LedgerLine]) -> Iterator[Row]:
         """Yield the engine's own errors as bars, and then what the scene takes and gives."""
@@ -177,8 +163,8 @@ class WhyPage:
             some = [line for line in lines if (line.cause in SCENES_OWN) == is_of_scene]
             yield from ([self._say(title, theme.dim)] if some else [])
             for line in some:
-                text = f"{100 * line.share:+.2f} %" if abs(line.share) >= MIN_SHARE else line.text
-                yield [Bar(line.cause, text, line.share / largest, self._playback.view.charts.colours[self.engine])]
+                colour = self._playback.view.charts.colours[self.engine]
+                yield [Bar(line.cause, line.text, line.share / largest, colour)]
 
     @property
     def _status(self) -> str:

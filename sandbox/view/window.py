@@ -20,7 +20,7 @@ from sandbox.view import Layer, opens_with
 from sandbox.view.balls_page import BallsPage
 from sandbox.view.cards import Cards, MassSlider, Messages
 from sandbox.view.case_so_far import CaseSoFar
-from sandbox.view.contact_mark import draw_contact
+from sandbox.view.contact_mark import ring_balls
 from sandbox.view.controls import Action, Panel, Topic, action_of
 from sandbox.view.display import PendingEvents, Stopped, caption, open_window
 from sandbox.view.editor import Editor
@@ -142,7 +142,7 @@ class Window:
         self.mouse.release()
         if self.playback.use_engines(names):
             self.scenes.engines = names
-            self.notice.go_stale()  # such as the error of a name typed wrongly before
+            self.notice.clear()  # such as the error of a name typed wrongly before
 
     @property
     def _is_too_small(self) -> bool:
@@ -224,7 +224,7 @@ class Window:
             self.scenes.picker.on_event(event)
         else:
             if event.type == pygame.MOUSEBUTTONDOWN:
-                self.notice.go_stale()
+                self.notice.clear()
             point = self.mouse.point
             if event.type == pygame.MOUSEWHEEL and point and self.layout.panel.collidepoint(point):
                 self.panel.scroll(event.y)
@@ -256,7 +256,7 @@ class Window:
             self.panel.show_focus(self.layout.panel, self.layout.text_height)
         elif action:
             if action is not Action.ESCAPE:
-                self.notice.go_stale()
+                self.notice.clear()
             self.do(action)
 
     def do(self, action: Action) -> None:
@@ -375,7 +375,7 @@ class Window:
         fill(surface, theme.ground)
         self.view.draw_panes(surface, layout, self.showing)
         if self.panel.open is Panel.WHY and (contact := self.why.contact):
-            draw_contact(surface, layout, self.view.panes, contact.difference, self.why.engine)
+            ring_balls(surface, layout, self.view.panes, contact.difference.balls)
         self.mouse.draw(surface)
         self.toolbars.draw_timeline(surface, layout)
         self.panel.draw(surface, layout.panel, layout.text_height)

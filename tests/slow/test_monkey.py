@@ -119,7 +119,7 @@ class Monkey(RuleBasedStateMachine):
     @rule(action=st.sampled_from(Action), times=st.integers(1, 3))
     def use(self, action: Action, times: int) -> None:
         for _ in range(times):
-            event = key_event(action.value.keys[0])
+            event = key_event(action.value.key)
             self.key(event.key, event.unicode, event.mod)
 
     @rule(key=st.sampled_from(CODES), typed=texts, mod=st.sampled_from([0, pygame.KMOD_LSHIFT, pygame.KMOD_LCTRL]))
@@ -129,7 +129,7 @@ class Monkey(RuleBasedStateMachine):
 
     @rule(action=st.sampled_from(Action), frames=st.integers(1, 40))
     def hold(self, action: Action, frames: int) -> None:
-        event = key_event(action.value.keys[0])
+        event = key_event(action.value.key)
         self.send(pygame.KEYDOWN, **event.dict)
         self.wait(1 / 30, frames)
         self.send(pygame.KEYUP, **event.dict)

@@ -52,7 +52,7 @@ def test_panes_move_on_while_the_reference_stands_and_the_status_says_how_far_be
     assert (step(lagging), pymunk.step, exact.step) == (30, 30, 0)
     assert "exact 0.5 s behind" in lagging.view.charts.note
     assert np.isnan(lagging.view.charts.samples.of(Quantity.GAP)[1:]).all()
-    press(lagging, "p")
+    press(lagging, "Space")
     gate.set()
     until_there(lagging)
     assert (pymunk.step, exact.step, lagging._is_drawn) == (30, 30, True)
@@ -68,7 +68,7 @@ def test_no_outlines_of_another_time_are_drawn(lagging: Window, gate: threading.
     frames(lagging, 10)
     assert lagging.view._outlined is None
     gate.set()
-    press(lagging, "p")
+    press(lagging, "Space")
     until_there(lagging)
     assert lagging.view._outlined is lagging.view.moment.states["exact"]
 
@@ -91,7 +91,8 @@ def test_an_edit_that_waits_for_the_reference_can_be_stopped(lagging: Window, st
     pygame.event.clear()
     pygame.event.post(stop)
     begun = time.perf_counter()
-    press(lagging, ".", "Delete")
+    lagging.editor.select(0)
+    press(lagging, "Delete")
     assert time.perf_counter() - begun < 1
     assert (given(lagging), lagging.notice.text) == ([], STOPPED)
 
@@ -100,7 +101,8 @@ def test_an_edit_comes_once_the_reference_is_there(lagging: Window, gate: thread
     frames(lagging, 20)
     pygame.event.clear()
     threading.Timer(0.1, gate.set).start()
-    press(lagging, ".", "Delete")
+    lagging.editor.select(0)
+    press(lagging, "Delete")
     assert [len(pane.state.position) for pane in lagging.view.panes] == [2, 2]
     assert [pane.step for pane in lagging.view.panes] == [20, 20]
 

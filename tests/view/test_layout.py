@@ -78,7 +78,6 @@ def test_buttons_do_not_move_when_the_run_goes_on(window: Window, size: tuple[in
     before = places()
     window.playback.pause()
     window.playback.speed = 0.5
-    window.view.charts.toggle_scale()
     window.mouse.zoom_by(30)
     for _ in range(20):
         window.playback.step()

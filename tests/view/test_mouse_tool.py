@@ -91,7 +91,7 @@ def test_a_drag_far_outside_of_a_very_large_arena_pulls_to_its_edge() -> None:
 
 
 def test_a_drag_while_paused_sets_a_ball_s_velocity_in_every_engine(window: Window) -> None:
-    press(window, "p")
+    press(window, "Space")
     x, y = point(window, 600, 100, pane=1)
     drag(window, (x, y), point(window, 660, 140, pane=1))
     [edit] = given(window)
@@ -102,7 +102,7 @@ def test_a_drag_while_paused_sets_a_ball_s_velocity_in_every_engine(window: Wind
 
 
 def test_a_click_while_paused_selects_a_ball_and_moves_none(window: Window) -> None:
-    press(window, "p")
+    press(window, "Space")
     x, y = point(window, 600, 100)
     drag(window, (x, y), (x + 2, y))
     assert given(window) == []
@@ -112,7 +112,7 @@ def test_a_click_while_paused_selects_a_ball_and_moves_none(window: Window) -> N
 
 
 def test_a_selected_ball_has_a_slider_of_its_mass_which_a_drag_hides(window: Window) -> None:
-    press(window, "p")
+    press(window, "Space")
     window.panel.show(Panel.SCENE)
     at = point(window, 600, 100)
     click(window, at)
@@ -132,7 +132,7 @@ def test_a_selected_ball_has_a_slider_of_its_mass_which_a_drag_hides(window: Win
 def test_a_slow_ball_that_is_selected_keeps_its_number_and_has_a_ring_apart_from_it() -> None:
     ball = 'radius = 40\nposition = [400, 300]\nvelocity = [60, 0]\ncolors = ["white"]'
     window = Window(scene_of(ball, size='[800, 600]\nbackground = "#204020"'), ["exact"])
-    press(window, "p")
+    press(window, "Space")
     window.draw()
     inside = Rect(0, 0, 30, 30)
     inside.center = point(window, 400, 300)
@@ -181,7 +181,7 @@ def test_a_tip_leaves_at_a_press_and_after_4_s_and_does_not_appear_in_a_drag(
         window.draw()
         return len(tips)
 
-    press(window, "p")
+    press(window, "Space")
     mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
     mouse(window, pygame.MOUSEMOTION, tool(window, "Fit"))
     assert count() == 0
@@ -389,9 +389,9 @@ def test_a_wall_is_moved_by_the_hand_to_where_the_button_is_released() -> None:
     assert isinstance(edit, ChangeWall)
     assert edit.start == pytest.approx((500, 250), abs=1 / window.layout.scale)
     assert edit.step == step(window)
-    press(window, "u")
+    press(window, "undo")
     assert (given(window), window.view.moment.scene.walls) == ([], window.scene.walls)
-    press(window, "y")
+    press(window, "redo")
     assert given(window) == [edit]
 
 
@@ -404,7 +404,7 @@ def test_the_line_to_the_pointer_is_drawn_in_every_pane(window: Window) -> None:
 
 
 def test_an_arrow_that_leaves_its_pane_is_not_clipped(window: Window) -> None:
-    press(window, "p")
+    press(window, "Space")
     x, y = point(window, 600, 100)
     mouse(window, pygame.MOUSEBUTTONDOWN, (x, y))
     beyond = point(window, 900, 100)

@@ -34,7 +34,7 @@ def window_of(scene: str, engines: list[str] | None, steps: int, *, compared: bo
     window.showing |= {Layer.GHOSTS} | ({Layer.NUMBERS} if len(window.scene.bodies) <= 30 else set())
     window.panel.show(Panel.SCENE)
     window.why.case = CaseSoFar(WorkerHere())
-    press(window, "p")
+    press(window, "Space")
     run(window, steps)
     for _ in range(2 if compared else 0):  # to compare, and to note what was found
         window.why.update()
@@ -53,7 +53,7 @@ def default_window() -> Window:
 def balls() -> Window:
     """A ball is selected, and moved by the mouse."""
     window = window_of("billiards", ["pymunk", "exact"], 40)
-    press(window, "k")
+    press(window, "F3")
     use(window, "Move")
     x, y = window.view.panes[0].state.position[0].tolist()
     hover(window, point(window, x, y))
@@ -93,7 +93,7 @@ def picker() -> Window:
 def two_pymunks() -> Window:
     """With the panel of engines."""
     window = window_of("newtons-cradle", ["pymunk(iterations=30, substeps=4)", "pymunk"], 240)
-    press(window, "e")
+    press(window, "F4")
     return window
 
 

@@ -22,9 +22,9 @@ pytestmark = pytest.mark.usefixtures("memory_screen")
 
 
 def test_pause_stops_time_and_step_keys_do_one_step(window: Window) -> None:
-    press(window, "p")
+    press(window, "Space")
     assert window.playback.paused
-    press(window, "o")
+    press(window, "Right")
     press(window, "Right")
     assert window.view.session.lockstep.steps == 2
     assert window.view.panes[0].state.position[0].tolist() == [208, 300]
@@ -144,7 +144,8 @@ def test_an_edit_in_the_past_removes_later_samples_from_the_charts(window: Windo
     steps = window.view.session.samples.series.steps
     window.playback.seek(20)
     assert steps[-1] == 60
-    press(window, ".", "Delete")
+    window.editor.select(0)
+    press(window, "Delete")
     assert window.view.session.samples.series.steps[-1] == 20
     run(window, 5)
     assert window.view.session.samples.times[-1] == pytest.approx(25 / 60)
@@ -186,7 +187,7 @@ def behind(window: Window, monkeypatch: pytest.MonkeyPatch) -> Window:
 
 
 @pytest.mark.parametrize("stop", [ESC, Event(pygame.QUIT)], ids=["Esc", "closing"])
-@pytest.mark.parametrize("asked", ["a", "Right", "s"])
+@pytest.mark.parametrize("asked", ["Delete", "Right", "save"])
 def test_what_waits_for_engines_is_stopped_at_once_and_not_done(behind: Window, asked: str, stop: Event) -> None:
     before = step(behind), shown(behind)
     pygame.event.post(stop)
@@ -268,9 +269,9 @@ def test_a_reference_that_reaches_its_limit_says_why_and_the_run_goes_on(
 
 
 def test_a_step_key_does_one_step_at_the_fastest_speed_too(window: Window) -> None:
-    press(window, "p")
+    press(window, "Space")
     window.playback.speed = math.inf
-    press(window, "o")
+    press(window, "Right")
     window.playback.advance(0.0)
     assert window.view.session.lockstep.steps == 1
     window.playback.advance(1 / 60)
@@ -296,6 +297,7 @@ def test_after_a_jump_in_time_trails_include_the_steps_before(window: Window) ->
     window.playback.seek(50)
     places = window.view.trail(window.view.panes[0])
     assert np.array_equal(places, simulate(window.scene, "pymunk", steps=50).position)
-    press(window, ".", "Delete")
+    window.editor.select(0)
+    press(window, "Delete")
     assert window.view.trail(window.view.panes[0]).shape[1:] == (2, 2)
     window.draw()

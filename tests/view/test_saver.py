@@ -21,9 +21,9 @@ pytestmark = pytest.mark.usefixtures("memory_screen")
 
 def test_a_saved_scene_loads_to_the_balls_shown(window: Window, tmp_path: Path) -> None:
     run(window, 33)
-    press(window, "s", "save")
+    press(window, "save", "save")
     hover(window, point(window, 10, 10, pane=1))
-    press(window, "s")
+    press(window, "save")
     files = sorted(tmp_path.glob("*.toml"), key=os.path.getmtime)
     assert {file.name for file in files} == {"test-0-000033.toml", "test-0-000033-2.toml", "test-0-000033-3.toml"}
     assert f"saved test-0-000033-3.toml in {tmp_path}: the balls as in impulse" in window.messages.text
@@ -83,7 +83,7 @@ def test_a_file_name_that_is_too_long_is_reported(tmp_path: Path) -> None:
     press(window, "F12")
     assert "cannot be written: File name too long" in window.messages.text
     window.notice.clear()
-    press(window, "s")
+    press(window, "save")
     assert "cannot be written: File name too long" in window.messages.text
     press(window, "F9")
     window.frame(1 / 20)
@@ -98,10 +98,10 @@ def test_a_recording_is_what_the_window_shows_at_the_scene_s_pace(window: Window
     assert window.is_on(Action.RECORD)
     for _ in range(30):
         window.frame(1 / 60)
-    press(window, "p")
+    press(window, "Space")
     window.frame(1 / 60)  # is not recorded
     last = pixels(window.screen)
-    press(window, "p")
+    press(window, "Space")
     press(window, "F9")
     [file] = tmp_path.iterdir()
     with Image.open(file) as video:
@@ -118,7 +118,7 @@ def test_a_recording_is_what_the_window_shows_at_the_scene_s_pace(window: Window
 
 
 def test_a_recording_of_a_paused_window_leaves_no_file(window: Window, tmp_path: Path) -> None:
-    press(window, "p", "F9")
+    press(window, "Space", "F9")
     window.frame(1 / 60)
     press(window, "F9")
     assert "nothing was recorded" in window.messages.text

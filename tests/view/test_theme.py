@@ -1,19 +1,17 @@
 """Colours stand out on every background, and one engine's from another's."""
 
 import math
-from itertools import chain, combinations, permutations, product
+from itertools import chain, combinations, permutations
 from typing import Final
 
 import numpy as np
 import pytest
-from conftest import scene_of
 from pygame import Color
 
 from sandbox.engines import registry
 from sandbox.report.colours import colours_of
 from sandbox.scene.fields import rgb
 from sandbox.state import Floats
-from sandbox.view.engines_page import SCALES, has_settings, with_setting
 from sandbox.view.theme import DARK, LIGHT, chart_palette, contrast_ratio, palette, theme
 
 ENGINES: Final = ["pymunk", "article", "impulse", "exact", "box2d"]
@@ -64,26 +62,6 @@ def test_an_engine_has_its_colour_whatever_runs_beside_it() -> None:
         assert all(colours[name] == alone[name] for name in names if name in alone)
         assert len(set(colours.values())) == len(names)
     assert colours_of(["mine", settings]) == colours_of([settings, "mine"])
-
-
-@pytest.mark.parametrize("names", [
-    ["pymunk(substeps=4)", "pymunk(iterations=30)"],
-    ["pymunk(iterations=30)", "mine", "pymunk(substeps=4)"],
-    ["pymunk(substeps=8)", "pymunk(substeps=4)", "pymunk(iterations=30, substeps=4)"],
-])  # fmt: skip
-def test_a_slider_changes_the_colour_of_no_pane(names: list[str]) -> None:
-    """Whatever setting of one of several Pymunks is changed, and to whatever value, before or beyond another's."""
-
-    def colours(names: list[str]) -> list[str]:
-        return [colours_of(names)[name] for name in names]
-
-    scene, before = scene_of("radius = 20\nposition = [200, 300]"), colours(names)
-    assert len(set(before)) == len(names)
-    for pane, key in product(range(len(names)), SCALES):
-        for value in (0.5,) if key in ("collision_bias", "damping") else (3, 6, 24):
-            if has_settings(names[pane]):
-                tuned = with_setting(names[pane], scene, key, value)
-                assert colours([*names[:pane], tuned, *names[pane + 1 :]]) == before, tuned
 
 
 def test_an_engine_keeps_its_colour_when_others_come_go_and_move() -> None:

@@ -1,4 +1,4 @@
-"""The page that says why engines differ: its words, its contacts in the panes, its keys, and the report it writes."""
+"""The page that says why engines differ: its words, its contacts, and its keys."""
 
 import math
 import time
@@ -7,8 +7,8 @@ import numpy as np
 import pygame
 import pytest
 from conftest import scene_of
-from pygame import Color, Rect
-from window_driver import WorkerHere, click, press, run, step
+from pygame import Color, Rect, Surface
+from window_driver import WorkerHere, click, colours, press, run, step
 
 from sandbox.errors import SandboxError
 from sandbox.run.edits import SetVelocity
@@ -17,8 +17,7 @@ from sandbox.scene.model import Scene
 from sandbox.session.session import Session
 from sandbox.state import State
 from sandbox.view.case_so_far import DIED, Case, CaseWorker, case_of
-from sandbox.view.contact_mark import NORMAL
-from sandbox.view.controls import RIGHT
+from sandbox.view.contact_mark import NORMAL, ContactPicture
 from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.view.theme import palette
 from sandbox.view.widgets import Bar, Widget, Words
@@ -38,7 +37,7 @@ def window_of(scene: Scene, engines: list[str], steps: int) -> Window:
     window = Window(scene, engines)
     window.playback.paused = True
     run(window, steps)
-    press(window, "w")
+    press(window, "F5")
     for _ in range(6):
         window.frame(1 / 60)
     return window
@@ -66,17 +65,6 @@ def place_of(window: Window, text: str) -> tuple[int, int]:
     raise AssertionError(text)
 
 
-LISTED = 4  # contacts at once, where a test says so
-
-
-def list_contacts(window: Window) -> None:
-    """Click on the line that lists the contacts of an engine, which is closed."""
-    window.frame(1 / 60)
-    [title] = [text for text in words(window) if text.endswith(RIGHT)]
-    click(window, place_of(window, title))
-    window.frame(1 / 60)
-
-
 def expected(window: Window) -> Case:
     """Return what is to be said of the run that the window has done."""
     return case_of_run(RunSoFar.of(window.view.session))
@@ -99,17 +87,11 @@ def test_the_page_says_what_compare_says_of_the_run_so_far(article: Window) -> N
     for engine in ("pymunk", "article"):
         click(article, place_of(article, engine))
         one = case.engines[engine]
-        if engine == "pymunk":  # the list stays open
-            assert not {contact.sentence for contact in one.contacts} & {*words(article)}
-            list_contacts(article)
-        said = words(article)
-        assert {*one.lines, *case.besides} <= {*said}
-        listed = [text for text in said if text in {contact.sentence for contact in one.contacts}]
-        assert listed == [contact.sentence for contact in reversed(one.contacts)]
+        assert {*one.lines, *case.besides} <= {*words(article)}
+        differ = f"{len(one.contacts)} contact{'s differ' if len(one.contacts) > 1 else ' differs'} from exact"
+        assert differ in words(article)
         bars = [widget for widget in widgets(article) if isinstance(widget, Bar)]
-        assert [(bar.name, bar.value) for bar in bars] == [
-            (line.cause, f"{100 * line.share:+.2f} %" if abs(line.share) >= 1e-4 else line.text) for line in one.ledger
-        ]
+        assert [(bar.name, bar.value) for bar in bars] == [(line.cause, line.text) for line in one.ledger]
     assert bars[0].share == -1.0
 
 
@@ -117,7 +99,7 @@ def test_a_long_run_is_compared_in_parts_each_twice_as_long() -> None:
     window = Window(load("bouncing"), ["pymunk"])
     window.playback.paused = True
     run(window, 300)
-    press(window, "w")
+    press(window, "F5")
     seen = list[str]()
     for _ in range(8):
         seen += [text for text in (compared(window),) if text and text not in seen]
@@ -143,10 +125,13 @@ def test_the_page_follows_the_run_and_forgets_what_an_edit_undoes(article: Windo
     article.playback.seek(20)
     article.frame(1 / 60)
     assert "1.50 s" in compared(article)  # what has been reached still is there
-    list_contacts(article)
+    press(article, ">")
+    sentence = article.why.contact.sentence if article.why.contact else ""
+    assert sentence in words(article)
+    article.playback.seek(20)
     article.playback.give(SetVelocity(step=20, ball=1, velocity=(0.0, 0.0)))
     article.frame(1 / 60)
-    assert not any("balls 1 and 2" in text for text in words(article))
+    assert sentence not in words(article)
     run(article, 40)
     article.frame(1 / 60)
     article.frame(1 / 60)
@@ -171,17 +156,12 @@ def touching(state: State) -> np.ndarray:
     return np.asarray(line / math.hypot(*line))
 
 
-def share_along(window: Window, pane: int, position: np.ndarray, normal: np.ndarray, colour: Color) -> float:
-    """Return the share of a line through a place in the scene that has a colour, where it is in the pane."""
-    layout, found = window.layout, []
-    x, y = layout.to_screen(pane, position.tolist())
-    for along in np.linspace(-1, 1, 61) * NORMAL * layout.text_height:
-        at = Rect(round(x + along * normal[0]) - 1, round(y + along * normal[1]) - 1, 3, 3)
-        if layout.arenas[pane].contains(at):
-            found.append(
-                tuple(colour)
-                in {tuple(window.screen.get_at((i, j))) for i in range(at.x, at.right) for j in range(at.y, at.bottom)}
-            )
+def share_along(picture: Surface, normal: np.ndarray, colour: Color) -> float:
+    """Return the share of a line through the middle of a picture that has a colour."""
+    found, middle = [], np.divide(picture.get_size(), 2)
+    for along in np.linspace(-1, 1, 61) * NORMAL * 14:
+        x, y = np.rint(middle + along * normal).astype(int).tolist()
+        found.append(tuple(colour)[:3] in colours(picture.subsurface(Rect(x - 1, y - 1, 3, 3))))
     return sum(found) / len(found)
 
 
@@ -195,15 +175,21 @@ def test_the_articles_first_contact_is_drawn_with_the_normal_found_and_the_right
     window.frame(1 / 60)
     found, touch = first_contact(window)
     assert math.degrees(math.acos(found @ touch)) == pytest.approx(7.8, abs=0.05)
-    colours, other_side = palette(background), touch - 2 * (touch - (touch @ found) * found)
-    blue = colours.engines(["pymunk"])["pymunk"]
-    for pane, of_pane in enumerate(window.view.panes):
-        at = of_pane.state.position[1] + 20 * found
-        assert share_along(window, pane, at, found, blue) > 0.7
-        assert 0.3 < share_along(window, pane, at, touch, blue) < 0.9
-        assert share_along(window, pane, at, touch, colours.ink) > 0.2  # under the dashes
-        assert share_along(window, pane, at, other_side, colours.ink) < 0.3
+    of_background, other_side = palette(background), touch - 2 * (touch - (touch @ found) * found)
+    blue = of_background.engines(["pymunk"])["pymunk"]
+    place = next(place for widget, place in window._placed if isinstance(widget, ContactPicture))
+    picture = window.screen.subsurface(place)  # in whose middle the two equal balls touch
+    assert share_along(picture, found, blue) > 0.7
+    assert 0.3 < share_along(picture, touch, blue) < 0.9
+    assert share_along(picture, touch, of_background.ink) > 0.2  # under the dashes
+    assert share_along(picture, other_side, of_background.ink) < 0.3
     assert any(text.startswith("0.833 s, balls 1 and 2: Found") for text in words(window))
+    radius = 20 * window.layout.scale + 4
+    for pane, of_pane in enumerate(window.view.panes):  # has a ring round each of them
+        for ball in (1, 2):
+            x, y = window.layout.to_screen(pane, of_pane.state.position[ball].tolist())
+            above = window.screen.subsurface(Rect(round(x) - 1, round(y - radius) - 3, 3, 6))
+            assert tuple(of_background.ink)[:3] in colours(above)
 
 
 def test_what_is_drawn_goes_with_the_step_and_with_the_page(article: Window) -> None:
@@ -213,12 +199,12 @@ def test_what_is_drawn_goes_with_the_step_and_with_the_page(article: Window) -> 
     assert article.why.contact is None
     article.playback.step_back()
     assert article.why.contact is not None
-    press(article, "w")
+    press(article, "F5")
     article.frame(1 / 60)
     assert article.layout.panel.width == 0
 
 
-def test_keys_and_clicks_go_to_contacts_and_pause() -> None:
+def test_keys_go_to_contacts_and_pause() -> None:
     window = window_of(load("newtons-cradle"), ["pymunk", "article"], 60)
     window.why.choose("pymunk")
     contacts = expected(window).engines["pymunk"].contacts
@@ -237,12 +223,7 @@ def test_keys_and_clicks_go_to_contacts_and_pause() -> None:
     assert "no later contact differs, as far as it is compared" in window.messages.text
     press(window, "<")
     assert step(window) == visited[-2]
-    window.screen = pygame.display.set_mode((1400, 1400))
-    window.draw()
-    list_contacts(window)
-    click(window, place_of(window, contacts[-1].sentence))
-    assert step(window) == visited[-1]
-    assert window.why.contact == contacts[-1]
+    assert f"Contact {len(contacts) - 1} of {len(contacts)} unlike exact's" in words(window)
 
 
 def test_at_the_end_of_a_run_the_last_contact_is_the_next_one(article: Window) -> None:
@@ -256,29 +237,6 @@ def test_at_the_end_of_a_run_the_last_contact_is_the_next_one(article: Window) -
     article.playback.seek(0)
     press(article, "<")
     assert article.why.contact == expected(article).engines["pymunk"].contacts[0]
-
-
-def test_of_many_contacts_those_around_the_one_shown_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sandbox.view.why_page.LISTED", LISTED)
-    window = window_of(load("bouncing"), ["impulse", "pymunk"], 300)
-    window.screen = pygame.display.set_mode((1900, 1000))
-    window.draw()
-    click(window, place_of(window, "impulse"))
-    list_contacts(window)
-    contacts = expected(window).engines["impulse"].contacts
-    assert len(contacts) > LISTED
-
-    def listed() -> list[str]:
-        sentences = {contact.sentence for contact in contacts}
-        return [text for text in words(window) if text in sentences]
-
-    assert listed() == [contact.sentence for contact in contacts[: -LISTED - 1 : -1]]
-    window.why.show(contacts[0])
-    for are_listed in (True, False):  # the one that is shown comes first
-        window.frame(1 / 60)
-        assert listed() == [contacts[k].sentence for k in ((0, 3, 2, 1) if are_listed else (0,))]
-        assert (f"and {len(contacts) - LISTED} more, which < and > go to" in words(window)) == are_listed
-        click(window, place_of(window, f"{len(contacts)} contacts differ"))
 
 
 def test_an_engine_that_agrees_has_a_sentence_instead_of_contacts() -> None:
@@ -296,8 +254,14 @@ def test_an_engine_that_agrees_has_a_sentence_instead_of_contacts() -> None:
     assert step(window) == 60
 
 
+def test_the_reference_alone_is_measured_against_nothing() -> None:
+    window = window_of(load("article"), ["exact"], 30)
+    window.draw()
+    assert "exact: Only exact took part, so nothing is measured against it." in words(window)
+
+
 def test_before_the_first_step_there_is_nothing_to_say(window: Window) -> None:
-    press(window, "w")
+    press(window, "F5")
     window.playback.paused = True
     window.frame(0.0)
     window.playback.seek(0)
@@ -353,17 +317,3 @@ def test_a_contact_with_a_ball_at_rest_is_drawn() -> None:
     found = window.why.contact.difference
     assert any((0.0, 0.0) in (velocities or ()) for velocities in (found.before, found.should_after))
     window.draw()
-
-
-def test_the_keyboard_stays_on_a_contact_that_it_went_to(article: Window) -> None:
-    click(article, place_of(article, "pymunk"))
-    list_contacts(article)
-    text = expected(article).engines["pymunk"].contacts[0].sentence
-    for _ in range(200):
-        if getattr(article.widgets.focus, "text", "") == text:
-            break
-        press(article, "Tab")
-    press(article, "Enter")
-    article.frame(1 / 60)
-    assert step(article) == expected(article).engines["pymunk"].contacts[0].step
-    assert getattr(article.widgets.focus, "text", "") == text

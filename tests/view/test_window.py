@@ -36,7 +36,7 @@ def test_one_escape_too_many_does_not_quit(window: Window) -> None:
     press(window, "/", "Esc", "Esc")
     assert window.running
     assert window.messages.text.endswith("Esc again quits")
-    press(window, "o", "Esc")
+    press(window, "Right", "Esc")
     assert window.running
     press(window, "Esc")
     assert not window.running
@@ -63,10 +63,12 @@ def test_a_held_key_repeats_and_pause_does_not(window: Window) -> None:
 def test_a_notice_goes_when_something_else_is_done(window: Window) -> None:
     press(window, "Delete")
     assert "no ball is selected" in window.messages.text
-    press(window, "o")
+    press(window, "Right")
     assert "no ball is selected" not in window.messages.text
-    press(window, "F12", "o")
+    press(window, "F12")
     assert "saved " in window.messages.text
+    press(window, "Right")
+    assert "saved " not in window.messages.text
 
 
 def test_notices_of_success_and_error_look_different(window: Window) -> None:
@@ -129,7 +131,7 @@ def test_the_column_folds_in_a_narrow_window_and_comes_back(window: Window) -> N
         window.on_event(Event(pygame.WINDOWSIZECHANGED, x=width, y=700))
         assert (window.panel.open is not None) == is_open
         window.draw()
-    press(window, "w")
+    press(window, "F5")
     assert window.panel.open is not None
     window.on_event(Event(pygame.WINDOWSIZECHANGED, x=1400, y=700))
     assert window.panel.open is not None
@@ -139,7 +141,7 @@ def test_closing_with_edits_that_are_not_saved_asks(window: Window) -> None:
     window.editor.set_gravity(100.0)
     press(window, "Esc")
     assert "edits of this run are not saved" in window.messages.text
-    press(window, "s", "o", "Esc")
+    press(window, "save", "Right", "Esc")
     assert window.messages.text.endswith("Esc again quits")
     assert "edits" not in window.messages.text
 
@@ -174,17 +176,17 @@ def test_nothing_is_drawn_while_nothing_changes(window: Window, monkeypatch: pyt
         whole()
 
     monkeypatch.setattr(window, "draw", draw)
-    press(window, "p")
+    press(window, "Space")
     for _ in range(5):
         window.frame(1 / 60)
     assert drawn == [0]
     window.notice.show("a notice")
     window.frame(1 / 60)
-    press(window, "o")
+    press(window, "Right")
     window.frame(1 / 60)
     window.frame(1 / 60)
     assert drawn == [0, 0, 1]
-    press(window, "p")
+    press(window, "Space")
     for _ in range(30):  # the notice is still shown, and time goes on
         window.frame(1 / 60)
     assert drawn[-1] == window.view.session.lockstep.steps > 20

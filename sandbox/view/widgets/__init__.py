@@ -114,11 +114,9 @@ def draw_ground(surface: Surface, place: Rect, colour: Color, text_height: int, 
 class Words(Pressable):
     """A text: in the column of as many lines as it needs, in a row of the window one line.
 
-    marked: it stands out as the chosen one. colour: by default, that of all text. scale: of the text. dots: colours of
-    the balls or the engine that it is about.
+    colour: by default, that of all text. scale: of the text. dots: colours of the balls or the engine that it is about.
     """
 
-    marked: bool = False
     bold: bool = False
     scale: float = 1.0
     dots: tuple[Color, ...] = ()
@@ -146,8 +144,6 @@ class Words(Pressable):
         """Draw those lines that have room, in the middle of its height; on a ground of its own if it can be pressed."""
         if self.do:
             draw_ground(surface, place, theme.raised, text_height, hot=hot)
-        if self.marked:
-            surface.fill(theme.accent, (place.x, place.y, max(2, text_height // 4), place.height))
         height, step, gap = round(self.scale * text_height), self._step(text_height), text_height // 2
         line = Rect(place.x + gap, place.y, max(1, place.width - 2 * gap), step)
         lefts = [line.x + k * text_height for k in range(len(self.dots))]
