@@ -1,6 +1,5 @@
 """The contents of a Space as the rules of the linter read them."""
 
-import math
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -97,7 +96,7 @@ class Contents:
 
     def overlaps(self) -> Iterator[tuple[pymunk.Shape, pymunk.Shape, float]]:
         """Yield pairs of shapes, of which one is new, that overlap, and how deep, px."""
-        shapes = [shape for shape in self.solid if not is_dynamic(body_of(shape)) or _finite(body_of(shape))]
+        shapes = self.solid
         boxes, new = [_box(shape) for shape in shapes], [self.is_new(shape) for shape in shapes]
         low, high = (np.array([box[side] for box in boxes]).reshape(-1, 2) for side in (0, 1))
         for first in np.flatnonzero(new).tolist():
@@ -192,10 +191,6 @@ def shape_words(shape: pymunk.Shape) -> str:
 def place_of(shape: pymunk.Shape) -> tuple[float, float]:
     """Return the middle of a shape, px, in the coordinates of the Space."""
     return body_of(shape).local_to_world(shape.center_of_gravity)
-
-
-def _finite(body: pymunk.Body) -> bool:
-    return all(map(math.isfinite, (*body.position, body.angle)))
 
 
 def _box(shape: pymunk.Shape) -> tuple[tuple[float, float], tuple[float, float]]:

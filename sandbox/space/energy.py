@@ -187,7 +187,7 @@ class _Work:
     def __init__(self, run: Run, work: Floats) -> None:
         self._run, self._work = run, work
         self._step, self._old, self._new = run.step, run.old, run.new
-        self._gravity = np.array([step.settings.gravity for step in run.steps]).reshape(-1, 2)[self._step]
+        self._gravity = np.array([step.gravity for step in run.steps]).reshape(-1, 2)[self._step]
         self._mass, self._moment = (np.append(finite(self._new[key]), 0.0) for key in ("mass", "moment"))
         self._inverse = [np.divide(1, of, where=of > 0, out=np.zeros_like(of)) for of in (self._mass, self._moment)]
         self._start, self._end = (
@@ -244,7 +244,7 @@ class _Work:
         linear, angular = self._mass[:, None] * rest.velocity, self._moment * rest.spin
         work = dot(linear, start.velocity + end.velocity) + angular * (start.spin + end.spin)
         support = dot(linear, updated.velocity - start.velocity) + angular * (updated.spin - start.spin)
-        drives = np.array([step.settings.handles for step in run.steps], bool)
+        drives = np.array([step.handles for step in run.steps], bool)
         drives[run.joint_step[~run.joints["is_hard"]]] = True
         drives[run.step[run.new["is_own"]]] = True
         is_driven = np.append(drives[self._step], False)
@@ -276,7 +276,7 @@ class _Work:
         """Add the work of damping, gravity and forces, and return the motion after them."""
         old, dt, start = self._old, self._run.dt[self._step], self._start
         is_updated = np.isfinite(old["mass"]) & ~self._new["asleep"] & ~self._new["is_own"]
-        damping = np.array([step.settings.damping for step in self._run.steps])[self._step] ** dt
+        damping = np.array([step.damping for step in self._run.steps])[self._step] ** dt
         left = np.append(np.where(is_updated, damping, 1.0), 1.0)
         damped = _Motion(left[:, None] * start.velocity, left * start.spin)
         for_dt = np.append(is_updated * dt, 0.0)

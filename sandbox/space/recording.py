@@ -73,25 +73,19 @@ JOINT: Final = np.dtype(
 )
 
 
-class Settings(NamedTuple):
-    """Of a Space: px/s²; per second; whether it has a collision handler."""
-
-    gravity: tuple[float, float]
-    damping: float
-    handles: bool
-
-
 class Step(NamedTuple):
-    """One call of `Space.step`: from `time` on, `dt` s long; the settings before it.
+    """One call of `Space.step`: from `time` on, `dt` s long.
 
-    before, after: the kinetic and the potential energy of all bodies, kg px²/s²; was, old, new: (n,) BODY after the
-    step before, before this step and after it, of the bodies that are there after it; (k,) CONTACT and (j,) JOINT that
-    it solved.
+    gravity: px/s²; handles: whether the Space has a collision handler; before, after: the kinetic and the potential
+    energy of all bodies, kg px²/s²; was, old, new: (n,) BODY after the step before, before this step and after it, of
+    the bodies that are there after it; (k,) CONTACT and (j,) JOINT that it solved.
     """
 
     time: float
     dt: float
-    settings: Settings
+    gravity: tuple[float, float]
+    damping: float
+    handles: bool
     before: tuple[float, float]
     after: tuple[float, float]
     was: Rows
@@ -140,14 +134,14 @@ class Recording:
         if not 0 < dt < math.inf:
             step(dt)
             return
-        settings, old = self._settings(), self._bodies()
-        before, cached, last_dt = energies(old, settings.gravity), self._cached(), self._space.current_time_step
+        space, old, cached, last_dt = self._space, self._bodies(), self._cached(), self._space.current_time_step
+        settings = space.gravity, space.damping, bool(space._handlers)
+        before = energies(old, space.gravity)
         step(dt)
         new, contacts, joints = self._bodies(), self._contacts(cached, dt / (last_dt or dt)), self._joints()
-        after = energies(new, self._settings().gravity)
-        old = _of_bodies(old, new)
+        after, old = energies(new, space.gravity), _of_bodies(old, new)
         was = _of_bodies(self.steps[-1].new, old) if self.steps else old
-        self.steps.append(Step(self._time, dt, settings, before, after, was, old, new, contacts, joints))
+        self.steps.append(Step(self._time, dt, *settings, before, after, was, old, new, contacts, joints))
         self._time += dt
         self._rows += self.steps[-1].rows
         while len(self.steps) > 1 and self._rows > MAX_ROWS:
@@ -174,7 +168,7 @@ class Recording:
         did not touch in that step.
         """
         rows, stamp = [], lib.cpSpaceGetTimestamp(self._space._space)
-        for arbiter in self._space._get_arbiters():
+        for arbiter in sorted(self._space._get_arbiters(), key=_order):
             if arbiter.stamp == stamp:
                 shapes = pymunk.Shape._from_cp_shape(arbiter.a), pymunk.Shape._from_cp_shape(arbiter.b)
                 self.shapes |= {id(shape): shape for shape in shapes if shape}
@@ -196,9 +190,10 @@ class Recording:
         self.bodies |= {body.id: body for body in ends}
         return np.array([_joint(joint) for joint in joints], JOINT)
 
-    def _settings(self) -> Settings:
-        space = self._space
-        return Settings((space.gravity.x, space.gravity.y), space.damping, bool(space._handlers))
+
+def _order(arbiter: Any) -> tuple[int, int]:
+    """Return what sorts arbiters as their shapes were added: Pymunk lists them by addresses, which differ by run."""
+    return lib.cpShapeGetHashID(arbiter.a), lib.cpShapeGetHashID(arbiter.b)
 
 
 def _body(body: pymunk.Body) -> tuple[Any, ...]:

@@ -18,6 +18,7 @@ from sandbox.space.contents import (
     half_width,
     is_dynamic,
     is_static,
+    may_collide,
     place_of,
     shape_words,
 )
@@ -191,16 +192,10 @@ def unused(contents: Contents, quantity: str, touched: Mapping[pymunk.Shape, flo
         kinds[shape.filter, body_of(shape).body_type, bool(getattr(shape, quantity))].append(shape)
     samples = [shape for kind in kinds.values() for shape in kind[:2]]
     for shape in contents.new if touched is None else filter(touched.__contains__, contents.solid):
-        value, partners = getattr(shape, quantity), [each for each in samples if _could_meet(shape, each)]
+        value, partners = getattr(shape, quantity), [each for each in samples if may_collide(shape, each)]
         if value and partners and not any(getattr(partner, quantity) for partner in partners):
             detail = f"{quantity} {value:g}, but a {shape_words(partners[0])} has {quantity} 0"
             yield contents.fault(shape, detail, value)._replace(since=touched[shape] if touched else None)
-
-
-def _could_meet(a: pymunk.Shape, b: pymunk.Shape) -> bool:
-    """Return whether two shapes, or others of their kinds, could collide."""
-    apart = body_of(a) is not body_of(b)
-    return apart and (is_dynamic(body_of(a)) or is_dynamic(body_of(b))) and not a.filter.rejects_collision(b.filter)
 
 
 def _ignored_attributes(contents: Contents) -> Iterator[Fault]:

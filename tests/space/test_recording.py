@@ -55,6 +55,19 @@ def test_the_impulses_of_both_points_sum_to_the_arbiter_s_total() -> None:
         assert np.abs(impulse.sum(axis=0)) == pytest.approx(np.abs(total), rel=1e-12)
 
 
+def test_contacts_come_in_the_order_in_which_shapes_were_added() -> None:
+    """Not in that of addresses, which is another in every run."""
+    space = pymunk.Space()
+    space.add(pymunk.Segment(space.static_body, (-10, 0), (1000, 0), 0))
+    balls = [pymunk.Body(1, 10) for _ in range(10)]
+    for place, ball in zip((7, 2, 9, 4, 1, 8, 3, 6, 0, 5), balls, strict=True):
+        ball.position = (100 * place, 9)
+        space.add(ball, pymunk.Circle(ball, 10))
+    contacts = recorded(space, 1).steps[0].contacts
+    pairs = [{row["body_a"], row["body_b"]} - {space.static_body.id} for row in contacts]
+    assert pairs == [{ball.id} for ball in balls]
+
+
 def test_bodies_that_come_and_go_are_in_the_steps_in_which_they_were_there() -> None:
     space, body = falling_box()
     recording = recorded(space, 1)

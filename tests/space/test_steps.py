@@ -531,10 +531,6 @@ def test_the_deepest_overlap_is_how_far_a_ball_went_too_far() -> None:
     assert set(overlap.ends) == {made.id, space.static_body.id}
 
 
-def test_an_empty_space_has_no_finding() -> None:
-    assert watched(world(gravity=0), 2).findings == ()
-
-
 def test_a_passage_is_named_with_its_wall_and_what_prevents_it() -> None:
     """A ball of radius 10, by 55 px a step, and half a wall of 5: dt < 15 / 3300 s, or a wall of 2 (55 - 10) px."""
     passage = findings_of(shot_through_a_wall())["passed-through"]
