@@ -28,7 +28,7 @@ from sandbox.view.widgets.group import Placed, WidgetGroup
 class Messages:
     """The messages of a window.
 
-    waits: something is to be done as soon as engines have run again. speeds: of the run, the window, and the engines.
+    waits: something is to be done as soon as engines have run again. speeds: of the run and the window.
     """
 
     _playback: Playback

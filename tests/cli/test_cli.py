@@ -110,7 +110,7 @@ def test_scenes_are_listed_with_what_to_watch_for(command: Command, monkeypatch:
         (("trace", "article", "--engine", "article", "--out", "t.txt"), "t.txt: a trace must end in one of .npz, .csv"),
         (
             ("trace", "gas-1000", "--engine", "article", "--steps", "9999999"),
-            "a trace of 9,999,999 steps needs 480 GB of memory",
+            "a trace of 9,999,999 steps needs 640 GB of memory",
         ),
         (
             ("trace", "article", "--engine", "article", "--steps", "2", "--seconds", "1"),
