@@ -33,8 +33,7 @@ if TYPE_CHECKING:
     from sandbox.run.trajectory import Trajectory
     from sandbox.scene import Scene, dump, load, scenes
     from sandbox.scripting.calls import advise, compare, simulate, sweep, verify
-    from sandbox.scripting.comparison_result import Comparison
-    from sandbox.scripting.results import Advice, Scores, SweepTable
+    from sandbox.scripting.results import Advice, Comparison, Scores, SweepTable
     from sandbox.scripting.simulation import Simulation
     from sandbox.space.findings import Finding
     from sandbox.space.from_pymunk import from_space, to_space
@@ -85,8 +84,7 @@ _MODULES: Final = {
         "run.trajectory": "Trajectory",
         "scene": "Scene dump load scenes",
         "scripting.calls": "advise compare simulate sweep verify",
-        "scripting.comparison_result": "Comparison",
-        "scripting.results": "Advice Scores SweepTable",
+        "scripting.results": "Advice Comparison Scores SweepTable",
         "scripting.simulation": "Simulation",
         "space.findings": "Finding",
         "space.from_pymunk": "from_space to_space",

@@ -255,11 +255,10 @@ def _printed_beside(files: Iterable[str | None]) -> AbstractContextManager[objec
 
 @app.command(context_settings={"allow_interspersed_args": False, "ignore_unknown_options": False})
 def watch(
-    program: Annotated[str, typer.Argument(metavar="PROGRAM", help="A Python file; with -m, a module.")],
+    program: Annotated[str, typer.Argument(metavar="PROGRAM", help="A Python file.")],
     arguments: Annotated[
         list[str] | None, typer.Argument(metavar="ARGUMENTS", help="The program's own arguments and options.")
     ] = None,
-    module: Annotated[bool, typer.Option("-m", help="PROGRAM is a module, as in python -m.")] = False,
     seconds: Annotated[
         float | None,
         typer.Option(min=0, help="End after so many seconds of a Space's time. Default with --headless: 20."),
@@ -280,11 +279,11 @@ def watch(
     code: that of the program.
     """
     from sandbox.cli.diagnoses import HEADLESS_SECONDS, Report, warn_of_misplaced_options
-    from sandbox.scripting.program import Program, run_on_trial
+    from sandbox.scripting.program import run_on_trial
     from sandbox.space.watch import Trials
 
-    check_outputs({"--json": json_file}, [None if module else program])
-    given = Program(program, arguments or (), module)
+    check_outputs({"--json": json_file}, [program])
+    given = [program, *(arguments or ())]
     warn_of_misplaced_options(given)
     trials = Trials(HEADLESS_SECONDS if headless and seconds is None else seconds, parts, iterations)
     diagnoses = Report(given, trials, json_file, headless if tries is None else tries, costs)

@@ -3,7 +3,6 @@
 import re
 import sys
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Annotated, Any
 
@@ -199,8 +198,7 @@ def scene_and_inputs(scene: str, inputs: Path | None, **changes: object) -> "tup
     from sandbox.scene.spawn import spawn, warnings
     from sandbox.scripting.arguments import replay
 
-    warn = partial(print, file=sys.stderr)
-    chosen, recorded = replay(scene, inputs, warn, **changes)
+    chosen, recorded = replay(scene, inputs, **changes)
     for warning in warnings(chosen, spawn(chosen)):
-        warn(warning)
+        print(warning, file=sys.stderr)
     return chosen, recorded
