@@ -157,9 +157,7 @@ def sweep(
 
     engines: by default "pymunk", and "article" or else "impulse"; seeds, rates, seconds: by default the scene's;
     settings: values of each setting of Pymunk, of elasticity or of friction, such as {"substeps": [1, 4]}; against: by
-    default "exact"; workers: processes. If there are several, a script must start its work under
-    `if __name__ == "__main__":`, as `multiprocessing` requires.
-    A run that fails loses its row only.
+    default "exact"; workers: processes. A run that fails loses its row only.
     Raises SandboxError if an argument is wrong, Refused if an engine cannot run the scene.
     """
     checked = Arguments(against=against, workers=plain(workers), settings=settings)

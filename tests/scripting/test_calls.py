@@ -271,19 +271,6 @@ def test_advice_is_that_of_the_command(command: Command) -> None:
     assert advice.recommendation == document["recommendation"]
 
 
-def test_the_bundled_scenes_are_those_of_the_command(command: Command) -> None:
-    _, out, _ = command("scenes")
-    listed = [line.split()[0] for line in out.splitlines()[1:] if not line.startswith(" ")]
-    assert list(sandbox.scenes()) == listed
-    assert sandbox.scenes()["oblique"] == sandbox.load("oblique")
-
-
-def test_load_and_dump_are_a_pair(tmp_path: Path) -> None:
-    scene = sandbox.load("marble-run")
-    sandbox.dump(scene, tmp_path / "mine.toml")
-    assert sandbox.load(tmp_path / "mine.toml") == scene
-
-
 @pytest.mark.wide
 def test_the_package_of_the_documents_is_found_and_passes_its_tests(tmp_path: Path) -> None:
     for file in PACKAGE.glob("*.*"):

@@ -128,11 +128,6 @@ def test_the_end_of_a_program_is_kept(
     assert (ended, document["ended_by"], document["exit_code"]) == (code, how, code)
     assert document["spaces"][0]["steps"] == 1
     assert err.endswith(message)
-    if how == "exception":
-        assert err.startswith("Traceback (most recent call last):\n")
-        assert f'File "{working_folder / "game.py"}", line' in err or 'File "game.py", line' in err
-        assert "runpy" not in err
-        assert "sandbox" not in err
 
 
 def test_a_traceback_has_no_line_of_the_sandbox(working_folder: Path, command: Command) -> None:
@@ -142,15 +137,6 @@ def test_a_traceback_has_no_line_of_the_sandbox(working_folder: Path, command: C
     assert "Space 1, " in out
     files = [line.partition('"')[2].partition('"')[0] for line in err.splitlines() if line.startswith("  File")]
     assert [Path(file).name for file in files] == ["game.py", "space.py"]
-
-
-def test_a_body_that_a_handler_removes_is_one_of_the_energy_s_lines(working_folder: Path, command: Command) -> None:
-    remove = "def remove(arbiter, space, _):\n    ball = min(arbiter.shapes, key=lambda s: s.body.mass)\n"
-    remove += "    space.remove(ball, ball.body)\n"
-    write(working_folder, f"{WALL}{remove}space.on_collision(0, 0, post_solve=remove)\n{STEPS * 2}")
-    (space,) = diagnoses(command, "game.py")["spaces"]
-    assert space["steps"] == 60
-    assert space["energy"]["lines"]["callbacks"] > 0  # it was below y = 0, where its potential energy is negative
 
 
 def test_the_time_of_a_space_ends_a_program(working_folder: Path, command: Command) -> None:
