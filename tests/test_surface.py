@@ -43,7 +43,7 @@ EXAMPLES, PAGE = DOCS / "examples", DOCS / "python.md"
 
 
 def test_the_surface_is_what_dir_lists() -> None:
-    assert sandbox.__all__ == dir(sandbox) == sorted((*VERBS, *CLASSES, "__version__"))
+    assert sorted(sandbox.__all__) == dir(sandbox) == sorted((*VERBS, *CLASSES, "__version__"))
     assert all(getattr(sandbox, name) is not None for name in sandbox.__all__)
     assert sandbox.__version__ == version("pymunk-sandbox")
     assert issubclass(sandbox.SandboxError, ValueError)
@@ -58,7 +58,6 @@ def test_help_lists_the_verbs_and_the_classes() -> None:
     for verb in VERBS:
         # One is not shown as such: engines is a module that can be called.
         assert f"\n    {verb}" in functions or verb == "engines"
-        assert f"    {verb} " in text[: text.index("\nPACKAGE CONTENTS\n")]
     for name in CLASSES:
         assert f"\n    class {name}(" in text or f"\n    {name} = " in text
 
