@@ -67,8 +67,6 @@ def whole_file(path: str | Path) -> Iterator[IO[bytes]]:
         elif str(path) not in STANDARD_OUTPUT:
             with Path(path).open("wb") as file:
                 yield file
-        elif sys.stdout is None:
-            raise OSError("it is closed")
         else:
             yield sys.stdout.buffer
             sys.stdout.buffer.flush()

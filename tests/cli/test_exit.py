@@ -53,16 +53,6 @@ def test_an_error_that_cannot_be_printed_is_still_exit_code_2() -> None:
         assert exit_code_of(forked(main_with("check", "none.toml"), error=full.fileno())) == 2
 
 
-def test_a_closed_standard_output_is_reported_if_it_is_needed() -> None:
-    def act() -> None:
-        sys.stdout = None  # as Python sets it if it is closed
-        main_with("trace", "article", "--engine", "article", "--steps", "1")()
-
-    with Path("stderr").open("wb") as error:
-        assert exit_code_of(forked(act, error=error.fileno())) == 2
-    assert Path("stderr").read_text().endswith("-: cannot be written: it is closed\n")
-
-
 def test_letters_outside_the_terminal_s_encoding_are_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
     def act() -> None:
         sys.stdout.reconfigure(encoding="ascii")  # type: ignore[union-attr]
