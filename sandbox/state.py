@@ -87,11 +87,6 @@ class States(NamedTuple):
         return cls(np.empty((*shape, 2)), np.empty((*shape, 2)), np.zeros(shape), np.zeros(shape))
 
     @classmethod
-    def of(cls, state: State) -> Self:
-        """Return arrays of one step, which share those of a state."""
-        return cls(*(getattr(state, name)[None] for name in cls._fields))
-
-    @classmethod
     def stack(cls, states: Sequence[State]) -> Self:
         """Return arrays with a row for each state."""
         return cls(*(np.stack([getattr(state, name) for state in states]) for name in cls._fields))
@@ -152,10 +147,6 @@ class Damping(NamedTuple):
 
     per_second: float = 1.0
     substeps: int = 1
-
-    def left_after(self, seconds: float) -> float:
-        """Return the share that is left after a time."""
-        return float(self.per_second**seconds)
 
 
 NO_DAMPING: Final = Damping()

@@ -8,7 +8,7 @@ import math
 import os
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, nullcontext, redirect_stdout, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, redirect_stdout, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
@@ -35,6 +35,23 @@ if TYPE_CHECKING:
 USAGE_ERROR: Final[type[Exception]] = typer.BadParameter.__mro__[1]  # typer does not export it
 
 
+@contextmanager
+def _one_sentence(ctx: Any = None) -> Iterator[None]:
+    """Turn errors of a command, or of the options before it, into exit codes; a wrong argument is one sentence.
+
+    Typer itself would end with 1 at a closed pipe, and print a wrong argument as a box.
+    """
+    with exit_codes():
+        try:
+            yield
+        except USAGE_ERROR as error:
+            if hasattr(error, "possibilities"):
+                error.possibilities = None  # options with similar names, such as --seed for --seconds
+            command = " ".join(filter(None, ("sandbox", ctx and ctx.invoked_subcommand)))
+            message = error.format_message()  # type: ignore[attr-defined]
+            raise SandboxError(f"{message.rstrip('.')} (see {command} --help)") from None
+
+
 class _Commands(TyperGroup):
     """The commands. A scene or a program in place of one is named with the commands that it is for."""
 
@@ -52,17 +69,15 @@ class _Commands(TyperGroup):
                 )
         return super().resolve_command(ctx, args)
 
+    def make_context(self, *arguments: Any, **extra: Any) -> Any:
+        """Parse the options before the command."""
+        with _one_sentence():
+            return super().make_context(*arguments, **extra)
+
     def invoke(self, ctx: Any) -> Any:
-        """Run a command. Typer itself would end with 1 at a closed pipe, and print wrong arguments as a box."""
-        with exit_codes():
-            try:
-                return super().invoke(ctx)
-            except USAGE_ERROR as error:
-                if hasattr(error, "possibilities"):
-                    error.possibilities = None  # options with similar names, such as --seed for --seconds
-                command = " ".join(filter(None, ("sandbox", ctx.invoked_subcommand)))
-                message = error.format_message()  # type: ignore[attr-defined]
-                raise SandboxError(f"{message.rstrip('.')} (see {command} --help)") from None
+        """Run the command."""
+        with _one_sentence(ctx):
+            return super().invoke(ctx)
 
 
 app = typer.Typer(

@@ -44,6 +44,7 @@ NAMES = "must be different names separated by commas, as in pymunk,exact"
         (("run", "article", "--seconds", "3"), "No such option: --seconds (see sandbox run --help)"),
         (("compare", "article", "--json"), "Option '--json' requires an argument (see sandbox compare --help)"),
         (("compare",), "Missing argument 'SCENE' (see sandbox compare --help)"),
+        (("--seed", "3"), "No such option: --seed (see sandbox --help)"),
         (("no-command",), "No such command 'no-command' (see sandbox --help)"),
     ],
     ids=lambda value: "-".join(value[-2:]) if isinstance(value, tuple) else "",
