@@ -31,9 +31,10 @@ class ChildProcess:
             from multiprocessing import resource_tracker  # noqa: PLC0415  # most commands start no process
 
             resource_tracker.ensure_running()  # the start of a process would start it, which unblocks SIGINT
-        main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")  # which it imports
+        main = sys.modules["__main__"]
+        sys.modules["__main__"] = ModuleType("__main__")  # empty, as the process imports it
         try:
-            with signals_blocked(signal.SIGINT):  # there too, even while it imports: this process handles Ctrl-C
+            with signals_blocked(signal.SIGINT):  # there too, also while it imports: its parent handles Ctrl-C
                 self._process.start()
         finally:
             sys.modules["__main__"] = main
