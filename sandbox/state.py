@@ -87,6 +87,11 @@ class States(NamedTuple):
         return cls(np.empty((*shape, 2)), np.empty((*shape, 2)), np.zeros(shape), np.zeros(shape))
 
     @classmethod
+    def of(cls, state: State) -> Self:
+        """Return arrays of one step, which share those of a state."""
+        return cls(*(getattr(state, name)[None] for name in cls._fields))
+
+    @classmethod
     def stack(cls, states: Sequence[State]) -> Self:
         """Return arrays with a row for each state."""
         return cls(*(np.stack([getattr(state, name) for state in states]) for name in cls._fields))

@@ -39,6 +39,10 @@ NAMES = "must be different names separated by commas, as in pymunk,exact"
         (("bench", "--only", "start,start"), f"Invalid value for '--only': 'start,start' {NAMES}"),
         (("trace", "article", "--engine", ""), 'an engine must have a printable name, got ""'),
         (("sweep", "article", "--rates", "0"), "Invalid value for '--rates': '0' must be whole numbers from 1 on"),
+        (
+            ("sweep", "article", "--set", "substeps"),
+            "Invalid value for '--set': 'substeps' must be a setting of Pymunk",
+        ),
         (("sweep", "article", "--seeds", "9:5"), "Invalid value for '--seeds': '9:5' must be two numbers A:B"),
         (("compare", "article", "--seconds", "abc"), "Invalid value for '--seconds': Input should be a valid number"),
         (("run", "article", "--seconds", "3"), "No such option: --seconds (see sandbox run --help)"),
