@@ -166,7 +166,7 @@ def sweep(
         chosen,
         [chosen.seed] if seeds is None else several("seeds", plain(seeds)),
         [chosen.rate] if rates is None else several("rates", plain(rates)),
-        default_engines(chosen) if engines is None else list(named(engines)),
+        list(named(engines)) if engines else default_engines(chosen),
         {key: several(key, plain(values)) for key, values in (checked.settings or {}).items()},
         against=against,
     )
