@@ -99,22 +99,10 @@ def deepest_overlap(position: Floats, radius: Floats, filters: Integers | None =
     return deepest, first, second
 
 
-def count_overlaps(position: Floats, radius: Floats, most: int, filters: Integers | None = None) -> int:
-    """Return how many pairs of balls overlap, counting up to a number. position: (n, 2) px; radius: (n,) px.
-
-    filters: (n, 3), as in `Bodies`; balls that pass through each other do not count.
-    """
-    count = 0
-    for overlap, _, _ in overlaps(position[None], radius, filters):
-        count += len(overlap)
-        if count >= most:
-            return most
-    return count
-
-
 def overlaps(position: Floats, radius: Floats, filters: Integers | None) -> Iterator[tuple[Floats, Integers, Integers]]:
-    """Yield overlaps (px) and the balls of each, (k,), some pairs at a time. position: (states, n, 2) px.
+    """Yield overlaps (px) and the balls of each, (k,), some pairs at a time.
 
+    position: (states, n, 2) px; filters: (n, 3), as in `Bodies`; balls that pass through each other do not count.
     Sweep and prune along the axis of the larger spread (Cohen et al. 1995): in the order of their lower ends, each ball
     is compared with the next one, then with the next but one, and so on, until all begin where the others end.
     """
