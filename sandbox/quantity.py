@@ -34,12 +34,6 @@ def energy(moving: State | States, bodies: Bodies, gravity: Sequence[float], siz
     return kinetic + potential_energy(moving.position, bodies.mass, gravity, size) if any(gravity) else kinetic
 
 
-def kinetic_energies(velocity: Floats, spin: Floats, mass: Floats, moment: Floats) -> Floats:
-    """Return the energy of flight and spin of each ball, kg px²/s²: (n,)."""
-    energies: Floats = 0.5 * mass * (velocity**2).sum(axis=1) + 0.5 * moment * spin**2
-    return energies
-
-
 def spin_energy(spin: Floats, moment: Floats) -> Floats:
     """Return the energy of the spins of all balls, kg px²/s²: (...)."""
     return 0.5 * np.einsum("...n,...n,n->...", spin, spin, moment)
