@@ -139,7 +139,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "seeds are text": (lambda: ANY.sweep("oblique", seeds="0:4"), 'seed must be a whole number, got "0:4"'),
     "settings are a list": (
         lambda: ANY.sweep("oblique", settings=[1]),
-        "settings Input should be a valid dictionary",
+        "settings must be a valid dictionary, got [1]",
     ),
     "a setting is text": (
         lambda: ANY.sweep("oblique", settings={"substeps": "four"}),
