@@ -34,12 +34,6 @@ class MissingLibrary(SandboxError):
         super().__init__(f"{what}: needs {library}, which is not installed; pip install {library}")
 
 
-class UnknownName(SandboxError, KeyError):
-    """A name of a scene, an engine or a column that is not among those there are."""
-
-    __str__ = ValueError.__str__  # KeyError's puts the message in quotes
-
-
 class EngineError(SandboxError):
     """An engine that is not built in fails: it breaks the contract of docs/engines.md, or raises an exception.
 

@@ -21,20 +21,11 @@ MAX_TEXT_FILE_BYTES: Final = 2_000_000  # room for 20,000 balls, each in a group
 STANDARD_OUTPUT: Final = ("-", "/dev/stdout")
 
 
-def _open_without_blocking(path: str, flags: int) -> int:
-    """Open a file for reading; a named pipe without a writer reads as empty. Windows has no named pipes in folders."""
-    if sys.platform == "win32":
-        return os.open(path, flags)
-    descriptor = os.open(path, flags | os.O_NONBLOCK)
-    os.set_blocking(descriptor, True)
-    return descriptor
-
-
 def read_text(file: Path, max_bytes: int = MAX_TEXT_FILE_BYTES) -> str:
     """Read a UTF-8 file that the user named. Raises SandboxError if it is unreadable, too large or not UTF-8."""
     name = printable(str(file))
     try:
-        with open(file, "rb", opener=_open_without_blocking) as opened:
+        with file.open("rb") as opened:
             raw = opened.read(max_bytes + 1)
         if len(raw) > max_bytes:
             raise SandboxError(f"{name}: is larger than {max_bytes:,} bytes")
@@ -65,13 +56,17 @@ def whole_file(path: str | Path) -> Iterator[IO[bytes]]:
     """
     with write_errors(path):
         if target := _file_behind(path):
-            with _replacing(target) as file:
+            with _partial_of(target) as (partial, file):
                 yield file
+                file.flush()
+                os.fsync(file.fileno())  # or a power failure could leave the new name with an empty file
+                if target.exists():
+                    shutil.copymode(target, partial)
+                file.close()
+                partial.replace(target)
         elif str(path) not in STANDARD_OUTPUT:
             with Path(path).open("wb") as file:
                 yield file
-        elif sys.stdout is None:
-            raise OSError("it is closed")
         else:
             yield sys.stdout.buffer
             sys.stdout.buffer.flush()
@@ -88,25 +83,19 @@ def check_outputs(outputs: Mapping[str, str | None], read: Iterable[str | Path |
 
     outputs: option -> its path. read: input files, which must not be overwritten.
     """
-    sources = {Path(os.path.realpath(path)) for path in read if path and os.path.exists(path)}  # noqa: PTH110  (as in `load`)
-    claimed: dict[str | Path | None, str] = {}  # file or standard output -> the option and path that claim it
+    taken: set[str | Path] = {Path(os.path.realpath(path)) for path in read if path and os.path.exists(path)}  # noqa: PTH110
     for option, path in outputs.items():
         if path is None:
             continue
-        if not path:
-            raise SandboxError(f"{option} '': must be the name of a file, or - for standard output")
-        with write_errors(path):
-            target = _file_behind(path)
+        with write_errors(path or "''"):
+            if target := _file_behind(path):
+                with _partial_of(target):
+                    pass
         place = "-" if path in STANDARD_OUTPUT else target
-        if place in sources:
-            raise SandboxError(f"{option} {path}: is an input; choose another file")
-        if place in claimed:
-            raise SandboxError(f"{claimed[place]} and {option} {path}: must be different files")
-        if place is not None:
-            claimed[place] = f"{option} {path}"
-        if target:
-            with write_errors(path), _partial_of(target):
-                pass
+        if place in taken:
+            raise SandboxError(f"{option} {path}: is an input, or another output; choose another file")
+        if place:
+            taken.add(place)
 
 
 def _file_behind(path: str | Path) -> Path | None:
@@ -125,18 +114,6 @@ def _file_behind(path: str | Path) -> Path | None:
         return None
     target.open("r+b").close()
     return target
-
-
-@contextmanager
-def _replacing(target: Path) -> Iterator[IO[bytes]]:
-    with _partial_of(target) as (partial, file):
-        yield file
-        file.flush()
-        os.fsync(file.fileno())  # or a power failure could leave the new name with an empty file
-        if target.exists():
-            shutil.copymode(target, partial)
-        file.close()
-        partial.replace(target)
 
 
 @contextmanager

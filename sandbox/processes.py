@@ -27,8 +27,17 @@ class ChildProcess:
         context = multiprocessing.get_context("spawn")  # a forked process would share the locks of running threads
         self.connection, remote = context.Pipe()
         self._process = context.Process(target=target, args=(remote, *arguments), daemon=True)
-        with _sigint_blocked(), _without_main_program():
-            self._process.start()
+        if sys.platform != "win32":
+            from multiprocessing import resource_tracker  # noqa: PLC0415  # most commands start no process
+
+            resource_tracker.ensure_running()  # the start of a process would start it, which unblocks SIGINT
+        main = sys.modules["__main__"]
+        sys.modules["__main__"] = ModuleType("__main__")  # empty, as the process imports it
+        try:
+            with signals_blocked(signal.SIGINT):  # there too, also while it imports: its parent handles Ctrl-C
+                self._process.start()
+        finally:
+            sys.modules["__main__"] = main
         remote.close()
 
     @property
@@ -70,28 +79,6 @@ def signals_blocked(*signals: signal.Signals) -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-@contextmanager
-def _sigint_blocked() -> Iterator[None]:
-    """Block SIGINT in processes started here, even while they import: their parent handles Ctrl-C and stops them."""
-    if sys.platform != "win32":
-        from multiprocessing import resource_tracker  # noqa: PLC0415  # most commands start no process
-
-        resource_tracker.ensure_running()  # the start of a process would start it, which unblocks SIGINT
-    with signals_blocked(signal.SIGINT):
-        yield
-
-
-@contextmanager
-def _without_main_program() -> Iterator[None]:
-    """Give a process that starts no main program to import."""
-    main = sys.modules["__main__"]
-    sys.modules["__main__"] = ModuleType("__main__")
-    try:
-        yield
-    finally:
-        sys.modules["__main__"] = main
 
 
 def serve(connection: "Connection[Any, Any]", answer: Callable[[Any], object]) -> None:

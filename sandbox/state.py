@@ -153,10 +153,6 @@ class Damping(NamedTuple):
     per_second: float = 1.0
     substeps: int = 1
 
-    def left_after(self, seconds: float) -> float:
-        """Return the share that is left after a time."""
-        return float(self.per_second**seconds)
-
 
 NO_DAMPING: Final = Damping()
 

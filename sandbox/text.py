@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:  # slow to import
     from rich.console import Console
 
-DEFAULT_WIDTH: Final = 80  # columns, if the terminal reports 0
+DEFAULT_WIDTH: Final = 80  # columns of text for a script
 FORMULA_STARTS: Final = ("=", "+", "-", "@")  # a cell that starts so may be evaluated by a spreadsheet
 JOINERS: Final = "\u200c\u200d"  # invisible, but words of many languages and emoji are spelt with them
 
@@ -72,10 +72,7 @@ def console(**options: Any) -> "Console":
     """Return a Rich console that prints [red] and :smile: verbatim. options: others of Rich."""
     from rich.console import Console  # noqa: PLC0415
 
-    terminal = Console(highlight=False, markup=False, emoji=False, **options)
-    if terminal.width == 0:  # as with COLUMNS=0, where Rich would print nothing
-        terminal.width = DEFAULT_WIDTH
-    return terminal
+    return Console(highlight=False, markup=False, emoji=False, **options)
 
 
 def text_of(show: "Callable[[Console], object]", width: int) -> str:

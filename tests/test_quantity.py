@@ -8,7 +8,7 @@ from conftest import scene_of
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sandbox.quantity import count_overlaps, deepest_overlap, energy, kinetic_energy, length, momentum, potential_energy
+from sandbox.quantity import deepest_overlap, energy, kinetic_energy, length, momentum, overlaps, potential_energy
 from sandbox.scene.spawn import spawn
 from sandbox.scene.walls import segment_distance
 from sandbox.state import Floats, States
@@ -73,20 +73,19 @@ discs = st.lists(st.tuples(st.floats(0, 100), st.floats(0, 100), st.floats(0.5, 
 def test_the_deepest_overlap_equals_that_of_all_pairs(balls: list[tuple[float, float, float]], wide: bool) -> None:
     x, y, radius = np.array(balls).T
     position = np.column_stack([x * 5, y] if wide else [x, y * 5])  # swept along either axis
-    overlaps = {
+    depths = {
         (i, j): radius[i] + radius[j] - math.dist(position[i], position[j])
         for i in range(len(balls))
         for j in range(i + 1, len(balls))
     }
-    pairs = sum(overlap > 0 for overlap in overlaps.values())
-    if all(abs(overlap) > 1e-9 for overlap in overlaps.values()):
-        assert count_overlaps(position, radius, 10_000) == pairs
-        assert count_overlaps(position, radius, 3) == min(pairs, 3)
+    pairs = sum(overlap > 0 for overlap in depths.values())
+    if all(abs(overlap) > 1e-9 for overlap in depths.values()):
+        assert sum(len(some) for some, _, _ in overlaps(position[None], radius, None)) == pairs
     found, first, second = deepest_overlap(position, radius)
-    deepest = max(overlaps.values(), default=0.0)
+    deepest = max(depths.values(), default=0.0)
     if deepest > 1e-9:
         assert found == pytest.approx(deepest, rel=1e-12, abs=1e-12)
-        assert overlaps[first, second] == pytest.approx(deepest, rel=1e-12, abs=1e-12)
+        assert depths[first, second] == pytest.approx(deepest, rel=1e-12, abs=1e-12)
     elif deepest < -1e-9 or len(balls) == 1:
         assert (found, first, second) == (0.0, -1, -1)
 

@@ -7,9 +7,8 @@ import faulthandler
 import math
 import os
 import sys
-from collections.abc import Iterable, Sequence
-from contextlib import AbstractContextManager, nullcontext, redirect_stdout, suppress
-from functools import partial
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext, redirect_stdout, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
@@ -20,10 +19,10 @@ from sandbox import __version__
 from sandbox.cli import options
 from sandbox.cli.exit import exit_codes, print_error
 from sandbox.cli.options import file_option, scene_and_inputs, settings_by_key
-from sandbox.cli.progress import progress_bar, sweep_with_bar, terminal_bar
-from sandbox.errors import EngineError, SandboxError, suggestion
+from sandbox.cli.progress import progress_bar, sweep_with_bar
+from sandbox.errors import EngineError, SandboxError
 from sandbox.files import STANDARD_OUTPUT, check_outputs, write_text
-from sandbox.text import console, counted, json_text, listed, printable
+from sandbox.text import console, counted, json_text, printable
 from sandbox.view import Layer
 
 if TYPE_CHECKING:
@@ -34,6 +33,23 @@ if TYPE_CHECKING:
 
 
 USAGE_ERROR: Final[type[Exception]] = typer.BadParameter.__mro__[1]  # typer does not export it
+
+
+@contextmanager
+def _one_sentence(ctx: Any = None) -> Iterator[None]:
+    """Turn errors of a command, or of the options before it, into exit codes; a wrong argument is one sentence.
+
+    Typer itself would end with 1 at a closed pipe, and print a wrong argument as a box.
+    """
+    with exit_codes():
+        try:
+            yield
+        except USAGE_ERROR as error:
+            if hasattr(error, "possibilities"):
+                error.possibilities = None  # options with similar names, such as --seed for --seconds
+            command = " ".join(filter(None, ("sandbox", ctx and ctx.invoked_subcommand)))
+            message = error.format_message()  # type: ignore[attr-defined]
+            raise SandboxError(f"{message.rstrip('.')} (see {command} --help)") from None
 
 
 class _Commands(TyperGroup):
@@ -53,25 +69,15 @@ class _Commands(TyperGroup):
                 )
         return super().resolve_command(ctx, args)
 
-    def invoke(self, ctx: Any) -> Any:
-        """Run a command. Typer itself would end with 1 at a closed pipe, and offer --seed for --seconds."""
-        with exit_codes():
-            try:
-                return super().invoke(ctx)
-            except USAGE_ERROR as error:
-                if option := getattr(error, "option_name", None):
-                    raise self._no_option(ctx.invoked_subcommand, option) from None
-                raise
+    def make_context(self, *arguments: Any, **extra: Any) -> Any:
+        """Parse the options before the command."""
+        with _one_sentence():
+            return super().make_context(*arguments, **extra)
 
-    def _no_option(self, command: str, option: str) -> SandboxError:
-        """Return an error for an option that a command does not have, with the commands that have it."""
-        known = {
-            name: [text for key in each.params for text in key.opts if text.startswith("-")]
-            for name, each in self.commands.items()
-        }
-        others = [name for name, texts in known.items() if option in texts]
-        hint = f"{listed(others)} {'have' if len(others) > 1 else 'has'} it" if others else None
-        return SandboxError(f"{command} has no option {option}; {hint or suggestion(option, known[command])}")
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command."""
+        with _one_sentence(ctx):
+            return super().invoke(ctx)
 
 
 app = typer.Typer(
@@ -91,10 +97,6 @@ def main() -> None:
     if sys.stderr:  # as it is not after 2>&-
         faulthandler.enable()  # prints the line that a program was at when Pymunk's C code aborts it
     os.environ["PYTHONSAFEPATH"] = "1"  # child processes must not import modules from the working directory
-    if sys.argv[1:] == ["--version"]:  # to parse an option, typer imports pydantic, which takes as long as the rest
-        with exit_codes():
-            print(__version__)
-        sys.exit()
     app(prog_name="sandbox")
 
 
@@ -167,9 +169,13 @@ def record(
     check_outputs({"--out": out}, [scene, inputs])
     check_recording(out, size)
     chosen, replayed = scene_and_inputs(scene, inputs, seconds=seconds, seed=seed, rate=rate)
-    bar = terminal_bar()
-    with bar:
-        track = partial(bar.track, description="Recording")
+    with progress_bar("Recording") as progress:
+
+        def track(steps: Sequence[int]) -> Iterator[int]:
+            for done, step in enumerate(steps):
+                progress(done / len(steps))
+                yield step
+
         record_scene(chosen, engines, out, size, show, replayed, track)
 
 
@@ -255,11 +261,10 @@ def _printed_beside(files: Iterable[str | None]) -> AbstractContextManager[objec
 
 @app.command(context_settings={"allow_interspersed_args": False, "ignore_unknown_options": False})
 def watch(
-    program: Annotated[str, typer.Argument(metavar="PROGRAM", help="A Python file; with -m, a module.")],
+    program: Annotated[str, typer.Argument(metavar="PROGRAM", help="A Python file.")],
     arguments: Annotated[
         list[str] | None, typer.Argument(metavar="ARGUMENTS", help="The program's own arguments and options.")
     ] = None,
-    module: Annotated[bool, typer.Option("-m", help="PROGRAM is a module, as in python -m.")] = False,
     seconds: Annotated[
         float | None,
         typer.Option(min=0, help="End after so many seconds of a Space's time. Default with --headless: 20."),
@@ -280,11 +285,11 @@ def watch(
     code: that of the program.
     """
     from sandbox.cli.diagnoses import HEADLESS_SECONDS, Report, warn_of_misplaced_options
-    from sandbox.scripting.program import Program, run_on_trial
+    from sandbox.scripting.program import run_on_trial
     from sandbox.space.watch import Trials
 
-    check_outputs({"--json": json_file}, [None if module else program])
-    given = Program(program, arguments or (), module)
+    check_outputs({"--json": json_file}, [program])
+    given = [program, *(arguments or ())]
     warn_of_misplaced_options(given)
     trials = Trials(HEADLESS_SECONDS if headless and seconds is None else seconds, parts, iterations)
     diagnoses = Report(given, trials, json_file, headless if tries is None else tries, costs)
@@ -427,7 +432,7 @@ def converge(
 ) -> None:
     """Measure how fast the errors of engines vanish as the steps become shorter.
 
-    Prints the error at each rate (default 60:960), and the order fitted to them beside that of theory.
+    Prints the error at each rate (default 60,120,240,480,960), and the order fitted to them beside that of theory.
     """
     from sandbox.engines import default_engines
     from sandbox.report.tables import print_convergence

@@ -1,13 +1,14 @@
 """The end of `watch`: the diagnoses of a program's Spaces, printed and written, and the exit code."""
 
 import sys
+from collections.abc import Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field
 from textwrap import fill
 from typing import Final, TextIO
 
 from sandbox.files import STANDARD_OUTPUT, write_text
-from sandbox.scripting.program import End, Program
+from sandbox.scripting.program import End
 from sandbox.scripting.tries import tried
 from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.watch import Trials
@@ -17,11 +18,11 @@ HEADLESS_SECONDS: Final = 20.0  # of a Space's time, as nobody closes a window
 _OPTIONS: Final = ("--headless", "--seconds", "--json", "--try", "--no-tries")
 
 
-def warn_of_misplaced_options(program: Program) -> None:
+def warn_of_misplaced_options(program: Sequence[str]) -> None:
     """Say that options of `watch` after the program are passed to the program."""
-    misplaced = [option for option in program.arguments if option.partition("=")[0] in _OPTIONS]
+    misplaced = [option for option in program[1:] if option.partition("=")[0] in _OPTIONS]
     if misplaced:
-        given = printable(program.name)
+        given = printable(program[0])
         print(f"{misplaced[0]} goes to {given}; options of watch come before the program", file=sys.stderr)
 
 
@@ -29,7 +30,7 @@ def warn_of_misplaced_options(program: Program) -> None:
 class Report:
     """Where the diagnoses go, as text or JSON."""
 
-    program: Program
+    program: Sequence[str]
     trials: Trials
     json_file: str | None
     tries: bool  # whether cures are tried
@@ -61,14 +62,14 @@ class Report:
 
     def _print_end(self, diagnoses: list[Diagnosis]) -> None:
         if not diagnoses:
-            print(f"{printable(self.program.name)} stepped no pymunk.Space: there is nothing to diagnose.")
+            print(f"{printable(self.program[0])} stepped no pymunk.Space: there is nothing to diagnose.")
         if self.trials.others:
             print(f"\n{counted(self.trials.others, 'more Space')} of this program had no diagnosis.")
 
     def _document(self, end: End, diagnoses: list[Diagnosis]) -> dict[str, object]:
         return {
-            "program": self.program.name,
-            "arguments": list(self.program.arguments),
+            "program": self.program[0],
+            "arguments": list(self.program[1:]),
             "ended_by": end.how,
             "exit_code": end.code,
             "hint": end.hint or None,

@@ -3,29 +3,18 @@
 import re
 import sys
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from sandbox.errors import SandboxError, suggestion
-from sandbox.text import printable
 from sandbox.view import Layer
 
 if TYPE_CHECKING:
     from sandbox.engines.specs import Value
     from sandbox.run.inputs import Input
     from sandbox.scene.model import Scene
-
-
-class OptionError(typer.BadParameter):
-    """A wrong value, reported in one line as all errors are: typer's own report puts the usage above it."""
-
-    def show(self, file: IO[Any] | None = None) -> None:
-        """Print the message to standard error."""
-        option = f"{self.param.opts[0]} " if self.param else ""
-        typer.echo(printable(f"{option}{self.message}"), file=file, err=True)
 
 
 def parse_names(text: str) -> Sequence[str]:
@@ -35,21 +24,9 @@ def parse_names(text: str) -> Sequence[str]:
     ['pymunk(substeps=4, iterations=30)', 'article']
     """
     names = [name.strip() for name in re.split(r",(?![^(]*\))", text)]  # not at the commas in brackets
-    if not any(names):
-        hint = "as in pymunk,exact; leave the option out for the default"
-        raise OptionError(f"{text!r}: must be names separated by commas, {hint}")
-    if not all(names):
-        raise OptionError(f"{text}: has a comma without a name")
-    if len(set(names)) < len(names):
-        raise OptionError(f"{text}: has a name twice")
+    if not all(names) or len(set(names)) < len(names):
+        raise typer.BadParameter(f"{text!r} must be different names separated by commas, as in pymunk,exact")
     return names
-
-
-def parse_engine(text: str) -> str:
-    """Parse "pymunk": an engine, which must not be empty."""
-    if not text.strip():
-        raise OptionError(f"{text!r}: must name an engine, as in pymunk")
-    return text
 
 
 def parse_layers(text: str) -> Sequence[Layer]:
@@ -57,7 +34,7 @@ def parse_layers(text: str) -> Sequence[Layer]:
     names = parse_names(text) if text else []
     for name in names:
         if name not in tuple(Layer):
-            raise OptionError(f"{name}: is not something to show; {suggestion(name, Layer)}")
+            raise typer.BadParameter(f"{name!r} is not something to show; {suggestion(name, Layer)}")
     return [Layer(name) for name in names]
 
 
@@ -65,7 +42,7 @@ def parse_size(text: str) -> tuple[int, int]:
     """Parse "1280x720": width and height, px."""
     sides = re.fullmatch(r"(\d{1,9})x(\d{1,9})", text)
     if not sides:
-        raise OptionError(f"{text}: write width x height in px, as in 1280x720")
+        raise typer.BadParameter(f"{text!r} must be width x height in px, as in 1280x720")
     return int(sides[1]), int(sides[2])
 
 
@@ -77,26 +54,15 @@ def parse_seeds(text: str) -> range:
     """
     ends = re.fullmatch(r"(\d{1,18}):(\d{1,18})", text)
     if not ends or int(ends[1]) >= int(ends[2]):
-        raise OptionError(f"{text}: must be two numbers A:B, for the seeds from A up to but not including B")
+        raise typer.BadParameter(f"{text!r} must be two numbers A:B, for the seeds from A up to but not including B")
     return range(int(ends[1]), int(ends[2]))
 
 
 def parse_rates(text: str) -> Sequence[int]:
-    """Parse "60,240", or "60:240", in which each rate is twice the one before.
-
-    >>> parse_rates("60:240")
-    [60, 120, 240]
-    """
-    if not re.fullmatch(r"[1-9]\d{0,8}((,[1-9]\d{0,8})*|:[1-9]\d{0,8})", text):
-        raise OptionError(
-            f"{text!r}: must be whole numbers from 1 on, separated by commas, such as 60,240, or 60:960 to double"
-        )
-    first, doubled, last = text.partition(":")
-    if not doubled:
-        return [int(rate) for rate in text.split(",")]
-    if int(last) < int(first):
-        raise OptionError(f"{text}: must be two rates A:B, of which the second is not the smaller one")
-    return [int(first) << k for k in range((int(last) // int(first)).bit_length())]
+    """Parse "60,240": steps per second."""
+    if not re.fullmatch(r"[1-9]\d{0,8}(,[1-9]\d{0,8})*", text):
+        raise typer.BadParameter(f"{text!r} must be whole numbers from 1 on, separated by commas, as in 60,240")
+    return [int(rate) for rate in text.split(",")]
 
 
 def parse_setting(text: str) -> "tuple[str, Sequence[Value]]":
@@ -111,8 +77,8 @@ def parse_setting(text: str) -> "tuple[str, Sequence[Value]]":
     try:
         return key.strip(), [parse_value(value) for value in split_values(values)]
     except (ValueError, TypeError):
-        raise OptionError(
-            f"{text}: must be a setting of Pymunk, elasticity or friction, and its values, such as substeps=1,4 or "
+        raise typer.BadParameter(
+            f"{text!r} must be a setting of Pymunk, elasticity or friction, and its values, such as substeps=1,4 or "
             "elasticity=0.5,1"
         ) from None
 
@@ -131,11 +97,6 @@ def _names(what: str, parser: Callable[[str], Any] = parse_names) -> Any:
     return typer.Option(metavar="A,B,...", parser=parser, help=what)
 
 
-def _engine(what: str) -> Any:
-    """Return an option for one engine."""
-    return typer.Option(metavar="ENGINE", parser=parse_engine, help=what)
-
-
 def _limit(of: str, metavar: str = "X") -> Any:
     """Return an option for a limit of a comparison."""
     return typer.Option(min=0, metavar=metavar, help=f"Exit with 1 if {of}.")
@@ -152,9 +113,9 @@ EnginesToCompare = Annotated[Sequence[str] | None, _names("Engines. Default: pym
 EnginesToScore = Annotated[Sequence[str] | None, _names("Engines. Default: all.")]
 Parts = Annotated[Sequence[str] | None, _names("Parts to measure. Default: all.")]
 Against = Annotated[
-    str | None, _engine("Engine that the others are measured against. Default: exact, or else the last.")
+    str | None, typer.Option(help="Engine that the others are measured against. Default: exact, or else the last.")
 ]
-EngineToTrace = Annotated[str, _engine("The engine that runs it.")]
+EngineToTrace = Annotated[str, typer.Option(help="The engine that runs it.")]
 Seed = Annotated[int | None, typer.Option(help="Seed, instead of the scene's.")]
 Seconds = Annotated[float | None, typer.Option(help="Seconds to run, instead of the scene's.")]
 Rate = Annotated[int | None, typer.Option(help="Steps per second, instead of the scene's.")]
@@ -176,7 +137,7 @@ Seeds = Annotated[
 ]
 Rates = Annotated[
     Sequence[int] | None,
-    typer.Option(metavar="R,R,...", parser=parse_rates, help="Steps per second; A:B doubles them from A to B."),
+    typer.Option(metavar="R,R,...", parser=parse_rates, help="Steps per second."),
 ]
 Settings = Annotated[
     list[Any] | None,
@@ -199,8 +160,7 @@ def scene_and_inputs(scene: str, inputs: Path | None, **changes: object) -> "tup
     from sandbox.scene.spawn import spawn, warnings
     from sandbox.scripting.arguments import replay
 
-    warn = partial(print, file=sys.stderr)
-    chosen, recorded = replay(scene, inputs, warn, **changes)
+    chosen, recorded = replay(scene, inputs, **changes)
     for warning in warnings(chosen, spawn(chosen)):
-        warn(warning)
+        print(warning, file=sys.stderr)
     return chosen, recorded

@@ -126,7 +126,7 @@ class SpaceReader:
         contacts["impulse"], contacts["tangential"] = impulse[order].T
         contacts["depth"] = -values[order, 4]
         states, dt = self.states(), 1 / self._rate / self._substeps
-        left = self.damping.left_after(dt)
+        left = self.damping.per_second**dt
         velocity = left * states.velocity + np.multiply(self._space.gravity, dt)  # when `Space.step` solves
         contacts["slip"] = slips(contacts, call, velocity, left * states.spin, self._radius)
         step, substep = np.divmod(first_call + call, self._substeps)

@@ -12,6 +12,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -289,25 +290,18 @@ def check_wall(wall: int, scene: Scene) -> None:
 
 
 def _split(scene: Scene, ball: int) -> tuple[list[BallGroup], BallGroup, list[BallGroup]]:
-    """Return the groups before a ball, its own, and those after it. Raises SandboxError if there is no such ball."""
+    """Return the groups before a ball, its own, and those after it, all with their colours.
+
+    Raises SandboxError if there is no such ball.
+    """
     check_ball(ball, scene)
-    [own] = _groups(scene, range(ball, ball + 1))
-    return _groups(scene, range(ball)), own, _groups(scene, range(ball + 1, len(scene.bodies)))
-
-
-def _groups(scene: Scene, balls: range) -> list[BallGroup]:
-    """Return some balls of a scene as groups, with their colours."""
-    groups, first = list[BallGroup](), 0
+    groups, own, first = list[BallGroup](), 0, 0
     for group in scene.balls:
         end = first + group.ball_count
-        part = range(max(first, balls.start), min(end, balls.stop))
-        if part:
-            lists = {
-                key: values[part.start - first : part.stop - first]
-                for key in PER_BALL
-                if (values := getattr(group, key))
-            }
-            colors = scene.colors[part.start : part.stop]
-            groups.append(group.model_copy(update={"count": len(part), "colors": colors, **lists}))
+        for start, stop in pairwise([first, *(cut for cut in (ball, ball + 1) if first < cut < end), end]):
+            lists = {key: values[start - first : stop - first] for key in PER_BALL if (values := getattr(group, key))}
+            own = len(groups) if start == ball else own
+            changes = {"count": stop - start, "colors": scene.colors[start:stop], **lists}
+            groups.append(group.model_copy(update=changes))
         first = end
-    return groups
+    return groups[:own], groups[own], groups[own + 1 :]

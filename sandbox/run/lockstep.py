@@ -25,6 +25,7 @@ from sandbox.scene.spawn import spawn
 from sandbox.state import Contacts, State, States
 
 FIRST_STEPS: Final = 16  # that engines do in one call while it is not known how fast they are
+AVERAGED_STEPS: Final = 30  # over which the time of a step is averaged, about
 MAX_CALL_SECONDS: Final = 0.2  # s, about: between calls, a signal is handled and progress is shown
 
 Build = Callable[[Scene, State], RunningEngine]
@@ -42,6 +43,7 @@ class Runner:
         self._clock = clock
         self._steps = steps
         self.start = clock.time(steps)  # s, when the engine was built
+        self.step_seconds: float | None = None  # s that a step took lately, for information only
         self._earlier: list[Contacts] | None = None  # of the engines replaced; None until contacts are recorded
 
     @property
@@ -58,7 +60,11 @@ class Runner:
 
     def step(self) -> None:
         """Advance by one step."""
+        begun = perf_counter()
         self.engine.step()
+        seconds = perf_counter() - begun
+        before = seconds if self.step_seconds is None else self.step_seconds
+        self.step_seconds = before + (seconds - before) / AVERAGED_STEPS
         self._steps += 1
 
     def advance(self, states: States) -> None:

@@ -134,8 +134,6 @@ class Model(BaseModel):
     @model_validator(mode="wrap")
     @classmethod
     def _check(cls, given: object, check: ModelWrapValidatorHandler[Self]) -> Self:
-        if isinstance(given, cls):
-            return given
         try:
             table = check(given)
         except ValidationError as error:

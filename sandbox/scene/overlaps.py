@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from sandbox.errors import SandboxError
-from sandbox.quantity import count_overlaps
+from sandbox.quantity import overlaps
 from sandbox.scene.balls import DECIMAL_ROUNDING
 from sandbox.scene.model import Scene
 from sandbox.scene.units import Dimension
@@ -29,13 +29,15 @@ def check_overlaps(scene: Scene, position: Floats) -> int:
     """
     bodies = scene.bodies
     limit = MAX_OVERLAPS + MAX_OVERLAPS_PER_BALL * len(bodies)
-    count = count_overlaps(position, bodies.radius, limit + 1, bodies.filters)
-    if count > limit:
-        message = (
-            f"balls overlap in more than {limit:,} pairs, the limit for {len(bodies):,} balls: {MAX_OVERLAPS:,}, and "
-            f"{MAX_OVERLAPS_PER_BALL} per ball; place them further apart"
-        )
-        raise SandboxError(scene.at_key((), message))
+    count = 0
+    for pairs, _, _ in overlaps(position[None], bodies.radius, bodies.filters):
+        count += len(pairs)
+        if count > limit:
+            message = (
+                f"balls overlap in more than {limit:,} pairs, the limit for {len(bodies):,} balls: {MAX_OVERLAPS:,}, "
+                f"and {MAX_OVERLAPS_PER_BALL} per ball; place them further apart"
+            )
+            raise SandboxError(scene.at_key((), message))
     return count
 
 

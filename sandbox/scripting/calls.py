@@ -4,7 +4,7 @@ Every wrong argument raises SandboxError.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TypedDict, Unpack, overload
 
 from sandbox.analysis import comparison
@@ -17,19 +17,8 @@ from sandbox.run.trajectory import Trajectory
 from sandbox.scene.files import bundled
 from sandbox.scene.model import Scene
 from sandbox.scores import verify as scoring
-from sandbox.scripting.arguments import (
-    AnyInputs,
-    AnyScene,
-    names_of,
-    number,
-    reference_of,
-    replay,
-    scene_of,
-    several,
-    whole_number,
-)
-from sandbox.scripting.comparison_result import Comparison
-from sandbox.scripting.results import Advice, Scores, SweepTable
+from sandbox.scripting.arguments import AnyInputs, AnyScene, Arguments, plain, replay, scene_of, several
+from sandbox.scripting.results import Advice, Comparison, Scores, SweepTable
 from sandbox.sweeps import in_order, plan
 from sandbox.sweeps.workers import run_here, run_locally
 
@@ -43,7 +32,6 @@ def compare(
     seed: int | None = None,
     rate: int | None = None,
     inputs: AnyInputs = (),
-    progress: Callable[[float], object] | None = None,
 ) -> Comparison:
     """Run a scene in several engines, in lockstep, and measure how far they are apart, since when, and why.
 
@@ -52,13 +40,13 @@ def compare(
     then "article" (or "impulse" if the article's rule cannot run the scene with its edits), and "exact". An engine of
     your own that fails has no run, but an EngineError in `failed`; against: the engine that the others are measured
     against, by default "exact" if it takes part, else the last; seconds, seed, rate: by default the scene's; inputs:
-    recorded inputs to replay, or their file, which bring their own seed and rate; progress: called now and then with
-    the fraction that is done. If inputs edit the scene, the comparison covers what follows the last edit.
+    recorded inputs to replay, or their file, which bring their own seed and rate. If inputs edit the scene, the
+    comparison covers what follows the last edit.
     Raises SandboxError if an argument is wrong, Refused if an engine cannot run the scene.
     """
-    reference = reference_of(against)
+    Arguments(against=against)
     chosen, replayed = replay(scene, inputs, seconds=seconds, seed=seed, rate=rate)
-    return Comparison.of(comparison.compare(chosen, engines, against=reference, inputs=replayed, progress=progress))
+    return Comparison(**vars(comparison.compare(chosen, engines, against=against, inputs=replayed)))
 
 
 class RunOptions(TypedDict, total=False):
@@ -98,11 +86,10 @@ def simulate(
         raise SandboxError(f"engine must name one or several, got {shown(engine)}")
     if seconds is not None and steps is not None:
         raise SandboxError("seconds and steps exclude each other: a run ends after either")
-    chosen, replayed = replay(scene, inputs, seed=seed, rate=rate)
-    seconds = None if seconds is None else number("seconds", seconds)
-    steps = None if steps is None else whole_number("steps", steps)
+    checked = Arguments(steps=plain(steps))
+    chosen, replayed = replay(scene, inputs, seconds=seconds, seed=seed, rate=rate)
     runs = {
-        name: trajectory.simulate(chosen, {name: source}, seconds=seconds, steps=steps, inputs=replayed)
+        name: trajectory.simulate(chosen, {name: source}, steps=checked.steps, inputs=replayed)
         for name, source in sources.items()
     }
     return next(iter(runs.values())) if isinstance(engine, str) or callable(engine) else runs
@@ -116,16 +103,15 @@ def advise(
     seed: int | None = None,
     rate: int | None = None,
     inputs: AnyInputs = (),
-    progress: Callable[[float], object] | None = None,
 ) -> Advice:
     """Try other settings of Pymunk on a scene, each measured against the reference, and return which are better.
 
     against: the reference, which may not be "pymunk" itself; the others: as in `compare`.
     Raises SandboxError if an argument is wrong, Refused if the reference cannot run the scene.
     """
-    reference = reference_of(against) or REFERENCE
+    Arguments(against=against)
     chosen, replayed = replay(scene, inputs, seconds=seconds, seed=seed, rate=rate)
-    return Advice(try_settings(chosen, reference, replayed, progress))
+    return Advice(try_settings(chosen, against, replayed))
 
 
 def verify(
@@ -143,8 +129,8 @@ def verify(
     """
     sources = list(registry()) if engines is None else engines
     patience = scoring.PATIENCE if scenes is None else math.inf
-    tolerance = None if tolerance is None else number("tolerance", tolerance)
-    return Scores(dict(scoring.verify(scenes_to_score(scenes), sources, tolerance, patience)))
+    checked = Arguments(tolerance=plain(tolerance))
+    return Scores(scoring.verify(scenes_to_score(scenes), sources, checked.tolerance, patience))
 
 
 def scenes_to_score(scenes: AnyScene | Iterable[AnyScene] | None = None) -> list[Scene]:
@@ -171,32 +157,20 @@ def sweep(
 
     engines: by default "pymunk", and "article" or else "impulse"; seeds, rates, seconds: by default the scene's;
     settings: values of each setting of Pymunk, of elasticity or of friction, such as {"substeps": [1, 4]}; against: by
-    default "exact"; workers: processes. If there are several, a script must start its work under
-    `if __name__ == "__main__":`, as `multiprocessing` requires.
-    A run that fails loses its row only.
+    default "exact"; workers: processes. A run that fails loses its row only.
     Raises SandboxError if an argument is wrong, Refused if an engine cannot run the scene.
     """
-    names, reference = names_of(engines), reference_of(against)
+    checked = Arguments(against=against, workers=plain(workers), settings=settings)
     chosen, _ = replay(scene, (), seconds=seconds)
     planned = plan(
         chosen,
-        [chosen.seed] if seeds is None else [whole_number("seeds", seed) for seed in several("seeds", seeds)],
-        [chosen.rate] if rates is None else [whole_number("rates", rate) for rate in several("rates", rates)],
-        names or default_engines(chosen),
-        _values_of(settings),
-        against=reference,
+        [chosen.seed] if seeds is None else several("seeds", plain(seeds)),
+        [chosen.rate] if rates is None else several("rates", plain(rates)),
+        list(named(engines)) if engines else default_engines(chosen),
+        {key: several(key, plain(values)) for key, values in (checked.settings or {}).items()},
+        against=against,
     )
-    count = whole_number("workers", workers, 1)
+    count = checked.workers
     outcomes = list(run_here(planned, planned.jobs) if count == 1 else run_locally(planned, planned.jobs, count))
     rows = [outcome.row for outcome in outcomes if outcome.row is not None]
     return SweepTable(planned, in_order(planned, rows), [outcome for outcome in outcomes if outcome.failure])
-
-
-def _values_of(settings: Mapping[str, Value | Iterable[Value]] | None) -> dict[str, list[Value]]:
-    if settings is not None and not isinstance(settings, Mapping):
-        raise SandboxError(f"settings must be a dictionary of values, got {shown(settings)}")
-    return {key: [_value(key, value) for value in several(key, values)] for key, values in (settings or {}).items()}
-
-
-def _value(key: str, value: object) -> Value:
-    return [number(key, each) for each in value] if isinstance(value, list | tuple) else number(key, value)

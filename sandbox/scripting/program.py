@@ -9,7 +9,6 @@ import runpy
 import signal
 import sys
 import threading
-import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -32,36 +31,6 @@ SAFE_PATH: Final = "PYTHONSAFEPATH"  # for the sandbox's own processes, not for 
 
 
 @dataclass(frozen=True)
-class Program:
-    """A program: the path of a file, or the name of a module, and its arguments."""
-
-    name: str
-    arguments: Sequence[str] = ()
-    is_module: bool = False
-
-    def check(self) -> None:
-        """Raise SandboxError if there is no such file."""
-        path = Path(self.name)
-        if self.is_module:
-            return
-        if path.suffix == ".toml":
-            raise SandboxError(f"{self.name}: is a scene, not a program; sandbox compare {self.name} compares engines")
-        if not path.exists():
-            raise SandboxError(f"{self.name}: does not exist; for a module, write -m {path.stem}")
-        if path.is_dir() and not (path / "__main__.py").exists():
-            raise SandboxError(f"{self.name}: is a folder without __main__.py")
-
-    def run(self) -> None:
-        """Run it as `__main__`."""
-        path = str(Path.cwd()) if self.is_module else str(Path(self.name).resolve().parent)
-        with patch.object(sys, "argv", [self.name, *self.arguments]), patch.object(sys, "path", [path, *sys.path]):
-            if self.is_module:
-                runpy.run_module(self.name, run_name="__main__", alter_sys=True)
-            else:
-                runpy.run_path(self.name, run_name="__main__")
-
-
-@dataclass(frozen=True)
 class End:
     """How a program ended. code: its exit code; details: its traceback or message; hint: what to do about that."""
 
@@ -71,10 +40,11 @@ class End:
     hint: str = ""
 
 
-def run_on_trial(program: Program, trials: Trials, ended: Callable[[End], int], *, headless: bool = False) -> int:
+def run_on_trial(program: Sequence[str], trials: Trials, ended: Callable[[End], int], *, headless: bool = False) -> int:
     """Run a program with its Spaces on trial; return the exit code that `ended` returns.
 
-    ended: is called once, and returns the exit code.
+    program: the path of its file, and its arguments; ended: is called once, and returns the exit code.
+    Raises SandboxError if none of its lines can be run.
     """
 
     def finish() -> NoReturn:
@@ -84,13 +54,18 @@ def run_on_trial(program: Program, trials: Trials, ended: Callable[[End], int], 
             stream.flush()
         os._exit(code)
 
-    program.check()
+    name = program[0]
+    if Path(name).suffix == ".toml":
+        raise SandboxError(f"{name}: is a scene, not a program; sandbox compare {name} compares engines")
+    if not Path(name).exists():
+        raise SandboxError(f"{name}: does not exist")
     trials.finish = finish
     environment = {key: value for key, value in os.environ.items() if key != SAFE_PATH}
     with ExitStack() as stack:
         stack.enter_context(trials)
-        stack.enter_context(_signals())
-        stack.enter_context(watchdog(program.name, trials))
+        for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, _leave)):
+            stack.callback(signal.signal, number, signal.signal(number, handler))
+        stack.enter_context(watchdog(name, trials))
         stack.enter_context(patch.dict(os.environ, environment, clear=True))
         if headless:
             stack.enter_context(without_window(trials.wait))
@@ -98,78 +73,36 @@ def run_on_trial(program: Program, trials: Trials, ended: Callable[[End], int], 
     return ended(end)
 
 
-def _end_of(program: Program, trials: Trials) -> End:
-    threads = set(threading.enumerate())
+def _leave(number: int, _frame: FrameType | None) -> NoReturn:
+    """Exit at a signal."""
+    sys.exit(128 + number)
+
+
+def _end_of(program: Sequence[str], trials: Trials) -> End:
+    """Run a program as `__main__`, and wait for its threads, as Python does at the end; return how it ended."""
+    threads, folder = set(threading.enumerate()), str(Path(program[0]).resolve().parent)
     try:
         try:
-            program.run()
+            with patch.object(sys, "argv", [*program]), patch.object(sys, "path", [folder, *sys.path]):
+                runpy.run_path(program[0], run_name="__main__")
         finally:
-            if not trials.out_of_time:
-                _join(threads)
+            for thread in threading.enumerate():
+                if thread not in threads and not thread.daemon and not trials.out_of_time:
+                    thread.join()
     except KeyboardInterrupt:
         return End("time is up" if trials.out_of_time else "interrupted")
     except SystemExit as error:
         if error.code is None or isinstance(error.code, int):
             return End("exit", (error.code or 0) & 0xFF)
         return End("exit", 1, f"{error.code}\n")
-    except SandboxError:
-        raise
     except BaseException as error:
-        trace = _traceback_of(error)
-        if not any(link.stack for link in _linked(trace)):
-            raise SandboxError(f"{program.name}: cannot be run: {_why(error)}") from error
+        trace = traceback.TracebackException.from_exception(error)
+        frames = [frame for frame in trace.stack if not frame.filename.startswith((SANDBOX, runpy.__file__, "<frozen"))]
+        if not frames:
+            raise SandboxError(f"{program[0]}: cannot be run: {error}") from error
+        trace.stack = traceback.StackSummary.from_list(frames)
         return End("exception", 1, "".join(trace.format()), hint(error))
     return End("time is up" if trials.out_of_time else "end")
-
-
-def _traceback_of(error: BaseException) -> traceback.TracebackException:
-    """Return the traceback that the program would have without the sandbox."""
-    whole = traceback.TracebackException.from_exception(error)
-    for link in _linked(whole):
-        frames = [frame for frame in link.stack if not frame.filename.startswith((SANDBOX, runpy.__file__, "<frozen"))]
-        link.stack = traceback.StackSummary.from_list(frames)
-    return whole
-
-
-def _linked(trace: traceback.TracebackException) -> Iterator[traceback.TracebackException]:
-    """Yield a traceback and those of its causes."""
-    link: traceback.TracebackException | None = trace
-    while link:
-        yield link
-        link = link.__cause__ or link.__context__
-
-
-def _why(error: BaseException) -> str:
-    """Say why no line of a program was run."""
-    if isinstance(error, SyntaxError):
-        return f"{error.msg}, in line {error.lineno}" if error.lineno else error.msg
-    return (error.strerror if isinstance(error, OSError) else None) or str(error)
-
-
-def _join(before: set[threading.Thread]) -> None:
-    """Wait for threads that the program began, as Python does at its end."""
-    for thread in threading.enumerate():
-        if thread not in before and not thread.daemon:
-            thread.join()
-
-
-@contextmanager
-def _signals() -> Iterator[None]:
-    """Let Ctrl-C raise KeyboardInterrupt, as in any program, and SIGTERM exit; a second one kills."""
-
-    def leave(number: int, _frame: FrameType | None) -> NoReturn:
-        signal.signal(number, signal.SIG_DFL)
-        sys.exit(128 + number)
-
-    before = {
-        number: signal.signal(number, handler)
-        for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, leave))
-    }
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 class Clock:
@@ -203,45 +136,27 @@ class Clock:
 
 @contextmanager
 def without_window(wait: Callable[[float], None]) -> Iterator[None]:
-    """Give programs no window, and let waiting functions return at once, unless they have threads.
+    """Give programs no window, and let waiting functions return at once. wait: is called with the time instead, s."""
 
-    wait: is called with the time before, s.
-    """
-    sleep, threads = time.sleep, threading.active_count()
-
-    def pause(seconds: float) -> None:
-        wait(seconds)
-        has_threads = threading.active_count() > threads
-        sleep(seconds if has_threads else 0)  # what other threads do in that time takes it
-
-    def pause_milliseconds(milliseconds: int) -> int:
-        pause(milliseconds / 1000)
+    def wait_milliseconds(milliseconds: int) -> int:
+        wait(milliseconds / 1000)
         return milliseconds
 
     with ExitStack() as stack:
         stack.enter_context(patch.dict(os.environ, _DRIVERS))
-        stack.enter_context(patch("time.sleep", pause))
+        stack.enter_context(patch("time.sleep", wait))
         try:
             import pygame  # noqa: PLC0415  (slow to import)
         except ImportError:
             pass
         else:
-            replaced: dict[str, Any] = {
-                "Clock": partial(Clock, pause),
-                "wait": pause_milliseconds,
-                "delay": pause_milliseconds,
-            }
-            for name, substitute in replaced.items():
-                stack.enter_context(patch.object(pygame.time, name, substitute))
+            replaced: dict[str, Any] = {"wait": wait_milliseconds, "delay": wait_milliseconds}
+            stack.enter_context(patch.multiple(pygame.time, Clock=partial(Clock, wait), **replaced))
         yield
 
 
 def hint(error: BaseException) -> str:
-    """Return what to do about an exception of a program; empty if it is not one that the sandbox knows."""
-    return _of_pymunk(error) or _display(error)
-
-
-def _of_pymunk(error: BaseException) -> str:
+    """Return what replaces the old name or call of Pymunk that raised an exception; empty if it is none."""
     for name in _missing_names(error):
         if change := NAMES.get(name):
             return f"Pymunk has had no {name} since version {change.since}. Instead: {change.instead}."
@@ -270,11 +185,3 @@ def _file(error: BaseException) -> str:
     while last and last.tb_next:
         last = last.tb_next
     return "/".join(Path(last.tb_frame.f_code.co_filename).parts[-2:]) if last else ""
-
-
-def _display(error: BaseException) -> str:
-    kind = type(error)
-    without_video = kind.__module__.startswith("pygame") and re.search("video|(x11|wayland) not available", str(error))
-    if without_video or kind.__name__ in ("NoSuchDisplayException", "NoSuchConfigException"):
-        return "There is no display: sandbox watch --headless runs the program without a window."
-    return ""

@@ -1,9 +1,6 @@
 """A scene that a program runs step by step: a game draws its balls, and kicks or drags them between the steps."""
 
-from collections.abc import Callable, Iterable
-from typing import TypeVar
-
-import numpy as np
+from collections.abc import Iterable
 
 from sandbox.engines import Source
 from sandbox.errors import SandboxError, shown
@@ -11,10 +8,8 @@ from sandbox.run.edits import check_ball
 from sandbox.run.inputs import Grab, Input, Kick, Move, Release, Start
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
-from sandbox.scripting.arguments import AnyScene, replay, vector, whole_number
+from sandbox.scripting.arguments import AnyScene, plain, replay
 from sandbox.state import Contacts, State, no_contacts
-
-OnContact = TypeVar("OnContact", bound=Callable[[np.void], object])
 
 
 class Simulation:
@@ -35,12 +30,7 @@ class Simulation:
     def __init__(self, scene: AnyScene, engine: Source, *, seed: int | None = None, rate: int | None = None) -> None:
         if not isinstance(engine, str) and not callable(engine):
             raise SandboxError(f"engine must be a name, a class or a function, got {shown(engine)}")
-        self._engine = engine
-        self._callbacks: list[Callable[[np.void], object]] = []
-        self._begin(replay(scene, None, seed=seed, rate=rate)[0])
-
-    def _begin(self, scene: Scene) -> None:
-        self._lockstep = Lockstep(scene, self._engine)
+        self._lockstep = Lockstep(replay(scene, None, seed=seed, rate=rate)[0], engine)
         [self._runner] = self._lockstep.engines.values()
         self._runner.record_contacts()
         self._contacts = no_contacts()
@@ -67,31 +57,27 @@ class Simulation:
         return [Start(scene=scene.name, seed=scene.seed, rate=scene.rate), *self._lockstep.given]
 
     def step(self) -> None:
-        """Advance by one step of 1/rate seconds, and then call the functions of `on_contact`.
+        """Advance by one step of 1/rate seconds.
 
         Raises EngineError, a SandboxError, if an engine of your own fails, LimitReached, another one, if the engine
         ends early.
         """
-        lockstep = self._lockstep
-        lockstep.step()
+        self._lockstep.step()
         self._contacts = self._runner.contacts()
-        for contact in self._contacts if self._callbacks else ():
-            for callback in tuple(self._callbacks):
-                callback(contact)
-                if self._lockstep is not lockstep:  # the function has called `reset`
-                    return
 
     def kick(self, ball: int, dv: Iterable[float]) -> None:
         """Add dv (px/s) to a ball's velocity, before the next step. Raises SandboxError if there is no such ball."""
-        self._lockstep.apply(Kick(step=self._lockstep.steps, ball=self._ball(ball), velocity=vector("dv", dv)))
+        self._lockstep.apply(Kick(step=self._lockstep.steps, ball=plain(ball), velocity=plain(dv)))
 
     def grab(self, ball: int, at: Iterable[float]) -> None:
         """Let the mouse grab a ball, and pull it to a point (px). Raises SandboxError if there is no such ball."""
-        self._lockstep.apply(Grab(step=self._lockstep.steps, ball=self._ball(ball), at=vector("at", at)))
+        given = Grab(step=self._lockstep.steps, ball=plain(ball), at=plain(at))
+        check_ball(given.ball, self.scene)
+        self._lockstep.apply(given)
 
     def move(self, at: Iterable[float]) -> None:
         """Pull the grabbed ball to another point (px); without one, do nothing."""
-        given = Move(step=self._lockstep.steps, at=vector("at", at))
+        given = Move(step=self._lockstep.steps, at=plain(at))
         if self._lockstep.mouse.ball is not None:
             self._lockstep.apply(given)
 
@@ -99,20 +85,3 @@ class Simulation:
         """Let go of the grabbed ball; without one, do nothing."""
         if self._lockstep.mouse.ball is not None:
             self._lockstep.apply(Release(step=self._lockstep.steps))
-
-    def reset(self, seed: int | None = None) -> None:
-        """Go back to the start, with another seed if one is given. Raises SandboxError if the seed is wrong."""
-        self._begin(replay(self.scene, None, seed=seed)[0])
-
-    def on_contact(self, callback: OnContact) -> OnContact:
-        """Call a function with each contact, an entry of `contacts`, after its step. Return the function.
-
-        So it can decorate one. What the function gives, such as a kick, acts in the next step.
-        """
-        self._callbacks.append(callback)
-        return callback
-
-    def _ball(self, ball: int) -> int:
-        number = whole_number("ball", ball)
-        check_ball(number, self.scene)
-        return number

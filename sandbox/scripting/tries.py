@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final, NamedTuple
 
-from sandbox.scripting.program import SAFE_PATH, Program
+from sandbox.scripting.program import SAFE_PATH
 from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.energy import Cause
 from sandbox.space.findings import TEXTS, Finding
@@ -45,7 +45,7 @@ SETTINGS: Final = {
 UNITS: Final = {"passed-through": " passages"}  # of the other figures: px
 
 
-def tried(program: Program, diagnoses: Sequence[Diagnosis], seconds: float) -> list[Diagnosis]:
+def tried(program: Sequence[str], diagnoses: Sequence[Diagnosis], seconds: float) -> list[Diagnosis]:
     """Return the diagnoses with what became of their findings in other runs of the program. seconds: of each."""
     wanted = dict.fromkeys(
         each for diagnosis in diagnoses for finding in diagnosis.findings for each in tries_of(finding)
@@ -62,15 +62,15 @@ def tries_of(finding: Finding) -> list[str]:
     return list(TEXTS[finding.rule].get("tries", ()))
 
 
-def _run(program: Program, seconds: float, options: Sequence[str]) -> list[dict[str, Any]]:
+def _run(program: Sequence[str], seconds: float, options: Sequence[str]) -> list[dict[str, Any]]:
     """Return the figures and costs of the Spaces of a run; none if it fails."""
     with TemporaryDirectory() as folder:
         file = Path(folder) / "diagnosis.json"
         command = [sys.executable, "-m", "sandbox", "watch", "--headless", "--no-tries", "--costs", "--json", str(file)]
-        command += ["--seconds", str(seconds), *options, *(["-m"] if program.is_module else []), program.name]
+        command += ["--seconds", str(seconds), *options, *program]
         try:
             subprocess.run(
-                [*command, *program.arguments],
+                command,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,

@@ -146,7 +146,7 @@ def converge(
     """
     rates = sorted(set(rates))
     if len(rates) < MIN_RATES:
-        raise SandboxError(f"--rates: an order needs at least {MIN_RATES} rates, such as 60:960, got {len(rates)}")
+        raise SandboxError(f"--rates: an order needs at least {MIN_RATES} rates, such as 60,120,240, got {len(rates)}")
     scene = scene.changed(expect=())
     for engine in engines:
         create(engine, scene, spawn(scene))

@@ -77,8 +77,8 @@ def check_scheduler(address: str) -> None:
         raise SandboxError(f"{option}: must have a host and a port up to 65535, as in tcp://host:8786")
     try:
         socket.create_connection((host, port), CONNECT_TIMEOUT).close()
-    except OSError as error:
-        raise SandboxError(f"{option}: no scheduler answers: {error.strerror or error}") from None
+    except (OSError, UnicodeError) as error:  # the second of a host that cannot be a name
+        raise SandboxError(f"{option}: no scheduler answers: {getattr(error, 'strerror', None) or error}") from None
 
 
 def run_on_dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[RowResult]:

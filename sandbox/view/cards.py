@@ -57,11 +57,12 @@ class Messages:
             write(surface, speeds, layout.status, theme.dim, layout.text_height)
 
     def measure(self, fps: float, frames: int) -> None:
-        """Note how fast the run and the window have been in some frames. fps: frames a second."""
-        time = self._playback.view.moment.time
+        """Note how fast the run, the window and the engines have been in some frames. fps: frames a second."""
+        runners, time = self._playback.session.runners.items(), self._playback.view.moment.time
         passed, self._measured = fps * (time - self._measured) / frames, time  # s of the scene in a second
         texts = [f"{passed:.2g}\N{MULTIPLICATION SIGN} real time"] if passed > 0 else []
-        self.speeds = "    ".join((*texts, f"{fps:.0f} frames a second"))
+        steps = (f"{name} {1000 * run.step_seconds:.2g} ms" for name, run in runners if run.step_seconds is not None)
+        self.speeds = "    ".join((*texts, f"{fps:.0f} frames a second", *steps))
 
 
 @dataclass

@@ -13,7 +13,6 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 from conftest import Command
-from plain_article import PlainArticle
 
 from sandbox.bench import comparisons, engines, parts, window
 from sandbox.bench.engines import plain_space
@@ -23,16 +22,6 @@ from sandbox.engines import create
 from sandbox.errors import SandboxError
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn
-
-
-@pytest.mark.parametrize("scene", ["article", "gas-100"])
-def test_the_article_in_plain_python_is_the_engine_s_to_the_bit(scene: str) -> None:
-    plain, engine = PlainArticle(load(scene)), create("article", load(scene), spawn(load(scene)))
-    for _ in range(60):
-        plain.step()
-        engine.step()
-    assert np.array_equal(engine.state().position, [(ball.x, ball.y) for ball in plain.balls])
-    assert np.array_equal(engine.state().velocity, np.multiply([(ball.vx, ball.vy) for ball in plain.balls], 60))
 
 
 @pytest.mark.parametrize("scene", ["article", "gas-100"])

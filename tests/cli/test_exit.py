@@ -53,28 +53,6 @@ def test_an_error_that_cannot_be_printed_is_still_exit_code_2() -> None:
         assert exit_code_of(forked(main_with("check", "none.toml"), error=full.fileno())) == 2
 
 
-def test_a_terminal_of_unknown_width_gets_80_columns(monkeypatch: pytest.MonkeyPatch) -> None:
-    printed = []
-    for columns in ("0", "80", "81", "79"):
-        monkeypatch.setenv("COLUMNS", columns)
-        with Path("out").open("wb") as out:
-            assert outcome_of("compare", "article", "--seconds", "1", out=out.fileno()) == (0, "")
-        printed.append(Path("out").read_text())
-    assert "energy change" in printed[0]
-    assert printed[0] == printed[1]
-    assert len({*printed}) == 3  # a column more or less breaks the lines elsewhere
-
-
-def test_a_closed_standard_output_is_reported_if_it_is_needed() -> None:
-    def act() -> None:
-        sys.stdout = None  # as Python sets it if it is closed
-        main_with("trace", "article", "--engine", "article", "--steps", "1")()
-
-    with Path("stderr").open("wb") as error:
-        assert exit_code_of(forked(act, error=error.fileno())) == 2
-    assert Path("stderr").read_text().endswith("-: cannot be written: it is closed\n")
-
-
 def test_letters_outside_the_terminal_s_encoding_are_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
     def act() -> None:
         sys.stdout.reconfigure(encoding="ascii")  # type: ignore[union-attr]

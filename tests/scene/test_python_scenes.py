@@ -132,6 +132,11 @@ def test_a_change_keeps_the_source_and_reports_errors_in_the_same_words() -> Non
     ]
 
 
+def test_a_copy_of_a_group_is_checked_again() -> None:
+    with pytest.raises(SandboxError, match=r"balls\[0\]\.count must be 1, the number of places in position, got 2"):
+        load("oblique").changed(balls=[BALL.model_copy(update={"count": 2})])
+
+
 def test_a_scene_survives_pickling_with_its_source() -> None:
     scene = load("funnel")
     again: Scene = pickle.loads(pickle.dumps(scene))

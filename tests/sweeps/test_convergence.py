@@ -127,12 +127,12 @@ def test_the_law_depends_on_what_the_balls_touch() -> None:
 def test_the_command_prints_or_writes(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("fall.toml").write_text(falling().source)
-    code, out, _ = command("converge", "fall.toml", "--rates", "60:240", "--starts", "2", "--json", "-")
+    code, out, _ = command("converge", "fall.toml", "--rates", "60,120,240", "--starts", "2", "--json", "-")
     figures = json.loads(out)
     assert (code, figures["rates"], list(figures["engines"])) == (0, [60, 120, 240], ["pymunk", "impulse"])
     assert figures["engines"]["pymunk"]["expected"] == 1
     assert np.shape(figures["engines"]["pymunk"]["errors"]) == (3, 2)
     code, out, err = command("converge", "fall.toml", "--rates", "60,120", "--json", "figures.json")
     assert (code, out) == (2, "")
-    assert err == "--rates: an order needs at least 3 rates, such as 60:960, got 2\n"
+    assert err == "--rates: an order needs at least 3 rates, such as 60,120,240, got 2\n"
     assert not Path("figures.json").exists()

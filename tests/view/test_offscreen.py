@@ -176,11 +176,14 @@ def test_the_command_records_without_a_display_and_prints_nothing(command: Comma
     ("arguments", "message"),
     [
         (("article", "--out", "f.avi"), "f.avi: must end in one of .png, .gif, .mp4"),
-        (("article", "--out", "f.gif", "--size", "big"), "--size big: write width x height in px, as in 1280x720"),
+        (
+            ("article", "--out", "f.gif", "--size", "big"),
+            "Invalid value for '--size': 'big' must be width x height in px",
+        ),
         (("article", "--out", "f.gif", "--size", "10x9999"), "--size 10x9999: must be from 64x64 to 8192x8192"),
         (
             ("article", "--out", "f.gif", "--show", "trail"),
-            "--show trail: is not something to show; did",
+            "Invalid value for '--show': 'trail' is not something to show; did",
         ),
     ],
     ids=lambda value: "-".join(value[1:]) if isinstance(value, tuple) else "",

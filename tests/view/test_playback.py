@@ -1,6 +1,7 @@
 """Time passes, is paused, and goes back and forward."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -249,6 +250,14 @@ def test_a_step_key_does_one_step_at_the_fastest_speed_too(window: Window) -> No
     assert window.view.session.lockstep.steps == 1
     window.playback.advance(1 / 60)
     assert window.view.session.lockstep.steps > 1
+
+
+def test_the_window_says_how_fast_the_run_its_frames_and_each_engine_are(window: Window) -> None:
+    run(window, 60)
+    window.messages.measure(50.0, 60)
+    run_of, frames, *engines = window.messages.speeds.split("    ")
+    assert (run_of, frames) == ("0.83\N{MULTIPLICATION SIGN} real time", "50 frames a second")
+    assert [re.sub(r" \d\S* ms$", "", each) for each in engines] == ["pymunk", "impulse", "exact"]
 
 
 def test_after_a_jump_in_time_trails_include_the_steps_before(window: Window) -> None:
