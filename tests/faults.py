@@ -636,7 +636,7 @@ class SteppedIgnoresPair(Stepped):
 # Engines of the sandbox with one thing changed
 
 OF_IMPULSE: Final = (Cause.LATE, Cause.POSITION_CORRECTION, Cause.MISSED)
-OF_PYMUNK: Final = (*OF_IMPULSE, Cause.GRAVITY, Cause.UNCONVERGED, Cause.WARM_START)
+OF_PYMUNK: Final = (*OF_IMPULSE, Cause.GRAVITY)
 
 
 class _Kicked:

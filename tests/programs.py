@@ -303,9 +303,9 @@ PROGRAMS: Final = {
         UNEQUAL, "small", "pushed overshoot", source=POSITION_BASED,
     ),
     "springs": program(
-        "Overlapping balls push each other like springs.", EQUAL, "soft", source=SPRINGS.replace("DAMPING", "0")
+        "Overlapping balls push each other like springs.", EQUAL, source=SPRINGS.replace("DAMPING", "0")
     ),
-    "springs_damped": program("Like damped springs.", EQUAL, "soft small", source=SPRINGS.replace("DAMPING", "5")),
+    "springs_damped": program("Like damped springs.", EQUAL, "", "small", source=SPRINGS.replace("DAMPING", "5")),
     "whole_velocities_swapped": program(
         "Whole velocities are swapped, not only their parts along the line of centres.", "oblique", "velocity normal",
         collide="velocity[[i, j]] = velocity[[j, i]]",
@@ -403,7 +403,7 @@ PROGRAMS: Final = {
     ),
     "one_contact_a_step": program(
         "Only the first contact of a ball in a step is resolved; in a corner, it keeps the other.",
-        CORNER, "late missed unconverged", bounce=f"{BOUNCE}\nbreak",
+        CORNER, "late missed", bounce=f"{BOUNCE}\nbreak",
     ),
     "whole_pixels": program(
         "Positions are whole pixels: what a step moves beyond them is lost.", BOX, "placed",

@@ -27,6 +27,10 @@ CHOICE: Final = np.dtype(
         ("depth", "f8"),  # px
     ]
 )
+SAID: Final = np.dtype(  # what is said of contacts, or of islands of them
+    [("cause", "i8"), ("law", "U32"), ("place", "U32"), ("also", "U32"), ("value", "f8"), ("depth", "f8")]
+)
+Said = NDArray[np.void]
 NOTHING: Final = -1  # the cause of what nothing explains
 RIGHT: Final = -2  # the cause of what is as it should be
 ANYWHERE: Final = "?"  # the place of balls that a law leaves elsewhere than any rule puts them
@@ -66,7 +70,7 @@ class Candidate(NamedTuple):
     @property
     def is_doubtful(self) -> bool:
         """Whether a single contact proves nothing of it."""
-        is_loose = self.key.place == ANYWHERE or self.free >= DOUBTFUL or self.key.law in ("turning", "moment")
+        is_loose = self.key.place == ANYWHERE or self.free >= DOUBTFUL or self.key.law == "moment"
         return is_loose or (self.is_constant and int(np.count_nonzero(self.fits)) >= FEW)
 
     def support(self) -> Floats:
@@ -107,6 +111,15 @@ class Chosen:
         """Return which contacts have a key of some. which: of all keys."""
         have: Bools = np.array([*which, False])[self.rows["key"]]  # that of no key is the last
         return have
+
+    def said(self) -> Said:
+        """Return what is said of contacts, SAID."""
+        said, rows = np.zeros(len(self.rows), SAID), self.rows
+        for name in ("cause", "value", "depth"):
+            said[name] = rows[name]
+        laws, of_places = (np.array([*names, ""]) for names in zip(*((k.law, k.place) for k in self.keys), strict=True))
+        said["law"], said["place"], said["also"] = laws[rows["key"]], of_places[rows["key"]], laws[rows["also"]]
+        return said
 
 
 def explain(s: Singles) -> Chosen:

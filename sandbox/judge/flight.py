@@ -21,15 +21,13 @@ BY_SPEED: Final = ((" v²", 1), ("", -1))  # the power of v in the share of the 
 class FlightLaw:
     """How velocities change in flights, of(f), px/s, or where these end, of(f, w), px, if w are their velocities then.
 
-    cause: None if that is right; name, values: of the sentence in `words`; factor: what velocities are multiplied by,
-    if that is all; clock: the share of a step that flights take.
+    cause: None if that is right; name, values: of the sentence in `words`; clock: what share of a step they take.
     """
 
     of: Callable[..., Vectors]
     cause: Cause | None = None
     name: str = ""
     values: tuple[float, ...] = ()
-    factor: complex = 1.0
     clock: float = 1.0
 
 
@@ -40,6 +38,11 @@ class Habit:
     speed: FlightLaw
     place: FlightLaw
     kept: float = 1.0
+
+    @property
+    def is_odd(self) -> bool:
+        """Whether velocities or spins change in flight by something that also acts in steps with contacts."""
+        return self.speed.cause is Cause.UNREPORTED or (self.speed.cause is None and self.kept != 1)
 
     def end(self, flights: Flights) -> tuple[Vectors, Vectors]:
         """Return where flights end, px, and with which velocities, px/s."""
@@ -122,8 +125,7 @@ def _speeds(f: Flights, w: Vectors, floor: float, damping: float) -> Iterator[Fl
     yield RIGHT[0]
     dt, base = float(np.median(f.dt)), by_gravity(f)
     if damping != 1:
-        values, factor = (100 * damping,), damping**dt
-        yield FlightLaw(lambda f: f.v * damping**f.dt + f.g * f.dt, Cause.DAMPING, "damping", values, factor)
+        yield FlightLaw(lambda f: f.v * damping**f.dt + f.g * f.dt, Cause.DAMPING, "damping", (100 * damping,))
     pull = _centre((w - f.v) / f.dt, floor / dt**2)
     if abs(pull - f.g) * dt**2 > floor:
         ratio = pull / f.g if f.g else 0j
@@ -152,7 +154,7 @@ def _factors(f: Flights, w: Vectors, floor: float, first: int) -> Iterator[Fligh
         def multiplied(f: Flights) -> Vectors:
             return factor * (f.v + first * f.g * f.dt) + (1 - first) * f.g * f.dt
 
-        yield FlightLaw(multiplied, Cause.UNREPORTED, "turned" if turn else "multiplied", values, factor)
+        yield FlightLaw(multiplied, Cause.UNREPORTED, "turned" if turn else "multiplied", values)
 
 
 def _drag(f: Flights, k: float, power: int) -> Vectors:

@@ -12,18 +12,16 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sandbox.judge.causes import Cause
-from sandbox.judge.choose import RIGHT, Key
+from sandbox.judge.choose import RIGHT, Key, Said
 from sandbox.judge.contacts import until
 from sandbox.judge.laws import BOUNCES, BY_NAME, PLACES, shifts_of, six_of
 from sandbox.judge.observe import Bodies, Met, Six, When
-from sandbox.judge.run import NEVER, Contacts, Run, Vectors
+from sandbox.judge.run import NEVER, Islands, Run, Vectors
 from sandbox.judge.thresholds import DOUBTED, MAX_TOGETHER
 from sandbox.state import Bools, Floats, Integers
 
 MAX_ISLANDS: Final = 1_500  # of a block, the first ones: each takes up to 0.5 ms, all less than a second
 COMMON: Final = 3  # laws, and 2 places, that single contacts show most, and that are tried on islands
-BY_SOLVER: Final = {Cause.WARM_START: "pulls", Cause.UNCONVERGED: "approach", Cause.LATE: "together"}
-SAID: Final = np.dtype([("cause", "i8"), ("law", "U32"), ("place", "U32"), ("value", "f8")])
 Ends = tuple[Vectors, Vectors, Floats]  # how balls end the step: px, px/s and rad/s
 
 
@@ -59,20 +57,14 @@ class Rule:
 EXACT: Final = Rule()
 
 
-class Islands:
-    """Balls (k, i) in steps, (nodes,) with the island of each, and contacts that may happen between them.
+class IslandSteps:
+    """The steps of islands. Contacts with walls come first, then pairs, in the order of balls."""
 
-    one, two: the nodes of each contact, twice the same of a wall. Walls come first, then pairs, in the order of balls.
-    """
-
-    def __init__(
-        self, run: Run, k: Integers, i: Integers, island: Integers, c: Contacts, one: Integers, two: Integers,
-        undo: complex,
-    ) -> None:  # fmt: skip
-        order = np.lexsort((np.where(c.pair, c.j, ~c.j), c.i, c.pair, island[one]))
-        self.run, self.k, self.i, self.island, self.undo = run, k, i, island, undo
-        self.c, self.one, self.two = c.part(order), one[order], two[order]
-        self.of = island[self.one]
+    def __init__(self, run: Run, islands: Islands) -> None:
+        k, i, island, c, one, two = islands
+        order = np.lexsort((np.where(c.pair, c.j, ~c.j), c.i, c.pair, islands.of))
+        self.run, self.k, self.i, self.island = run, k, i, island
+        self.c, self.one, self.two, self.of = c.part(order), one[order], two[order], islands.of[order]
         self.count = int(island.max(initial=-1)) + 1
         sizes = np.bincount(self.of, minlength=self.count)
         self.rank = np.arange(len(order)) - (np.cumsum(sizes) - sizes)[self.of]
@@ -81,7 +73,7 @@ class Islands:
         self.seen = run.x[k + 1, i], run.v[k + 1, i], run.w[k + 1, i]
         self.dt = np.zeros(self.count)
         self.dt[island] = run.flown[k]
-        self.free = run.hx[k, i], (run.hv[k, i] if undo == 1 else self.v + run.pull * self.dt[island])
+        self.free = run.hx[k, i], run.hv[k, i]
         off = np.maximum(np.abs(self.seen[0] - run.hx[k, i]), np.abs(self.seen[1] - run.hv[k, i]) * self.dt[island])
         self.are_heaps = np.zeros(self.count, bool)  # with more contacts in the step than are judged
         self.tol = 4 * run.floor + 1e-6 * self._most(off)
@@ -99,7 +91,7 @@ class Islands:
         x, v, w = self._in_time(rule, rows, some) if rule.in_time else self._at_end(rule, rows)
         y, z, spin = self.seen
         dt = self.dt[self.island]
-        off = np.abs(x - y), np.abs(v * self.undo - z) * dt, np.abs(w - spin) * self.run.r[self.i] * dt
+        off = np.abs(x - y), np.abs(v - z) * dt, np.abs(w - spin) * self.run.r[self.i] * dt
         return some & (self._most(np.max(off, axis=0)) <= self.tol)
 
     def _met(self, rows: Integers, x: Vectors, v: Vectors, w: Floats, t: Floats, when: When) -> Met:
@@ -165,48 +157,31 @@ class Islands:
             self._set(now, w, spun)
         return x, v, w
 
-    def together(self, island: int) -> Cause | None:
-        """Return what impulses along contacts, all at once where the balls end the step, explain of their velocities.
-
-        LATE: each is right; UNCONVERGED: some bodies still approach, or part too fast; WARM_START: a contact pulls.
-        None if such impulses do not explain the velocities, or do not tell.
-        """
-        nodes, run, dt = np.flatnonzero(self.island == island), self.run, float(self.dt[island])
-        rows = np.flatnonzero(self.of == island)
-        y, z, spin = self.seen[0], self.seen[1] / self.undo, self.seen[2]
-        c = self._met(rows, y, z, spin, np.full(len(rows), dt), When.END)
-        deep = c.depth > run.floor
-        ends = np.stack([self.one[rows], self.two[rows]])[:, deep] - nodes[0]
-        b, n = c.b.part(deep), c.n[deep]
-        turned = (spin - self.w)[nodes] * run.r[self.i[nodes]]
-        is_rough = bool(run.mu[self.i[nodes]].any() and np.abs(turned).max() * dt > run.floor)
-        changes = (z - self.free[1])[nodes]
-        got = np.column_stack([changes.real, changes.imag, turned]).ravel()
-        ways = [(n, 0.0), (1j * n, 1.0)][: 1 + is_rough]
-        count = len(n)
-        if not count or count * len(ways) >= (3 if is_rough else 2) * len(nodes):
-            return None
-        matrix = np.zeros((len(nodes), 3, len(ways), count))
-        for number, (way, rubs) in enumerate(ways):  # what a unit impulse of a contact changes
-            for ball, sign, inverse in zip(ends, (-1, 1), b.inverse, strict=True):
-                change = np.stack([sign * way.real, sign * way.imag, np.full(count, -2 * rubs)]) * inverse
-                for contact in range(count):
-                    matrix[ball[contact], :, number, contact] += change[:, contact]
-        flat, weight = matrix.reshape(len(got), -1), np.repeat(np.sqrt(run.m[self.i[nodes]]), 3)
-        solved, _, rank, _ = np.linalg.lstsq(flat * weight[:, None], got * weight, rcond=None)
-        most = float(np.abs(got).max())
-        if np.abs(flat @ solved - got).max() * dt > 2 * run.floor + 1e-6 * most * dt:
-            return None
-        is_unique, impulses = rank == len(solved), solved[:count]
+    def together(self, island: int) -> bool:
+        """Return whether impulses, all at once and right where the balls end the step, explain their velocities."""
+        nodes, rows, run = np.flatnonzero(self.island == island), np.flatnonzero(self.of == island), self.run
+        dt, ends = float(self.dt[island]), np.stack([self.one[rows], self.two[rows]])
+        c = self._met(rows, *self.seen, np.full(len(rows), dt), When.END)
+        deep = np.flatnonzero(c.depth > run.floor)
+        turned = (self.seen[2] - self.w) * run.r[self.i]
+        is_rough = bool(run.scene.is_rough and np.abs(turned[nodes]).max() * dt > run.floor)
+        given = np.zeros((3, len(nodes), 1 + is_rough, len(deep)))  # what unit impulses and unit frictions change
+        for rubs in range(1 + is_rough):
+            for end, sign, inverse in zip(ends, (-1, 1), c.b.inverse, strict=True):
+                unit = sign * inverse * c.n * 1j**rubs
+                change = np.stack([unit.real, unit.imag, -2 * rubs * inverse])[:, deep]
+                given[:, np.searchsorted(nodes, end[deep]), rubs, np.arange(len(deep))] += change
+        matrix, change = given.reshape(3 * len(nodes), -1), self.seen[1] - self.free[1]
+        got = np.concatenate([change[nodes].real, change[nodes].imag, turned[nodes]])
+        solved, _, rank, _ = np.linalg.lstsq(matrix, got, rcond=None)
+        impulses, most = solved[: len(deep)], float(np.abs(got).max())
+        is_unique = 0 < rank == len(solved) < (2 + is_rough) * len(nodes)
+        if not is_unique or np.abs(matrix @ solved - got).max() * dt > 2 * run.floor + 1e-6 * most * dt:
+            return False
         least = 1e-5 * np.abs(impulses).max()
-        if is_unique and (impulses < -least).any():
-            return Cause.WARM_START if count > 1 else None
-        before, after = c.started[deep], c.u[deep]
-        tol = 1e-3 * (most + np.abs(before))
-        off = is_unique & (impulses > least) & (np.abs(after + b.e * before) > tol)
-        if ((after > tol - b.e * before) | off).any():
-            return Cause.UNCONVERGED if count > 1 else None
-        return Cause.LATE if is_unique else None
+        off, tol = c.u[deep] + c.b.e[deep] * c.started[deep], 1e-3 * (most + np.abs(c.started[deep]))
+        is_right = np.where(impulses > least, np.abs(off), off) <= tol
+        return bool((is_right & (impulses >= -least)).all())
 
 
 class Shown(NamedTuple):
@@ -219,15 +194,10 @@ class Shown(NamedTuple):
     times: int
 
 
-def explain_islands(islands: Islands, shown: list[Shown]) -> np.ndarray:
-    """Return what is wrong with each island, SAID.
-
-    The cause is RIGHT if nothing is, and UNKNOWN if no rule explains an island.
-    """
-    said, rules = np.zeros(islands.count, SAID), _rules(shown)
-    said["cause"], said["law"], said["value"] = Cause.UNKNOWN, "several", np.nan
-    unsaid, is_pair = np.ones(islands.count, bool), np.bincount(islands.island, minlength=islands.count) > 1
-    for rule in rules:
+def explain_islands(islands: IslandSteps, shown: list[Shown], tried: Bools, said: Said) -> None:
+    """Set what is said of the islands that are tried, (islands,), if a rule explains it: RIGHT if nothing is wrong."""
+    unsaid, is_pair = tried.copy(), np.bincount(islands.island, minlength=islands.count) > 1
+    for rule in _rules(shown):
         if unsaid.any():
             won = islands.follow(rule, unsaid)
             unsaid &= ~won
@@ -235,11 +205,10 @@ def explain_islands(islands: Islands, shown: list[Shown]) -> np.ndarray:
                 said[some] = _said(rule, is_pair=bool(of))
     late = sum(each.times if each.key.when != When.TOUCH else -each.times for each in shown)
     faulty = sum(each.times for each in shown if each.cause is not None and _is_fault(each.key))
-    if late > faulty and np.count_nonzero(~unsaid) <= DOUBTED * islands.count:
+    if late > faulty and np.count_nonzero(unsaid) >= (1 - DOUBTED) * np.count_nonzero(tried):
         for island in np.flatnonzero(unsaid).tolist():
-            if (cause := islands.together(island)) is not None:
-                said[island] = (cause, BY_SOLVER[cause], "", np.nan)
-    return said
+            if islands.together(island):
+                said["cause"][island], said["law"][island] = Cause.LATE, "together"
 
 
 def _is_fault(key: Key) -> bool:
@@ -269,12 +238,12 @@ def _rules(shown: list[Shown]) -> list[Rule]:
     return rules
 
 
-def _said(rule: Rule, *, is_pair: bool) -> tuple[int, str, str, float]:
+def _said(rule: Rule, *, is_pair: bool) -> tuple[int, str, str, str, float, float]:
     """Return what a rule says is wrong with an island, by the names of `SAID`."""
     if rule == EXACT:
-        return RIGHT, "", "", np.nan
+        return RIGHT, "", "", "", np.nan, np.nan
     if rule.cause is not None:
-        return rule.cause, rule.law, "", np.nan if rule.value is None else rule.value
+        return rule.cause, rule.law, "", "", np.nan if rule.value is None else rule.value, np.nan
     place = PLACES[rule.pair_place if is_pair else rule.wall_place]
     cause = Cause.LATE if place.cause is None else place.cause
-    return cause, "together" if cause == Cause.LATE else "", place.name, np.nan
+    return cause, "together" if cause == Cause.LATE else "", place.name, "", np.nan, np.nan

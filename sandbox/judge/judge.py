@@ -10,13 +10,13 @@ from typing import Final
 import numpy as np
 
 from sandbox.judge.causes import Cause
-from sandbox.judge.choose import ANYWHERE, NOTHING, RIGHT, Chosen, choose, doubt_faults, explain
+from sandbox.judge.choose import ANYWHERE, NOTHING, RIGHT, SAID, Chosen, Said, choose, doubt_faults, explain
 from sandbox.judge.contacts import components, due, keys_of, near_pairs, near_walls, way_of
-from sandbox.judge.flight import Habit, by_gravity, habit_of
-from sandbox.judge.islands import MAX_ISLANDS, SAID, Islands, Shown, explain_islands
+from sandbox.judge.flight import Habit, habit_of
+from sandbox.judge.islands import MAX_ISLANDS, IslandSteps, Shown, explain_islands
 from sandbox.judge.ledger import NO_BODY, Errors, Ledger, pairs
-from sandbox.judge.observe import SIGN, Singles, When
-from sandbox.judge.run import NEVER, Contacts, Run, Vectors, cross, dot
+from sandbox.judge.observe import Singles, When
+from sandbox.judge.run import NEVER, Contacts, Islands, Run, cross, dot
 from sandbox.judge.summary import Judged, Verdict, summary
 from sandbox.judge.thresholds import ALIKE, MAX_TOGETHER, NEGLIGIBLE, REST
 from sandbox.judge.words import of_flight
@@ -24,10 +24,6 @@ from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Bools, Damping, Floats, Integers, Pushes, States
 
-OF_OVERLAP: Final = (  # causes of what balls do that overlap at the start
-    *(Cause.LATE, Cause.EARLY, Cause.POSITION_CORRECTION, Cause.TELEPORTED, Cause.OVERSHOOT, Cause.DOUBLE_BOUNCE),
-    *(Cause.WARM_START, Cause.UNCONVERGED, Cause.UNKNOWN),
-)
 BLOCK: Final = 2**20  # steps of a ball that are judged at once, some 300 MB of arrays
 
 
@@ -71,7 +67,7 @@ class Steps:
         block.judge_flights(is_soft=self._is_soft)
         errors = block.ledger.errors()
         if not self._judged and not self._is_soft:
-            block.mark_overlaps(errors)
+            block.doubt_overlaps(errors)
         block.close(errors)
         is_spinless = not states.spin.any()
         return Judged(errors, block.ledger.sums, clock, block.contacts, block.flights, is_spinless)
@@ -87,12 +83,12 @@ class _Block:
     """
 
     def __init__(self, run: Run, damping: float) -> None:
-        self.run, self.ledger = run, Ledger(run)
+        self.run = run
         self.contacts, self.flights = 0, dict[str, str]()
         takes = Cause.FRICTION if run.scene.is_rough else Cause.ELASTICITY
         self.own = Cause.ROUNDING if run.scene.keeps_energy else takes
+        self.ledger = Ledger(run, self.own)
         self.rules: list[Shown] = []
-        self.undo: complex = 1.0
         self.way = way_of(run)
         self.c = Contacts.joined(*(near(run, *run.every, self.way.ravel()) for near in (near_pairs, near_walls)))
         free = np.ones(run.v0.shape, bool)
@@ -169,64 +165,23 @@ class _Block:
         return np.where(c.pair, still(c.i) & still(c.other), (carried & rubs) | still(c.i))
 
     def _singles(self, c: Contacts, touch: Floats) -> None:
-        """Judge contacts that are alone, with velocities as they are or as they were before what slows balls down."""
-        best = -1
-        for undo in dict.fromkeys((1.0, self.habit.speed.factor)) if len(c.k) else ():
-            each = Singles(self.run, self.habit, c, touch, undo)
-            found = explain(each)
-            cause = found.rows["cause"]
-            lawful = (cause != NOTHING) & found.those([key.is_right for key in found.keys])
-            fits = int(np.sum((cause != NOTHING) + 2 * lawful + (cause == RIGHT)))
-            if fits > best:
-                best, s, chosen, self.undo = fits, each, found, undo
-        if best >= 0:
+        """Judge contacts that are alone."""
+        if len(c.k):
+            s = Singles(self.run, c, touch)
+            chosen = explain(s)
             doubt_faults(chosen, c.any_in(self.kicked))
             self._enter_singles(s, chosen)
 
     def _enter_singles(self, s: Singles, chosen: Chosen) -> None:
         """Enter single contacts in the ledger: what is right, and what is wrong."""
-        run, ledger, c = self.run, self.ledger, s.at
-        cause, key, value = (chosen.rows[name] for name in ("cause", "key", "value"))
-        found, crowded = cause != NOTHING, self._crowded(c)
-        _, model = np.unique(np.column_stack([key, np.nan_to_num(value, nan=-99.0)]), axis=0, return_inverse=True)
-        model = model.ravel()
-        often = np.bincount(model[found & ~crowded], minlength=model.max() + 1)[model] >= 2
-        clear, in_time = found & ~crowded, chosen.those([each.when == When.TOUCH for each in chosen.keys])
-        is_stepped = np.count_nonzero(clear & ~in_time) > np.count_nonzero(clear & in_time)
-        usual = (cause == Cause.LATE) & chosen.those([each.is_right for each in chosen.keys]) & is_stepped
-        known = found & (~crowded | (cause == RIGHT) | often | usual)  # else another contact may have done it
+        c = s.at
+        cause = chosen.rows["cause"]
+        if self.is_noisy or self.habit.is_odd:
+            cause[cause >= 0] = Cause.UNKNOWN
+        known = (cause == RIGHT) | ((cause != NOTHING) & ~self._crowded(c))  # else another contact may have done it
         self.done[c.part(known).ends] = True
         self._note_rules(chosen, known, c.pair)
-        given, rub, heat, rubbed = s.near_end()
-        rest = run.gain(c.k, c.i) + np.where(c.pair, run.gain(c.k, c.other), 0.0) + heat + rubbed
-        ledger.rightful(Cause.ELASTICITY, -heat[known], int((heat[known] > 0).sum()))
-        ledger.rightful(Cause.FRICTION, -rubbed[known], int((rubbed[known] > 0).sum()))
-        ledger.rightful(Cause.ROUNDING, rest[known & (cause == RIGHT)])
-        wrong = known & (cause != RIGHT)
-        w, at, rows = s.part(wrong), c.part(wrong), chosen.rows[wrong]
-        met, given, rub, is_due = w.met(When.TOUCH), given[:, wrong], rub[wrong], w.touch < NEVER
-        left = np.where(is_due, w.dt - np.where(is_due, w.touch, 0.0), 0.0)
-        off_v, off_x = np.abs(w.dv - given), np.abs(w.dx - left * given)
-        gained = ledger.gained(at.k, at.i) + ledger.gained(at.k, at.other)
-        both = np.stack([at.i, at.other], axis=1)
-        names = [
-            (chosen.keys[one], chosen.keys[two].law if two != NOTHING else "") for one, two in rows[["key", "also"]]
-        ]
-        ledger.enter(
-            at, cause=Cause.UNKNOWN if self.is_noisy else rows["cause"], value=rows["value"], depth=rows["depth"],
-            law=[one.law for one, _ in names], place=[one.place for one, _ in names], also=[also for _, also in names],
-            energy=rest[wrong], displacement=off_x.sum(axis=0), speed=off_v.sum(axis=0),
-            momentum=(off_v / np.where(w.inverse > 0, w.inverse, np.inf)).sum(axis=0) / (1 + at.pair),
-            gained=np.where(at.pair[:, None], gained, 0.0), normal=pairs(w.met(When.END).n),
-            should=self._exact_ends(at, given),
-            spin_should=run.w[at.k[:, None], both] - 2 * rub[:, None] / (run.m * run.r)[both],
-            should_normal=pairs(np.where(is_due, met.n, np.nan)),
-        )  # fmt: skip
-
-    def _exact_ends(self, c: Contacts, given: Vectors) -> Floats:
-        """Return the velocities of both balls after exact steps in which contacts change them by (2, k): (k, 2, 2)."""
-        ends = by_gravity(self.run.flights(c.k, np.stack([c.i, c.other]))) + given
-        return pairs(ends).swapaxes(0, 1)
+        self.ledger.enter_islands(Islands.of_contacts(c.part(known)), s.touch[known], chosen.said()[known])
 
     def _note_rules(self, chosen: Chosen, known: Bools, pair: Bools) -> None:
         """Note what explains contacts as rules for islands, with how many contacts show each."""
@@ -255,7 +210,7 @@ class _Block:
             self.near[each.part(may | each.all_in(self.active)).ends] = True
         if not len(c.k):
             return
-        s = Singles(run, self.habit, c, np.full(len(c.k), NEVER), self.undo)
+        s = Singles(run, c, np.full(len(c.k), NEVER))
         chosen, used, keep = Chosen.none(len(c.k)), set[tuple[int, int]](), []
         choose(s, chosen, np.arange(len(c.k)))
         cause = chosen.rows["cause"]
@@ -271,7 +226,7 @@ class _Block:
     # Islands
 
     def _islands(self) -> None:
-        """Judge the balls that are left, in groups of those that may have touched."""
+        """Judge the balls that are left, in islands of those that may have touched, or alone."""
         run, c, left = self.run, self.c, self.active & ~self.done
         touching = c.pair & (self.deepest > -run.tiny)
         reached, t = left.copy(), c.part(touching)
@@ -279,101 +234,53 @@ class _Block:
             reached[t.k[grow], t.i[grow]] = reached[t.k[grow], t.j[grow]] = True
         a, b = left[c.k, c.i], left[c.k, c.other] | ~c.pair
         join = np.where(c.pair, (a & b) | (self.is_due & (a | b)) | (touching & reached[c.k, c.i]), a)
-        some, lone = c.part(join), np.flatnonzero(left)
-        nodes, index = np.unique(np.concatenate([lone, *some.nodes(run.n)]), return_inverse=True)
-        label = components(len(nodes), *np.split(index[len(lone) :], 2))
-        size, has_due = np.bincount(label, minlength=len(nodes)), np.zeros(len(nodes), bool)
-        has_due[label[index[len(lone) : len(lone) + len(some.k)][self.is_due[join]]]] = True
-        single = (size[label] == 1) & ~has_due[label]
-        self._lone(*np.divmod(nodes[single], run.n))
-        kept = np.flatnonzero(~single)
-        order = kept[np.argsort(label[kept], kind="stable")]
-        self._judge_islands(nodes[order], np.unique(label[order], return_inverse=True)[1])
-
-    def _judge_islands(self, nodes: Integers, island: Integers) -> None:
-        """Judge islands.
-
-        nodes: balls in steps, island by island; island: the number of each. How far an island is off, and what
-        restitution and friction take, is of its contacts as if each were alone.
-        """
-        run, c, ledger, count = self.run, self.c, self.ledger, int(island.max(initial=-1)) + 1
-        if not count:
+        lone, ends = np.flatnonzero(left), c.part(join).nodes(run.n)
+        nodes, index = np.unique(np.concatenate([lone, *ends]), return_inverse=True)
+        if not len(nodes):
             return
+        label = components(len(nodes), *np.split(index[len(lone) :], 2))
+        island = np.unique(label, return_inverse=True)[1]
+        one, two = (np.searchsorted(nodes, end) % len(nodes) for end in c.nodes(run.n))
+        inside = (nodes[one] == c.nodes(run.n)[0]) & (nodes[two] == c.nodes(run.n)[1]) & (island[one] == island[two])
+        has_due = np.isin(np.arange(island.max() + 1), island[one[inside & self.is_due]])
+        is_lone = (np.bincount(island) == 1) & ~has_due
+        inside &= ~is_lone[island[one]]
         k, i = np.divmod(nodes, run.n)
-        sorter = np.argsort(nodes)
-        ends = c.nodes(run.n)
-        one, two = (sorter[np.searchsorted(nodes, at, sorter=sorter) % len(nodes)] for at in ends)
-        inside = (nodes[one] == ends[0]) & (nodes[two] == ends[1]) & (island[one] == island[two])
-        near = np.flatnonzero(inside)
-        near = near[np.lexsort((c.j[near], c.i[near], island[one[near]]))]
-        of_near, due = island[one[near]], near[self.is_due[near]]
-        s, of_due = Singles(run, self.habit, c.part(due), self.touch[due]), island[one[due]]
-        given, _, heat, rubbed = s.near_end()
-        off_x, off_v = run.x[k + 1, i] - run.hx[k, i], run.v[k + 1, i] - run.hv[k, i]
-        for at, dv in zip((one[due], two[due]), given, strict=True):
-            np.add.at(off_v, at, -dv)
-            np.add.at(off_x, at, -dv * (s.dt - s.touch))
+        islands = Islands(k, i, island, c.part(inside), one[inside], two[inside])
+        said = self._said_of_islands(islands, is_lone)
+        alone = is_lone[island]
+        said[is_lone] = self._said_of_lone(k[alone], i[alone])
+        self.ledger.enter_islands(islands, self.touch[inside], said)
 
-        def summed(values: Floats | Bools, of: Integers = island) -> Floats:
-            return np.bincount(of, values, count).astype(float)
-
+    def _said_of_islands(self, islands: Islands, is_lone: Bools) -> Said:
+        """Return what is said of islands: those at rest are right, and those with too many contacts are unknown."""
+        run, k, i, count = self.run, islands.k, islands.i, len(is_lone)
         slow = 4 * abs(run.g) * run.dt[k]
         moves = (np.abs(run.x[k + 1, i] - run.x[k, i]) > slow * run.dt[k] + run.tiny) | (np.abs(run.v[k + 1, i]) > slow)
-        rests = (summed(moves) == 0) & bool(run.g)
-        said = np.full(count, np.array((Cause.UNKNOWN, "several", "", np.nan), SAID))
-        tried = ~rests & (np.bincount(of_near, minlength=count) <= MAX_TOGETHER)
+        rests = ~is_lone & (np.bincount(islands.island, moves) == 0) & bool(run.g)
+        self.carried[k, i] |= rests[islands.island]
+        said = np.full(count, np.array((Cause.UNKNOWN, "several", "", "", np.nan, np.nan), SAID))
+        said["cause"][rests] = RIGHT
+        tried = ~rests & ~is_lone & (np.bincount(islands.of, minlength=count) <= MAX_TOGETHER)
         tried &= np.cumsum(tried) <= MAX_ISLANDS
-        number = np.cumsum(tried) - 1
-        nodes_of, near_of = np.flatnonzero(tried[island]), near[tried[of_near]]
-        where = np.cumsum(tried[island]) - 1
-        islands = Islands(
-            run, k[nodes_of], i[nodes_of], number[island[nodes_of]], c.part(near_of), where[one[near_of]],
-            where[two[near_of]], self.undo,
-        )  # fmt: skip
-        said[tried] = explain_islands(islands, self.rules)
-        firsts = Contacts(*np.full((3, count), NO_BODY))
-        some, begin = np.unique(island, return_index=True)
-        firsts.k[some], firsts.i[some] = k[begin], i[begin]
-        best = near[np.lexsort((~self.is_due[near], of_near))]
-        some, begin = np.unique(island[one[best]], return_index=True)
-        firsts.i[some], firsts.j[some] = c.i[best[begin]], c.j[best[begin]]
-        right, wrong = said["cause"] == RIGHT, ~rests & (said["cause"] != RIGHT)
-        taken = summed(heat, of_due), summed(rubbed, of_due)
-        rest = summed(run.gain(k, i)) + taken[0] + taken[1]
-        ledger.rightful(Cause.ELASTICITY, -taken[0], int((heat > 0).sum()))
-        ledger.rightful(Cause.FRICTION, -taken[1], int((rubbed > 0).sum()))
-        ledger.rightful(self.own, rest[right | rests])
-        self.carried[k, i] |= rests[island]
-        gained = np.stack([summed(part) for part in ledger.gained(k, i).T], axis=1)
-        gained[summed(~c.pair[near], of_near) > 0] = 0.0
-        ledger.enter(
-            firsts.part(wrong), **{name: said[name][wrong] for name in ("cause", "law", "place", "value")},
-            energy=rest[wrong],
-            times=np.maximum(summed(np.ones(len(due)), of_due), 1)[wrong], displacement=summed(np.abs(off_x))[wrong],
-            speed=summed(np.abs(off_v))[wrong], momentum=summed(run.m[i] * np.abs(off_v))[wrong], gained=gained[wrong],
-        )  # fmt: skip
+        if tried.any():
+            explain_islands(IslandSteps(run, islands), self.rules, tried, said)
+        return said
 
-    def _lone(self, k: Integers, i: Integers) -> None:
-        """Judge balls that touch nothing and do not fly as the engine does."""
+    def _said_of_lone(self, k: Integers, i: Integers) -> Said:
+        """Return what is said of balls that touch nothing and do not fly as the engine does."""
         run, at = self.run, (k, i)
         off_x, off_v = np.abs(run.x[k + 1, i] - run.hx[at]), np.abs(run.v[k + 1, i] - run.hv[at])
-        gain = run.gain(k, i)
         spun = np.abs(run.w[k + 1, i] - run.w[k, i] * run.kept) * run.r[i]
         least = NEGLIGIBLE * (1 + np.abs(run.v0[at]))
         small = (off_x < NEGLIGIBLE * run.r[i]) & (off_v < least) & (spun < least)
-        self.ledger.rightful(Cause.ROUNDING, gain[small])
         may, kicked, speed = self.near[at], self.kicked[at], np.abs(run.v[k + 1, i])
+        said = np.zeros(len(k), SAID)
         cause = np.where(may, Cause.UNKNOWN, np.where(kicked, Cause.UNREPORTED, Cause.TELEPORTED))
-        law = np.where(may, "single", np.where(kicked, np.where(speed == 0, "stopped", "changed"), "put"))
-        rows = ~small
-        lone = Contacts(k[rows], i[rows], np.full(np.count_nonzero(rows), NO_BODY))
-        exact = by_gravity(run.flights(lone.k, lone.i))
-        self.ledger.enter(
-            lone, cause=cause[rows], law=law[rows], value=np.where(kicked & ~may, speed, np.nan)[rows],
-            energy=gain[rows], displacement=off_x[rows], speed=off_v[rows], momentum=(run.m[i] * off_v)[rows],
-            gained=self.ledger.gained(lone.k, lone.i) * ~may[rows, None],
-            should=np.stack([pairs(exact)] * 2, axis=1), spin_should=run.w[lone.k, lone.i][:, None],
-        )  # fmt: skip
+        said["cause"] = np.where(small, RIGHT, cause)
+        said["law"] = np.where(may, "single", np.where(kicked, np.where(speed == 0, "stopped", "changed"), "put"))
+        said["value"], said["depth"] = np.where(kicked & ~may, speed, np.nan), np.nan
+        return said
 
     # What did not happen, and flights
 
@@ -383,7 +290,7 @@ class _Block:
         Of a wall, a ball must end on its other side: what it flies back from by itself is no passage. Nor is a graze of
         two balls that is less deep than the parabola is off the way of an engine that integrates gravity otherwise.
         """
-        run, s = self.run, Singles(self.run, self.habit, c, t)
+        run, s = self.run, Singles(self.run, c, t)
         met, unsure = s.met(When.TOUCH), abs(run.pull) * s.dt**2 / 2 * (self.habit.place.cause is not None)
         across = np.abs(cross(met.n, met.v[0] - met.v[1])) / np.abs(met.v[0] - met.v[1])
         deep = ~c.pair | (s.r.sum(axis=0) * (1 - across) > unsure)
@@ -401,14 +308,11 @@ class _Block:
         passed = np.where(ends.pair, (depth <= 0) | (ends.k + 1 < run.steps), beyond)
         passed &= ~np.isin(keys_of(ends, run) + 1, resolved)
         rows = order[begins][passed]
-        first, n, impulse, red = s.at.part(rows), met.n[rows], met.due[rows], s.red[rows]
-        balls = np.stack([first.i, first.other])
-        flown = np.abs(run.x[first.k + 1, balls] - run.x[first.k, balls]).max(axis=0)
-        self.ledger.enter(
-            first, cause=Cause.MISSED, law=np.where(first.pair, "passed", "through"), value=flown,
-            speed=impulse / red, momentum=impulse, should_normal=pairs(n), spin_should=run.w[first.k, balls].T,
-            should=self._exact_ends(first, SIGN * s.inverse[:, rows] * impulse * n),
-        )  # fmt: skip
+        c = c.part(begins).part(passed)
+        said, balls = np.zeros(len(c.k), SAID), np.stack([c.i, c.other])
+        said["cause"], said["law"], said["depth"] = Cause.MISSED, np.where(c.pair, "passed", "through"), np.nan
+        said["value"] = np.abs(run.x[c.k + 1, balls] - run.x[c.k, balls]).max(axis=0)
+        self.ledger.enter_islands(Islands.of_contacts(c), t[rows], said)
 
     def judge_flights(self, *, is_soft: bool) -> None:
         """Enter what the engine's way to fly is wrong by; of soft contacts, the rest of the energy is theirs.
@@ -438,7 +342,7 @@ class _Block:
             law = habit.place if name == "place" else habit.speed
             self.flights[name] = of_flight(run.scene.units, law, run.kept)
             self.ledger.enter(
-                Contacts(*(np.array([part]) for part in (k, i, NO_BODY))), cause=cause, law=name, place="flight",
+                *(np.array([part]) for part in (k, i, NO_BODY)), cause=cause, law=name, place="flight",
                 times=int(where.sum()), energy=of_all, displacement=x_off.sum(), speed=v_off.sum(),
                 momentum=(run.m * v_off).sum(), gained=gained if name == "speed" and cause != Cause.DAMPING else 0.0,
                 should=pairs(v[k, i])[None, None], spin_should=run.w[k, i],
@@ -448,19 +352,14 @@ class _Block:
         if is_soft:
             self.ledger.rightful(Cause.SOFT, run.gain(*run.every))
 
-    def mark_overlaps(self, errors: Errors) -> None:
-        """Blame on an overlap at the start what balls do until it ends: no step led them into each other."""
-        run, deep = self.run, self.c.part(self.before > ALIKE * float(self.run.r.min()))  # less comes of three digits
-        keys = np.sort(keys_of(deep, run))
-        begins = np.flatnonzero(np.diff(keys, prepend=-9) != 1)
-        of_start = np.repeat(keys[begins] % (run.steps + 1) == 0, np.diff(np.append(begins, len(keys))))
-        deep = deep.part(np.isin(keys_of(deep, run), keys[of_start]))
-        overlaps = np.zeros(run.v0.shape, bool)
-        overlaps[deep.ends] = True
+    def doubt_overlaps(self, errors: Errors) -> None:
+        """Judge no contact of balls that overlap something when the run begins: no step led them into each other."""
+        run = self.run
+        deep = self.c.part((self.c.k == 0) & (self.before > ALIKE * float(run.r.min())))  # less comes of three digits
+        overlaps = np.isin(np.arange(run.n), deep.ends[1])
         second = np.where((errors["second"] >= 0) & (errors["second"] != NO_BODY), errors["second"], errors["first"])
-        blamed = overlaps[errors["step"] - 1, [errors["first"], second]].all(axis=0)
-        blamed &= np.isin(errors["cause"], OF_OVERLAP) & (errors["place"] != "flight")
-        errors["cause"][blamed], errors["law"][blamed], errors["place"][blamed] = Cause.OVERLAPPED, "overlap", ""
+        doubted = overlaps[errors["first"]] & overlaps[second] & (errors["place"] != "flight")
+        errors["cause"][doubted], errors["law"][doubted], errors["place"][doubted] = Cause.UNKNOWN, "overlap", ""
 
     def close(self, errors: Errors) -> None:
         """Enter what the hand gave, what went into spin, and what is left of the energy."""

@@ -135,11 +135,6 @@ def _first_not_turned(c: Met, _: Value) -> Says:
     return Says(six_of(c.due, c.rub, c.rub * [[0], [1]]), may=c.rub != 0)
 
 
-def _turning(c: Met, k: Value) -> Says:
-    si, sj = spun = c.six[2] if k is None else k * np.stack([c.rub, c.rub])
-    return Says(six_of(c.due, c.rub, spun), np.where(np.abs(si) > np.abs(sj), si, sj) / c.rub, c.rub != 0)
-
-
 def _moment(c: Met, k: Value) -> Says:
     moment = c.six[1].sum(axis=0) / c.six[2].sum(axis=0) if k is None else k + 0 * c.due
     f = c.friction(c.due, third=1 + 2 / moment)
@@ -245,16 +240,10 @@ def _push(c: Met, _: Value) -> Says:
 
 BOUNCES: Final = ("speed before gravity", "bounce in time")  # right, but for where the contact is found
 SMALL, LARGE, NORMAL, V = Cause.SMALL, Cause.LARGE, Cause.NORMAL, Cause.UNEXPLAINED_IMPULSE
-FACTORS: Final[dict[str, Callable[[Floats], Floats]]] = {  # other ways to make one factor of two
-    "the mean of the factors": lambda both: both.mean(axis=0),
-    "the lesser factor": lambda both: both.min(axis=0),
-    "the larger factor": lambda both: both.max(axis=0),
-    "the sum of the factors": lambda both: both.sum(axis=0),
-}
 Two = partial(Law, of_pairs=True)
 LAWS: Final = (
-    Law("impulse", SMALL, _impulse, "The impulse is {v:.4g} of what is due.", reads=True),
-    *(Law(f"e: {how}", LARGE, _restitution(of), f"Restitution is {how}, {{v:.4g}}.") for how, of in FACTORS.items()),
+    Law("impulse", SMALL, _impulse, "The impulse is {v:.4g} of what is due.", constant=True),
+    Law("larger e", LARGE, _restitution(lambda es: es.max(axis=0)), "Restitution is the larger factor, {v:.4g}."),
     Law("no e", LARGE, _restitution(lambda es: 1 + 0 * es[0]), "The restitution is left out."),
     Law("while parting", Cause.DOUBLE_BOUNCE, _while_parting, "Bodies that part are reversed again.", parting=True),
     Law("speed before gravity", Cause.LATE, _speed_before_gravity, ""),
@@ -263,13 +252,11 @@ LAWS: Final = (
     Law("friction", Cause.FRICTION_SMALL, _friction, "Friction is {v:.4g} of what it should be.", reads=True),
     Law("no friction", Cause.FRICTION_SMALL, _other_friction(lambda mus: 0 * mus[0]), "Friction is left out."),
     Law("no limit", Cause.FRICTION_LARGE, _other_friction(lambda mus: np.inf + mus[0]), "Friction has no limit."),
-    *(
-        Law(f"mu: {how}", Cause.FRICTION_LARGE, _other_friction(of), f"Friction's factor is {how}, {{v:.4g}}.")
-        for how, of in FACTORS.items()
+    Law(
+        "sum of mu", Cause.FRICTION_LARGE, _other_friction(lambda mus: mus.sum(axis=0)), "Friction's factors are added."
     ),
     Law("no turn", V, _no_turn, "Friction does not turn the balls."),
     Two("first not turned", V, _first_not_turned, "Friction turns only the second of the two."),
-    Law("turning", V, _turning, "Friction turns the balls {v:.4g} times as much as it should.", reads=True),
     Law("moment", V, _moment, "The moment of inertia is {v:.4g} of a disc's.", reads=True),
     Law("tangential", V, _tangential, "Also {v:.4g} of the impulse acts along the tangent.", constant=True),
     Law("slope", V, _slope, "The speed along the wall is {v:.4g} of what it should be.", constant=True),
@@ -313,7 +300,6 @@ PLACES: Final = {
         Place("reflect with friction", None, ""),
         Place("begin", Cause.OVERSHOOT, "Balls are put back to where the step began."),
         Place("begin across", Cause.OVERSHOOT, "Balls are put back to where the step began, across the wall."),
-        Place("first only", Cause.POSITION_CORRECTION, "Of two that overlap, the first is put outside the second."),
         Place("second only", Cause.POSITION_CORRECTION, "Of two that overlap, the second is put outside the first."),
         Place("pushed", Cause.POSITION_CORRECTION, "Balls are pushed apart, but not to where they should be.", free=1),
         Place("apart", Cause.TELEPORTED, "Balls that do not overlap are put further apart.", free=1),
@@ -340,7 +326,6 @@ def shifts_of(c: Met, dv: Vectors, back: Vectors, dt: Floats) -> dict[str, tuple
         "reflect with friction": (-first * ((1 + e) * out + late * rubbed * 1j * n), wall),
         "begin": (back, every),
         "begin across": (first * dot(back[0], n) * n, ~c.pair),
-        "first only": (-first * out, balls),
         "second only": (second * out, balls),
     }
 

@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.judge.causes import Cause
-from sandbox.judge.run import Contacts, Run, Vectors, cross
-from sandbox.judge.thresholds import FEW
-from sandbox.state import Floats, Integers
+from sandbox.judge.choose import RIGHT, SAID, Said
+from sandbox.judge.flight import by_gravity
+from sandbox.judge.observe import Singles, When
+from sandbox.judge.run import NEVER, Islands, Run, Vectors, cross
+from sandbox.state import Bools, Floats, Integers
 
 NO_BODY: Final = np.iinfo(np.int64).max  # the second of a ball in flight
 NAME: Final = "U32"
@@ -44,7 +46,6 @@ ERROR: Final = np.dtype(
         ("should_normal", "f8", (2,)),  # where the two touch, or NaN
     ]
 )
-PUSHES: Final = (Cause.SMALL, Cause.LARGE, Cause.DOUBLE_BOUNCE, Cause.UNKNOWN)  # what a spring may look like
 Errors = NDArray[np.void]
 
 
@@ -55,9 +56,13 @@ def pairs(z: Vectors) -> Floats:
 
 @dataclass
 class Ledger:
-    """The errors of a block of steps so far, and the sums (4, causes) of energy, momentum, displacement and times."""
+    """The errors of a block of steps so far, and the sums (4, causes) of energy, momentum, displacement and times.
+
+    own: the line of what the scene takes where balls rest or several exact contacts follow one another.
+    """
 
     run: Run
+    own: Cause
     rows: list[Errors] = field(default_factory=list)
     sums: Floats = field(default_factory=lambda: np.zeros((4, len(Cause))))
 
@@ -66,19 +71,69 @@ class Ledger:
         self.sums[0, cause] += np.sum(energy)
         self.sums[3, cause] += times
 
-    def enter(self, c: Contacts, **columns: Any) -> None:
+    def enter(self, k: Integers, i: Integers, j: Integers, **columns: Any) -> None:
         """Enter errors of contacts, (k,), or of balls in flight, whose j is NO_BODY, with columns by name."""
-        run, rows = self.run, np.zeros(len(c.k), ERROR)
-        second = np.where((c.j < 0) | (c.j == NO_BODY), c.i, c.j)
-        both, k = np.stack([c.i, second], axis=1), c.k[:, None]
+        run, rows = self.run, np.zeros(len(k), ERROR)
+        both, step = np.stack([i, np.where((j < 0) | (j == NO_BODY), i, j)], axis=1), k[:, None]
         for name in ("value", "depth", "normal", "should_normal", "should", "spin_should"):
             rows[name] = np.nan
-        rows["step"], rows["first"], rows["second"], rows["times"] = c.k + 1, c.i, c.j, 1
-        rows["before"], rows["after"] = pairs(run.v0[k, both]), pairs(run.v[k + 1, both])
-        rows["spin_before"], rows["spin_after"] = run.w[k, both], run.w[k + 1, both]
+        rows["step"], rows["first"], rows["second"], rows["times"] = k + 1, i, j, 1
+        rows["before"], rows["after"] = pairs(run.v0[step, both]), pairs(run.v[step + 1, both])
+        rows["spin_before"], rows["spin_after"] = run.w[step, both], run.w[step + 1, both]
         for name, values in columns.items():
             rows[name] = values
         self.rows.append(rows)
+
+    def enter_islands(self, islands: Islands, touch: Floats, said: Said) -> None:
+        """Enter what islands of balls, or single balls, do otherwise than the exact step.
+
+        touch: s, when their contacts are due; said: (islands,). What the exact step changes is that of the contacts as
+        if each were alone, and is known of the velocities if there is one at most.
+        """
+        if not len(said):
+            return
+        run, (k, i, island, c, one, two), of, count = self.run, islands, islands.of, len(said)
+        s, dx, dv, dw = Singles(run, c, touch), *np.zeros((2, len(k)), complex), np.zeros(len(k))
+        given, rub, heat, rubbed = s.near_end()
+        left = np.where(touch < NEVER, s.dt - touch, 0.0)
+        for node, change, inverse, r in zip((one, two), given, s.inverse, s.r, strict=True):
+            np.add.at(dv, node, change)
+            np.add.at(dx, node, left * change)
+            np.add.at(dw, node, -2 * inverse * rub / r)
+        off_x, off_v = np.abs(run.x[k + 1, i] - run.hx[k, i] - dx), np.abs(run.v[k + 1, i] - run.hv[k, i] - dv)
+
+        def summed(values: Floats | Bools, by: Integers = island) -> Floats:
+            return np.bincount(by, values, count).astype(float)
+
+        energy = summed(run.gain(k, i)) + summed(heat, of) + summed(rubbed, of)
+        several, first = np.bincount(of, minlength=count) > 1, np.unique(island, return_index=True)[1]
+        right, wrong = said["cause"] == RIGHT, said["cause"] != RIGHT
+        self.rightful(Cause.ELASTICITY, -heat, int((heat > 0).sum()))
+        self.rightful(Cause.FRICTION, -rubbed, int((rubbed > 0).sum()))
+        self.rightful(self.own, energy[right & several])
+        self.rightful(Cause.ROUNDING, energy[right & ~several])
+
+        order = np.lexsort((touch == NEVER, of))
+        some, begin = np.unique(of[order], return_index=True)
+        head = order[begin]  # the contact that stands for an island, which is due if one is
+        both, j = np.stack([first, first], axis=1), np.full(count, NO_BODY)
+        both[some], j[some] = np.stack([one[head], two[head]], axis=1), c.j[head]
+        normal, should_normal = np.full((2, count), np.nan + 0j)
+        normal[some], should_normal[some] = s.met(When.END).n[head], s.met(When.TOUCH).n[head]
+        normal[np.isnan(said["depth"])] = should_normal[several] = np.nan
+        should, spin_should = pairs((by_gravity(run.flights(k, i)) + dv)[both]), (run.w[k, i] + dw)[both]
+        should[several], spin_should[several] = np.nan, np.nan
+        gained = np.stack([summed(part) for part in self.gained(k, i).T], axis=1)
+        is_free = (summed(~c.pair, of) == 0) & (summed(c.pair, of) + (said["cause"] != Cause.UNKNOWN) > 0)
+        columns = {
+            **{name: said[name] for name in SAID.names or ()},
+            "times": np.maximum(summed(touch < NEVER, of), 1), "energy": energy, "displacement": summed(off_x),
+            "speed": summed(off_v), "momentum": summed(run.m[i] * off_v) / np.minimum(np.bincount(island), 2),
+            "gained": gained * is_free[:, None], "normal": pairs(normal), "should": should,
+            "spin_should": spin_should, "should_normal": pairs(should_normal),
+        }  # fmt: skip
+        at = both[wrong, 0]
+        self.enter(k[at], i[at], j[wrong], **{name: column[wrong] for name, column in columns.items()})
 
     def gained(self, k: Integers, i: Integers) -> Floats:
         """Return what balls gain besides their own flights, of momentum and of angular momentum: (k, 3)."""
@@ -92,20 +147,5 @@ class Ledger:
     def errors(self) -> Errors:
         """Return all errors in order, what is wrong with all flights before others of its step, the unknown last."""
         rows = np.concatenate([*self.rows, np.empty(0, ERROR)])
-        soften(rows)
         is_last = rows["cause"] == Cause.UNKNOWN
         return rows[np.lexsort((rows["first"], is_last, rows["place"] != "flight", rows["step"]))]
-
-
-def soften(errors: Errors) -> None:
-    """Call contacts soft that push in several steps in a row, also while the two part; if most are, all pushes."""
-    pushes = np.flatnonzero((errors["second"] != NO_BODY) & np.isin(errors["cause"], PUSHES))
-    pushes = pushes[np.lexsort((errors["step"][pushes], errors["second"][pushes], errors["first"][pushes]))]
-    of = errors[pushes]
-    follows = (np.diff(of["first"]) == 0) & (np.diff(of["second"]) == 0) & (np.diff(of["step"]) == 1)
-    group = np.cumsum(np.append(True, ~follows))[: len(of)]
-    long = np.bincount(group) >= FEW
-    soft = (long & (np.bincount(group, of["law"] == "push") > 0))[group]
-    if 2 * np.count_nonzero(soft) > len(soft):
-        soft[:] = True
-    errors["cause"][pushes[soft]], errors["law"][pushes[soft]], errors["place"][pushes[soft]] = Cause.SOFT, "soft", ""

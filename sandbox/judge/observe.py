@@ -12,7 +12,6 @@ from typing import Final, Self
 
 import numpy as np
 
-from sandbox.judge.flight import Habit, by_gravity
 from sandbox.judge.run import NEVER, Contacts, Run, Vectors, cross, dot
 from sandbox.state import Bools, Floats, Integers
 
@@ -108,25 +107,19 @@ class Met:
 class Singles(Bodies):
     """Contacts that are alone in their steps; of a wall, the second body has no motion.
 
-    touch: s from the step's start, when they are due, or NEVER; undo: what an engine multiplies velocities by after
-    contacts, which is undone. x, v, w: before the step; dv, dx: deviations from the engine's own flight; turned: rad/s,
-    by which spins change; h, hv: where that flight ends. These are (2, k) each.
+    touch: s from the step's start, when they are due, or NEVER. x, v, w: before the step; dv, dx: deviations from the
+    engine's own flight; turned: rad/s, by which spins change; h, hv: where that flight ends. These are (2, k) each.
     """
 
-    def __init__(self, run: Run, habit: Habit, at: Contacts, touch: Floats, undo: complex = 1.0) -> None:
+    def __init__(self, run: Run, at: Contacts, touch: Floats) -> None:
         super().__init__(run, at.i, at.j)
-        self.run, self.at, self.touch, self.undo = run, at, touch, undo
+        self.run, self.at, self.touch = run, at, touch
         k, ball = at.k, np.stack([at.i, at.other])
         self.dt = run.flown[k]
-        f = run.flights(k, ball)
-        self.x, self.v, self.h, self.hv, after = f.x, f.v, run.hx[k, ball], run.hv[k, ball], run.v[k + 1, ball]
-        if undo != 1:
-            after, self.hv = after / undo, by_gravity(f)
-            self.h = habit.place.of(f, self.hv)
-        self.dx, self.dv = run.x[k + 1, ball] - self.h, after - self.hv
-        kept, later = (run.kept, 1.0) if undo == 1 else (1.0, run.kept)  # when spins are slowed down, if they are
-        self.w = run.w[k, ball] * kept
-        self.turned = run.w[k + 1, ball] / later - self.w
+        self.x, self.v, self.h, self.hv = run.x[k, ball], run.v0[k, ball], run.hx[k, ball], run.hv[k, ball]
+        self.dx, self.dv = run.x[k + 1, ball] - self.h, run.v[k + 1, ball] - self.hv
+        self.w = run.w[k, ball] * run.kept
+        self.turned = run.w[k + 1, ball] - self.w
         for part in (self.x, self.v, self.h, self.hv, self.dx, self.dv, self.w, self.turned):
             part[1] = np.where(self.pair, part[1], 0.0)
         size = np.abs(self.dv).max(axis=0)

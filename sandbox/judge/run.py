@@ -95,6 +95,34 @@ class Contacts(NamedTuple):
         return np.maximum(self.j, 0)
 
 
+class Islands(NamedTuple):
+    """Balls in steps, (nodes,), with the number of the island of each, and the contacts of islands, (k,).
+
+    one, two: the nodes of each contact, twice the same of a wall.
+    """
+
+    k: Integers
+    i: Integers
+    island: Integers
+    c: Contacts
+    one: Integers
+    two: Integers
+
+    @classmethod
+    def of_contacts(cls, c: Contacts) -> Self:
+        """Return an island for each contact."""
+        k, i = c.ends
+        one = np.arange(len(c.k))
+        two = one.copy()
+        two[c.pair] = np.arange(len(one), len(k))
+        return cls(k, i, np.append(one, np.flatnonzero(c.pair)), c, one, two)
+
+    @property
+    def of(self) -> Integers:
+        """The island of each contact."""
+        return self.island[self.one]
+
+
 class Run:
     """What the balls did. x, v, w: (steps + 1, n) px, px/s and rad/s; v0: (steps, n), v with each push in it.
 

@@ -17,15 +17,12 @@ OF_STEPS: Final = {  # what no law of contacts is the cause of; {v} is how fast 
     "passed": "Two balls met within the step without a contact; one flew {v} in it.",
     "through": "A ball went through a wall without a contact: it flew {v} in the step.",
     "several": "Several contacts at once, which are not judged.",
-    "soft": "Contacts push over several steps, as springs do.",
     "stopped": "A ball's velocity becomes 0 without a contact.",
     "changed": "A ball's velocity changes without a contact, to {v}.",
     "put": "Balls are put elsewhere without a contact.",
     "apart": "Balls that overlap are pushed apart.",
     "together": "Several contacts at once are found late.",
     "single": "What the step did fits no single error.",
-    "approach": "The solver has not converged: bodies still approach, or part too fast.",
-    "pulls": "An impulse of an earlier step pulls bodies together.",
     "overlap": "Bodies overlap when the run begins: no step led them into each other.",
 }
 FLIGHTS: Final = {

@@ -141,15 +141,6 @@ def test_the_verdict_on_a_program(name: str) -> None:
     assert not fault.figures or name in UNSAID or any(is_said), numbers
 
 
-@pytest.mark.parametrize("name", ["springs", "springs_damped"])
-def test_all_that_a_spring_does_is_soft(name: str) -> None:
-    """But for a step or two in which a touch ends that fit nothing."""
-    fault, scene = own(name)
-    verdict = judged(fault.engine, scene)
-    assert causes_of(verdict) <= {Cause.SOFT, Cause.UNKNOWN}
-    assert causes_of(verdict, at_least=0.01) == {Cause.SOFT}
-
-
 @pytest.mark.parametrize("name", ["move_undone", "move_undone_on_an_axis"])
 def test_a_move_that_is_undone_is_told_from_a_place_on_the_wall(name: str) -> None:
     fault, scene = own(name)

@@ -12,7 +12,6 @@ from verdicts import on_states
 
 from sandbox.judge.causes import Cause
 from sandbox.judge.contacts import due
-from sandbox.judge.flight import RIGHT, Habit
 from sandbox.judge.observe import Singles, When
 from sandbox.judge.run import Contacts, Run
 from sandbox.judge.summary import CauseOfError
@@ -91,7 +90,7 @@ class Touch:
         dt = run.dt[:, None]
         run.fly(run.x[:-1] + run.v0 * dt + run.g * dt**2 / 2, run.v0 + run.g * dt, run.g, 1.0, 1.0)
         c = Contacts(*(np.array([part]) for part in (0, 0, 1 if self.second else ~WALL)))
-        return Singles(run, Habit(*RIGHT), c, due(run, c))
+        return Singles(run, c, due(run, c))
 
     def said(self) -> tuple[CauseOfError, ...]:
         return on_states(self.scene(), self.states(), clock=[DT]).causes
