@@ -13,7 +13,6 @@ from pymunk import Circle
 from verdicts import on_states
 
 from sandbox.engines import create
-from sandbox.engines.impulse import ImpulseEngine
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.judge.causes import Cause
 from sandbox.judge.summary import Verdict
@@ -264,31 +263,6 @@ class NeverTurns(EventDriven):
         pass
 
 
-@fault(Cause.UNEXPLAINED_IMPULSE, fits=is_rough)
-class TurnsAsRings(EventDriven):
-    """Friction turns balls as if they were rings of moment m r²: half as much as discs."""
-
-    def turn(self, i: int, rubs: float) -> None:
-        super().turn(i, rubs / 2)
-
-
-@fault(Cause.UNEXPLAINED_IMPULSE, Cause.FRICTION_LARGE, fits=is_rough)
-class Rings(TurnsAsRings):
-    """Besides turning as rings do, balls need half of the slip's momentum to stop it, where discs need a third."""
-
-    def rub(self, slip: float, mass: float, most: float) -> float:
-        return super().rub(1.5 * slip, mass, most)
-
-
-@fault(Cause.UNEXPLAINED_IMPULSE, fits=is_rough)
-class FirstOfPairDoesNotTurn(EventDriven):
-    """The first of a pair is not turned by the friction that turns the second."""
-
-    def turn(self, i: int, rubs: float) -> None:
-        if i > 0:
-            super().turn(i, rubs)
-
-
 @fault(Cause.UNREPORTED, fits=lambda scene: any(group.spin for group in scene.balls))
 class SpinsDieAway(EventDriven):
     """Every step takes 1 % of each spin, without a contact."""
@@ -435,14 +409,6 @@ class Drifts(EventDriven):
         self.x = [x + 0.01 for x in self.x]
 
 
-@fault(Cause.TELEPORTED, fits=with_gravity)
-class DriftsDown(EventDriven):
-    """Every ball is put 0.03 px further along gravity after each step: no integrator of gravity does that."""
-
-    def after_step(self) -> None:
-        self.x = [x + 0.03 * self.g / abs(self.g) for x in self.x]
-
-
 @fault(Cause.TELEPORTED, Cause.UNREPORTED)
 class FastClock(EventDriven):
     """Each step flies for 1 % longer than it lasts: balls are ahead of their flight; gravity adds 1 % more."""
@@ -469,14 +435,6 @@ class Drag(EventDriven):
 
     def after_step(self) -> None:
         self.v = [0.999 * v for v in self.v]
-
-
-@fault(Cause.UNREPORTED)
-class Rotation(EventDriven):
-    """Every step turns each velocity by 0.05°, without a contact."""
-
-    def after_step(self) -> None:
-        self.v = [turned(0.05) * v for v in self.v]
 
 
 @fault(Cause.UNREPORTED)
@@ -639,34 +597,14 @@ OF_IMPULSE: Final = (Cause.LATE, Cause.POSITION_CORRECTION, Cause.MISSED)
 OF_PYMUNK: Final = (*OF_IMPULSE, Cause.GRAVITY)
 
 
-class _Kicked:
-    """Lets a sandbox's engine run, and changes velocities after each step."""
-
-    made: Callable[[Scene, State], Any]
-
-    def __init__(self, scene: Scene, initial: State) -> None:
-        self.engine = type(self).made(scene, initial)
-        self.contacts, self.record_contacts = self.engine.contacts, self.engine.record_contacts
-        self.state, self.kick = self.engine.state, self.engine.kick
-
-    def step(self) -> None:
-        self.engine.step()
-        for ball, (vx, vy) in enumerate(self.engine.state().velocity.tolist()):
-            self.engine.kick(ball, (-0.002 * vx, -0.002 * vy))
-
-
-@fault(*OF_IMPULSE, Cause.UNREPORTED)
-class ImpulseWithDrag(_Kicked):
-    """Besides what `impulse` does, every step takes 0.2 % of each velocity, without a contact."""
-
-    made = ImpulseEngine
-
-
 @fault(*OF_PYMUNK, Cause.UNREPORTED)
-class PymunkWithDrag(_Kicked):
+class PymunkWithDrag(PymunkEngine):
     """Besides what Pymunk does, every step takes 0.2 % of each velocity, without a contact."""
 
-    made = PymunkEngine
+    def step(self) -> None:
+        super().step()
+        for ball, (vx, vy) in enumerate(self.state().velocity.tolist()):
+            self.kick(ball, (-0.002 * vx, -0.002 * vy))
 
 
 @fault(*OF_PYMUNK, Cause.SMALL)

@@ -16,7 +16,6 @@ from sandbox.scene.files import load, parse
 
 TEXTBOOK: Final = """
 import numpy as np
-from math import atan2, cos, hypot, sin
 
 def step(position, velocity, dt, scene):
     balls, before = scene.bodies, position.copy()
@@ -176,13 +175,6 @@ def step(position, velocity, dt, scene):
                     position[i, axis] = 2 * wall - position[i, axis]
                     velocity[i, axis] *= -1
 """
-ANGLES: Final = """tangent = atan2(away[0], -away[1])
-angle_i = 2 * tangent - atan2(velocity[i, 1], velocity[i, 0])
-angle_j = 2 * tangent - atan2(velocity[j, 1], velocity[j, 0])
-speed_i, speed_j = hypot(*velocity[j]), hypot(*velocity[i])
-velocity[i] = speed_i * cos(angle_i), speed_i * sin(angle_i)
-velocity[j] = speed_j * cos(angle_j), speed_j * sin(angle_j)
-"""
 SPRINGS: Final = """
 def step(position, velocity, dt, scene):
     radius, mass = scene.bodies.radius, scene.bodies.mass
@@ -190,7 +182,7 @@ def step(position, velocity, dt, scene):
         for axis, side in enumerate(scene.arena.size):
             below = max(0, radius[i] - position[i, axis])
             above = max(0, position[i, axis] + radius[i] - side)
-            force = 500 * (below - above) - (DAMPING * velocity[i, axis] if below or above else 0)
+            force = 500 * (below - above)
             velocity[i, axis] += force / mass[i] * dt
         for j in range(i):
             away = position[j] - position[i]
@@ -198,7 +190,7 @@ def step(position, velocity, dt, scene):
             overlap = radius[i] + radius[j] - distance
             if overlap > 0:
                 normal = away / distance
-                force = 500 * overlap + DAMPING * (velocity[i] - velocity[j]) @ normal
+                force = 500 * overlap
                 velocity[i] -= force / mass[i] * dt * normal
                 velocity[j] += force / mass[j] * dt * normal
     position += velocity * dt
@@ -223,44 +215,6 @@ def step(position, velocity, dt, scene):
                     position[j] += share[j] * move
             position[i] = np.clip(position[i], radius[i], np.array(scene.arena.size) - radius[i])
     velocity[:] = (position - before) / dt
-"""
-VERLET: Final = """
-import numpy as np
-
-def step(position, velocity, dt, scene):
-    radius = scene.bodies.radius
-    previous = position - velocity * dt
-    current = position.copy()
-    position += current - previous + np.array(scene.gravity) * dt**2
-    for i in range(len(position)):
-        for j in range(i):
-            away = position[j] - position[i]
-            distance = (away @ away) ** 0.5
-            overlap = radius[i] + radius[j] - distance
-            if overlap > 0:
-                position[i] -= away / distance * overlap / 2
-                position[j] += away / distance * overlap / 2
-        position[i] = np.clip(position[i], radius[i], np.array(scene.arena.size) - radius[i])
-    velocity[:] = (position - current) / dt
-"""
-CENTRE_OF_MASS: Final = """
-import numpy as np
-
-def step(position, velocity, dt, scene):
-    radius, mass = scene.bodies.radius, scene.bodies.mass
-    position += velocity * dt
-    distance = np.linalg.norm(position[:, None] - position[None], axis=2)
-    for i, j in np.argwhere(np.triu(distance < radius[:, None] + radius, 1)):
-        away = position[i] - position[j]
-        relative = velocity[i] - velocity[j]
-        centre = (mass[i] * velocity[i] + mass[j] * velocity[j]) / (mass[i] + mass[j])
-        reflected = relative - 2 * away * (relative @ away) / (away @ away)
-        velocity[i] = centre + reflected * mass[j] / (mass[i] + mass[j])
-        velocity[j] = centre - reflected * mass[i] / (mass[i] + mass[j])
-    low = position < radius[:, None]
-    high = position > np.array(scene.arena.size) - radius[:, None]
-    velocity[low | high] *= -1
-    position[:] = np.clip(position, radius[:, None], np.array(scene.arena.size) - radius[:, None])
 """
 
 
@@ -295,49 +249,16 @@ PROGRAMS: Final = {
         source=MIRRORED + "    position[:], velocity[:] = position.astype(np.float32), velocity.astype(np.float32)",
     ),
     # Other laws of collision
-    "verlet": program(
-        "Overlaps are moved apart, which stops the approach.", EQUAL, "small", "pushed overshoot", source=VERLET
-    ),
     "position_based": program(
         "Overlaps are removed by inverse mass, and velocities follow from where the balls end.",
         UNEQUAL, "small", "pushed overshoot", source=POSITION_BASED,
     ),
     "springs": program(
-        "Overlapping balls push each other like springs.", EQUAL, source=SPRINGS.replace("DAMPING", "0")
+        "Overlapping balls push each other like springs.", EQUAL, source=SPRINGS
     ),
-    "springs_damped": program("Like damped springs.", EQUAL, "", "small", source=SPRINGS.replace("DAMPING", "5")),
     "whole_velocities_swapped": program(
         "Whole velocities are swapped, not only their parts along the line of centres.", "oblique", "velocity normal",
         collide="velocity[[i, j]] = velocity[[j, i]]",
-    ),
-    "angles_reflected": program(
-        "Both reflect their directions at the tangent and swap their speeds.", EQUAL, "velocity", collide=ANGLES,
-    ),
-    "angles_reflected_and_parted": program(
-        "Besides, they are put a pixel apart.", EQUAL, "velocity",
-        collide=f"{ANGLES}{OVERLAP}overlap += 1\n{HALVES}",
-    ),
-    "each_reflected": program(
-        "Each velocity is reflected by itself, as at a wall: momentum is made.", EQUAL, "velocity", "pushed",
-        collide=OVERLAP + HALVES + "velocity[i] -= 2 * (velocity[i] @ normal) * normal\n"
-        "velocity[j] -= 2 * (velocity[j] @ normal) * normal",
-    ),
-    "normal_from_velocities": program(
-        "The normal is the direction of the relative velocity.", UNEQUAL, "normal velocity",
-        near="relative = velocity[i] - velocity[j]\napproach = (relative @ relative) ** 0.5\n"
-        "normal = relative / approach",
-        meet="distance < balls.radius[i] + balls.radius[j] and relative @ away > 0",
-    ),
-    "tangential_parts_swapped": program(
-        "Balls that meet swap the parts of their velocities along the tangent.", EQUAL, "velocity",
-        meet="distance < balls.radius[i] + balls.radius[j]",
-        collide="tangent = np.array([-away[1], away[0]]) / distance\n"
-        "difference = (velocity[j] - velocity[i]) @ tangent\n"
-        "velocity[i] += difference * tangent\nvelocity[j] -= difference * tangent",
-    ),
-    "centre_of_mass_formula": program(
-        "The centre-of-mass formula knows no elasticity.", INELASTIC, "large", "turned overshoot",
-        source=CENTRE_OF_MASS,
     ),
     "parting_pairs_reversed": program(
         "An impulse wherever balls overlap: parting pairs are turned back.", INELASTIC, "turned large", "small",
@@ -346,15 +267,6 @@ PROGRAMS: Final = {
     "impulse_without_restitution": program(
         "The impulse lacks the factor 1 + e: balls that meet do not part.", EQUAL, "small", "", 0.5, 50, 0,
         collide=COLLIDE.replace("(1 + restitution) * ", ""),
-    ),
-    "merged": program(
-        "Balls that meet go on at the velocity of their centre of mass.", UNEQUAL, "velocity",
-        collide="both = balls.mass[i] * velocity[i] + balls.mass[j] * velocity[j]\n"
-        "velocity[i] = velocity[j] = both / (balls.mass[i] + balls.mass[j])",
-    ),
-    "slowed_by_contacts": program(
-        "Balls that meet lose a tenth of their velocities besides.", UNEQUAL, "velocity", "", 0.9,
-        collide=f"{COLLIDE}\nvelocity[i] *= 0.9\nvelocity[j] *= 0.9",
     ),
     "larger_elasticity": program(
         "The larger elasticity of two balls counts, not the product.", DIFFERENT, "large",
@@ -380,17 +292,9 @@ PROGRAMS: Final = {
         "pushed late",
         near=f"{NEAR}\n{OVERLAP}if overlap > 0:\n{indent(HALVES, '    ')}", meet="overlap > 0 and approach > 0",
     ),
-    "pushed_first_only": program(
-        "Of two balls that overlap, one is put outside the other.", UNEQUAL, "pushed",
-        collide=f"{COLLIDE}\n{OVERLAP}position[i] -= overlap * normal",
-    ),
     "pushed_twice": program(
         "Of two balls that overlap, each is put outside the other.", UNEQUAL, "pushed",
         collide=f"{COLLIDE}\n{OVERLAP}position[i] -= overlap * normal\nposition[j] += overlap * normal",
-    ),
-    "pushed_together": program(
-        "Two balls that overlap are put further into each other.", EQUAL, "pushed",
-        collide=f"{COLLIDE}\n{OVERLAP}position[i] += overlap / 2 * normal\nposition[j] -= overlap / 2 * normal",
     ),
     # Where contacts are found
     "one_radius": program(
@@ -414,12 +318,6 @@ PROGRAMS: Final = {
         "A ball found in a wall is put on it, which discards the way that it has flown back already.", BOX, "overshoot",
         bounce=f"{BOUNCE}\nposition[i, axis] = balls.radius[i] if too_low else side - balls.radius[i]",
     ),
-    "move_undone": program(
-        "What a move leads into a wall or another ball is put back to where it was before, with its new velocity.",
-        TWO_IN_A_BOX.replace("[230, 40]", "[460, 80]"), "overshoot", "late pushed",
-        in_wall=IN_WALL, bounce=f"{BOUNCE}\nposition[i] = before[i]",
-        collide=f"{COLLIDE}\nposition[i], position[j] = before[i], before[j]",
-    ),
     "move_undone_on_an_axis": program(
         "Where a move along an axis leads into a wall, the place on that axis is put back.",
         BOX.replace("[230, 170]", "[460, 340]"), "overshoot",
@@ -438,8 +336,7 @@ PROGRAMS: Final = {
         TWO_IN_A_BOX, "large", "", 1, 1.1111, 11.11, 1.25, bounce="velocity[i, axis] *= -1",
     ),
     "restitution_of_whole_velocity": program(
-        "Walls multiply the whole velocity by the elasticity.", TWO_IN_A_BOX, "velocity friction_large", "",
-        0.8, 80, 20,
+        "Walls multiply the whole velocity by the elasticity.", TWO_IN_A_BOX, "velocity friction_large",
         bounce="velocity[i, axis] *= -1\nvelocity[i] *= balls.elasticity[i] * scene.arena.elasticity",
     ),
     "walls_that_stop_sliding": program(
@@ -460,13 +357,6 @@ PROGRAMS: Final = {
         FALL, "gravity", "", 2, 1800, 100, 200,
         move="twice = np.outer(balls.mass, scene.gravity) / balls.mass[:, None] + scene.gravity\n"
         "position += velocity * dt + twice * dt**2 / 2\nvelocity += twice * dt",
-    ),
-    "several_at_once": program(
-        "Semi-implicit gravity, damping, balls put on walls and pushed apart by halves.", FALL,
-        "gravity damping untold", "overshoot pushed", in_wall=IN_WALL,
-        move=f"velocity += np.array(scene.gravity) * dt\nvelocity *= 0.999\n{MOVE}",
-        bounce=f"{BOUNCE}\nposition[i, axis] = np.clip(position[i, axis], balls.radius[i], side - balls.radius[i])",
-        near=f"{NEAR}\n{OVERLAP}if overlap > 0:\n{indent(HALVES, '    ')}", meet="overlap > 0 and approach > 0",
     ),
     "damped": program(
         "Every step multiplies each velocity by 0.99.",

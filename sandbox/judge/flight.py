@@ -83,13 +83,13 @@ def habit_of(run: Run, free: Bools, damping: float) -> Habit:
 def _best(laws: Iterator[FlightLaw], fits: Callable[[FlightLaw], Bools]) -> FlightLaw:
     """Return the law that explains most flights, the first, which is right, if none explains half of them.
 
-    A later law must explain most of what an earlier one does not. That gravity is off wins against shifted places.
+    A later law must explain most of what an earlier one does not.
     """
     best, most = None, 0.5
     for law in laws:
         best = best or law
         share = float(np.mean(fits(law)))
-        if share > most and not (best.cause is Cause.GRAVITY and law.cause is Cause.TELEPORTED):
+        if share > most:
             best, most = law, (1 + share) / 2
         if share == 1:
             break
@@ -129,7 +129,7 @@ def _speeds(f: Flights, w: Vectors, floor: float, damping: float) -> Iterator[Fl
     pull = _centre((w - f.v) / f.dt, floor / dt**2)
     if abs(pull - f.g) * dt**2 > floor:
         ratio = pull / f.g if f.g else 0j
-        name = "no gravity" if not pull else "share of gravity" if ratio.real and abs(ratio.imag) < ALIKE else "pull"
+        name = "share of gravity" if f.g and abs(ratio.imag) < ALIKE else "pull"
         yield FlightLaw(lambda f: f.v + pull * f.dt, Cause.GRAVITY, name, (pull.real, pull.imag, ratio.real))
     for first in (1, 0) if f.g else (1,):  # gravity before or after what slows balls down
         yield from _factors(f, w, floor, first)
@@ -145,16 +145,15 @@ def _factors(f: Flights, w: Vectors, floor: float, first: int) -> Iterator[Fligh
     """Yield the law that multiplies velocities. first: 1 if gravity is multiplied as well, 0 if not."""
     base, seen = f.v + first * f.g * f.dt, w - (1 - first) * f.g * f.dt
     with np.errstate(all="ignore"):
-        ratio = np.where(np.abs(base) * f.dt > 10 * floor, seen / base, np.nan)
-    size, turn = _agreed(np.abs(ratio)), _agreed(np.angle(ratio)) or 0.0
-    factor = complex((size or 1) * np.exp(1j * turn))
-    if size is not None and abs(factor - 1) > DOUBLE:
-        values = size, size ** (1 / float(np.median(f.dt))), float(np.degrees(turn))
+        ratio = np.where(np.abs(base) * f.dt > 10 * floor, dot(seen, base) / np.abs(base) ** 2, np.nan)
+    factor = _agreed(ratio)
+    if factor is not None and abs(factor - 1) > DOUBLE:
+        values = factor, factor ** (1 / float(np.median(f.dt)))
 
         def multiplied(f: Flights) -> Vectors:
             return factor * (f.v + first * f.g * f.dt) + (1 - first) * f.g * f.dt
 
-        yield FlightLaw(multiplied, Cause.UNREPORTED, "turned" if turn else "multiplied", values)
+        yield FlightLaw(multiplied, Cause.UNREPORTED, "multiplied", values)
 
 
 def _drag(f: Flights, k: float, power: int) -> Vectors:
@@ -182,8 +181,6 @@ def _places(f: Flights, w: Vectors, y: Vectors, floor: float) -> Iterator[Flight
     if clock is not None and abs(clock - 1) > DOUBLE and clock > 0:
         end = lambda f, w: f.x + f.v * clock * f.dt + f.g * (clock * f.dt) ** 2 / 2  # noqa: E731
         yield FlightLaw(end, Cause.TELEPORTED, "clock", (clock,), clock=clock)
-    for scheme in (0.5, 1.0, 0.0) if f.g else (0.5,):
-        yield from _odd_places(f, y, floor, scheme)
 
 
 def _schemes(f: Flights, w: Vectors, y: Vectors, floor: float, *, slowed: bool) -> Iterator[FlightLaw]:
@@ -203,18 +200,3 @@ def _schemes(f: Flights, w: Vectors, y: Vectors, floor: float, *, slowed: bool) 
         cause = Cause.GRAVITY if f.g and near != 0.5 else None
         name = "gravity after" if near > 0.5 else "gravity before"
         yield FlightLaw(lambda f, w: f.x + f.dt * (f.v + near * (after(f, w) - f.v)), cause, name, (off,))
-
-
-def _odd_places(f: Flights, y: Vectors, floor: float, scheme: float) -> Iterator[FlightLaw]:
-    """Yield laws that change where flights end, which are integrated by a scheme."""
-
-    def ends(f: Flights) -> Vectors:
-        return f.x + f.dt * (f.v + f.dt * f.g * scheme)
-
-    def cut(f: Flights, w: Vectors) -> Vectors:
-        z = ends(f)
-        return np.trunc(z.real) + 1j * np.trunc(z.imag)
-
-    yield FlightLaw(cut, Cause.TELEPORTED, "cut")
-    shift = _centre(y - ends(f), floor)
-    yield FlightLaw(lambda f, w: ends(f) + shift, Cause.TELEPORTED, "shifted", (shift.real, shift.imag))

@@ -5,56 +5,64 @@ places. The exact step is the rule of contacts in time.
 """
 
 from collections import Counter
-from dataclasses import dataclass, replace
 from itertools import product
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from sandbox.judge.causes import Cause
-from sandbox.judge.choose import RIGHT, Key, Said
+from sandbox.judge.choose import RIGHT, Said
 from sandbox.judge.contacts import until
-from sandbox.judge.laws import BOUNCES, BY_NAME, PLACES, shifts_of, six_of
+from sandbox.judge.laws import BY_NAME, PLACES, shifts_of, six_of
 from sandbox.judge.observe import Bodies, Met, Six, When
 from sandbox.judge.run import NEVER, Islands, Run, Vectors
 from sandbox.judge.thresholds import DOUBTED, MAX_TOGETHER
 from sandbox.state import Bools, Floats, Integers
 
 MAX_ISLANDS: Final = 1_500  # of a block, the first ones: each takes up to 0.5 ms, all less than a second
-COMMON: Final = 3  # laws, and 2 places, that single contacts show most, and that are tried on islands
+COMMON: Final = 3  # ways that single contacts show most, and that are tried on islands
 Ends = tuple[Vectors, Vectors, Floats]  # how balls end the step: px, px/s and rad/s
 
 
-@dataclass(frozen=True)
-class Rule:
-    """How the contacts of a step are resolved: in time, or where the flights end.
+class Way(NamedTuple):
+    """How contacts are resolved. law, value, place: see `laws`; cause: None if the law is right."""
 
-    law, value: see `laws`; of_pairs: which contacts have it, None for all; cause: of an island that the rule explains,
-    None if only the time is wrong; wall_law: of bounces.
-    """
-
-    in_time: bool = True
     law: str = ""
     value: float | None = None
-    of_pairs: bool | None = None
+    place: str = ""
     cause: Cause | None = None
-    wall_law: str = ""
-    wall_place: str = ""
-    pair_place: str = ""
 
     def six(self, c: Met) -> Six:
         """Return the six numbers of contacts."""
-        six = six_of(c.due, c.rub)
+        return BY_NAME[self.law].formula(c, self.value).six if self.law else six_of(c.due, c.rub)
+
+
+class Rule(NamedTuple):
+    """How the contacts of two balls and those with walls are resolved: in time, or where the flights end."""
+
+    in_time: bool
+    pair: Way
+    wall: Way
+
+    def six(self, c: Met) -> Six:
+        """Return the six numbers of contacts."""
         with np.errstate(all="ignore"):
-            if self.wall_law:
-                six = np.where(c.pair | (c.depth <= 0), six, BY_NAME[self.wall_law].formula(c, None).six)
-            if self.law:
-                those = np.full(len(c.n), True) if self.of_pairs is None else c.pair == self.of_pairs
-                six = np.where(those, BY_NAME[self.law].formula(c, self.value).six, six)
-        return six
+            return np.where(c.pair, self.pair.six(c), self.wall.six(c))
+
+    def said(self, *, is_pair: bool) -> tuple[int, str, str, str, str, float, float]:
+        """Return what is wrong with an island that it explains, SAID."""
+        ways = (self.pair, self.wall) if is_pair else (self.wall,)
+        for law, value, _, cause in ways:
+            if cause is not None:
+                return cause, "", law, "", "", np.nan if value is None else value, np.nan
+        if self.in_time:
+            return RIGHT, "", "", "", "", np.nan, np.nan
+        place = PLACES[ways[0].place]
+        cause = Cause.LATE if place.cause is None else place.cause
+        return cause, "", "together" if cause == Cause.LATE else "", place.name, "", np.nan, np.nan
 
 
-EXACT: Final = Rule()
+Shown = Counter[tuple[bool, bool, Way]]  # how many single contacts are in time, of two balls, and resolved in a way
 
 
 class IslandSteps:
@@ -75,7 +83,6 @@ class IslandSteps:
         self.dt[island] = run.flown[k]
         self.free = run.hx[k, i], run.hv[k, i]
         off = np.maximum(np.abs(self.seen[0] - run.hx[k, i]), np.abs(self.seen[1] - run.hv[k, i]) * self.dt[island])
-        self.are_heaps = np.zeros(self.count, bool)  # with more contacts in the step than are judged
         self.tol = 4 * run.floor + 1e-6 * self._most(off)
 
     def _most(self, values: Floats) -> Floats:
@@ -86,7 +93,6 @@ class IslandSteps:
 
     def follow(self, rule: Rule, some: Bools) -> Bools:
         """Return which of some islands, (islands,), end the step as by a rule."""
-        some = some & ~(self.are_heaps & rule.in_time)
         rows = np.flatnonzero(some[self.of])
         x, v, w = self._in_time(rule, rows, some) if rule.in_time else self._at_end(rule, rows)
         y, z, spin = self.seen
@@ -135,7 +141,6 @@ class IslandSteps:
             self._set(hit, v, after)
             self._set(hit, w, spun)
         x[going[self.island]] = NEVER
-        self.are_heaps |= going
         return x, v, w
 
     def _at_end(self, rule: Rule, rows: Integers) -> Ends:
@@ -150,7 +155,7 @@ class IslandSteps:
                 continue
             after, spun = c.after(np.where(happens, rule.six(c), 0.0))
             shifts = shifts_of(c, after - c.v, self.x[ends] - x[ends], dt)
-            for place, those in ((rule.pair_place, c.pair), (rule.wall_place, ~c.pair)):
+            for place, those in ((rule.pair.place, c.pair), (rule.wall.place, ~c.pair)):
                 if place in shifts:
                     self._set(now, x, x[ends] + np.where(happens & those, shifts[place][0], 0.0))
             self._set(now, v, after)
@@ -184,66 +189,26 @@ class IslandSteps:
         return bool((is_right & (impulses >= -least)).all())
 
 
-class Shown(NamedTuple):
-    """What single contacts show: a key, its parameter, the cause if a law is wrong; of two balls or not; how many."""
-
-    key: Key
-    value: float | None
-    cause: Cause | None
-    is_pair: bool
-    times: int
-
-
-def explain_islands(islands: IslandSteps, shown: list[Shown], tried: Bools, said: Said) -> None:
+def explain_islands(islands: IslandSteps, shown: Shown, tried: Bools, said: Said) -> None:
     """Set what is said of the islands that are tried, (islands,), if a rule explains it: RIGHT if nothing is wrong."""
     unsaid, is_pair = tried.copy(), np.bincount(islands.island, minlength=islands.count) > 1
     for rule in _rules(shown):
         if unsaid.any():
             won = islands.follow(rule, unsaid)
             unsaid &= ~won
-            for of, some in enumerate((won & ~is_pair, won & is_pair)):
-                said[some] = _said(rule, is_pair=bool(of))
-    late = sum(each.times if each.key.when != When.TOUCH else -each.times for each in shown)
-    faulty = sum(each.times for each in shown if each.cause is not None and _is_fault(each.key))
-    if late > faulty and np.count_nonzero(unsaid) >= (1 - DOUBTED) * np.count_nonzero(tried):
+            said[won & is_pair], said[won & ~is_pair] = rule.said(is_pair=True), rule.said(is_pair=False)
+    late = sum(-times if in_time else times for (in_time, *_), times in shown.items())
+    if late > sum(times for (_, _, way), times in shown.items() if way.cause is not None):
         for island in np.flatnonzero(unsaid).tolist():
             if islands.together(island):
                 said["cause"][island], said["law"][island] = Cause.LATE, "together"
 
 
-def _is_fault(key: Key) -> bool:
-    return key.law in BY_NAME and key.law not in BOUNCES
-
-
-def _rules(shown: list[Shown]) -> list[Rule]:
-    """Return the rules that are tried on islands, the likelier first: those of single contacts, alone and together."""
-    times = Counter[bool]()
-    places, laws, wall_law = {True: Counter[str](), False: Counter[str]()}, Counter[Rule](), ""
-    for key, value, cause, is_pair, count in shown:
-        times[key.when == When.TOUCH] += count
-        if key.place in PLACES and not PLACES[key.place].free:
-            places[is_pair][key.place] += count
-        if key.law in BOUNCES:
-            wall_law = key.law
-        elif cause is not None and _is_fault(key):
-            laws[Rule(law=key.law, value=value, of_pairs=is_pair, cause=cause)] += count
-    common = [law for law, _ in laws.most_common(COMMON)]
-    of_all = [replace(a, of_pairs=None) for a in common if replace(a, of_pairs=not a.of_pairs) in common]
-    rules = [EXACT, *of_all, *common]
-    if times[False] > DOUBTED * times.total():
-        walls, balls = ([place for place, _ in places[of].most_common(2)] for of in (False, True))
-        for law, *put in product(rules[:], dict.fromkeys([*walls, "reflect", ""]), dict.fromkeys([*balls, ""])):
-            wall, pair = put
-            rules.append(replace(law, in_time=False, wall_law=wall_law, wall_place=wall, pair_place=pair))
+def _rules(shown: Shown) -> list[Rule]:
+    """Return the rules that are tried on islands, the likelier first, of what single contacts show most."""
+    late = sum(times for (in_time, *_), times in shown.items() if not in_time)
+    rules = []
+    for in_time in (True, False)[: 1 + (late > DOUBTED * shown.total())]:
+        ways = [[way for (*of, way), _ in shown.most_common() if of == [in_time, pair]] for pair in (True, False)]
+        rules += [Rule(in_time, *both) for both in product(*(dict.fromkeys([Way(), *some[:COMMON]]) for some in ways))]
     return rules
-
-
-def _said(rule: Rule, *, is_pair: bool) -> tuple[int, str, str, str, float, float]:
-    """Return what a rule says is wrong with an island, by the names of `SAID`."""
-    if rule == EXACT:
-        return RIGHT, "", "", "", np.nan, np.nan
-    if rule.cause is not None:
-        return rule.cause, rule.law, "", "", np.nan if rule.value is None else rule.value, np.nan
-    place = PLACES[rule.pair_place if is_pair else rule.wall_place]
-    cause = Cause.LATE if place.cause is None else place.cause
-    return cause, "together" if cause == Cause.LATE else "", place.name, "", np.nan, np.nan

@@ -10,10 +10,11 @@ from typing import Final
 import numpy as np
 
 from sandbox.judge.causes import Cause
-from sandbox.judge.choose import ANYWHERE, NOTHING, RIGHT, SAID, Chosen, Said, choose, doubt_faults, explain
+from sandbox.judge.choose import ANYWHERE, NOTHING, RIGHT, Said, choose, doubt_faults, is_fault, nothing_said
 from sandbox.judge.contacts import components, due, keys_of, near_pairs, near_walls, way_of
 from sandbox.judge.flight import Habit, habit_of
-from sandbox.judge.islands import MAX_ISLANDS, IslandSteps, Shown, explain_islands
+from sandbox.judge.islands import MAX_ISLANDS, IslandSteps, Shown, Way, explain_islands
+from sandbox.judge.laws import BY_NAME, PLACES
 from sandbox.judge.ledger import NO_BODY, Errors, Ledger, pairs
 from sandbox.judge.observe import Singles, When
 from sandbox.judge.run import NEVER, Contacts, Islands, Run, cross, dot
@@ -78,8 +79,9 @@ class _Block:
 
     c: all contacts that may happen, with touch, s, before and deepest, px; contacts: how many do; active: (steps, n),
     which balls do not fly as the engine does; kicked: whose velocity or spin is not as in its flights; done: which are
-    explained; carried: which rest or roll, so that they do not fly; own: the line of what the scene takes where balls
-    rest or several exact contacts follow one another.
+    explained; near: which may have touched something; carried: which rest or roll, so that they do not fly; is_odd:
+    whether something besides contacts changes balls in most steps, so that contacts are not judged; ways: how single
+    contacts are resolved; own: the line of what the scene takes where balls rest or several contacts follow each other.
     """
 
     def __init__(self, run: Run, damping: float) -> None:
@@ -88,7 +90,7 @@ class _Block:
         takes = Cause.FRICTION if run.scene.is_rough else Cause.ELASTICITY
         self.own = Cause.ROUNDING if run.scene.keeps_energy else takes
         self.ledger = Ledger(run, self.own)
-        self.rules: list[Shown] = []
+        self.ways: Shown = Counter()
         self.way = way_of(run)
         self.c = Contacts.joined(*(near(run, *run.every, self.way.ravel()) for near in (near_pairs, near_walls)))
         free = np.ones(run.v0.shape, bool)
@@ -101,7 +103,7 @@ class _Block:
         place = np.maximum(np.abs(off_x.real), np.abs(off_x.imag))
         self.kicked = speed > 1.5 * run.floor
         self.active = self.kicked | (place > 1.5 * run.floor)
-        self.is_noisy = bool(free.any() and self.active[free].mean() > 0.5)
+        self.is_odd = self.habit.is_odd or bool(free.any() and self.active[free].mean() > 0.5)
         self.done, self.near, self.carried = np.zeros((3, *run.v0.shape), bool)
 
     # Contacts
@@ -128,7 +130,10 @@ class _Block:
         alone = np.bincount(island, minlength=1)[island] == 1
         rest = self._at_rest(some)
         single = alone & ~rest
-        self._singles(some.part(single), self.touch[acts][single])
+        singles, touch = some.part(single), self.touch[acts][single]
+        said = choose(Singles(run, singles, touch))
+        doubt_faults(said, singles.any_in(self.kicked))
+        self._enter_singles(singles, touch, said)
         at_rest = some.part(alone & rest)
         self.done[at_rest.k, at_rest.i] = self.carried[at_rest.k, at_rest.i] = True
         self.ledger.rightful(self.own, run.gain(at_rest.k, at_rest.i))
@@ -164,33 +169,19 @@ class _Block:
         rubs = slower <= REST * mu * fall + run.floor / dt + 0.1 * fall
         return np.where(c.pair, still(c.i) & still(c.other), (carried & rubs) | still(c.i))
 
-    def _singles(self, c: Contacts, touch: Floats) -> None:
-        """Judge contacts that are alone."""
-        if len(c.k):
-            s = Singles(self.run, c, touch)
-            chosen = explain(s)
-            doubt_faults(chosen, c.any_in(self.kicked))
-            self._enter_singles(s, chosen)
-
-    def _enter_singles(self, s: Singles, chosen: Chosen) -> None:
+    def _enter_singles(self, c: Contacts, touch: Floats, said: Said) -> None:
         """Enter single contacts in the ledger: what is right, and what is wrong."""
-        c = s.at
-        cause = chosen.rows["cause"]
-        if self.is_noisy or self.habit.is_odd:
+        cause = said["cause"]
+        if self.is_odd:
             cause[cause >= 0] = Cause.UNKNOWN
         known = (cause == RIGHT) | ((cause != NOTHING) & ~self._crowded(c))  # else another contact may have done it
         self.done[c.part(known).ends] = True
-        self._note_rules(chosen, known, c.pair)
-        self.ledger.enter_islands(Islands.of_contacts(c.part(known)), s.touch[known], chosen.said()[known])
-
-    def _note_rules(self, chosen: Chosen, known: Bools, pair: Bools) -> None:
-        """Note what explains contacts as rules for islands, with how many contacts show each."""
-        rows, of_pair = chosen.rows[known], pair[known].tolist()
-        columns = (*(rows[name].tolist() for name in ("key", "value", "cause")), of_pair)
-        seen = Counter((key, f"{value:.9g}", *rest) for key, value, *rest in zip(*columns, strict=True))
-        for (key, value, cause, is_pair), times in seen.most_common(50):
-            parameter, fault = None if value == "nan" else float(value), Cause(cause) if cause >= 0 else None
-            self.rules.append(Shown(chosen.keys[key], parameter, fault, is_pair, times))
+        self.ledger.enter_islands(Islands.of_contacts(c.part(known)), touch[known], said[known])
+        rows = zip(said[known].tolist(), is_fault(said[known]).tolist(), c.pair[known].tolist(), strict=True)
+        for (number, when, law, place, _, value, _), is_wrong, is_pair in rows:  # in which ways contacts are resolved
+            put = place if place in PLACES and not PLACES[place].free else ""
+            parameter, fault = None if np.isnan(value) else float(f"{value:.9g}"), Cause(number) if is_wrong else None
+            self.ways[when == When.TOUCH, is_pair, Way(law if law in BY_NAME else "", parameter, put, fault)] += 1
 
     def _crowded(self, c: Contacts) -> Bools:
         """Return which contacts are of balls that may have another: with an active ball, a wall, or what they touch."""
@@ -202,26 +193,17 @@ class _Block:
         """Judge balls that nothing should have touched as contacts that came early."""
         run, kicked = self.run, self.kicked & ~self.done
         kicked[nodes // run.n, nodes % run.n] = False
-        k, i = np.nonzero(kicked)
-        margin = float(run.r.max())
-        way = self.way[k, i]
+        k, i = np.nonzero(self.active)
+        margin, way = float(run.r.max()), self.way[k, i]
         c = Contacts.joined(near_pairs(run, k, i, way, margin), near_walls(run, k, i, way, margin / 2))
-        for each, may in ((c, ~c.pair), (self.c, self.deepest > -run.tiny)):
-            self.near[each.part(may | each.all_in(self.active)).ends] = True
-        if not len(c.k):
-            return
-        s = Singles(run, c, np.full(len(c.k), NEVER))
-        chosen, used, keep = Chosen.none(len(c.k)), set[tuple[int, int]](), []
-        choose(s, chosen, np.arange(len(c.k)))
-        cause = chosen.rows["cause"]
-        named = (cause >= 0) & (cause != Cause.UNKNOWN) & ~chosen.those([key.place == ANYWHERE for key in chosen.keys])
-        for row in np.flatnonzero(named).tolist():
-            balls = {(int(c.k[row]), int(ball)) for ball in (c.i[row], c.j[row]) if ball >= 0}
-            if not balls & used:
-                used |= balls
-                keep.append(row)
-        if keep:
-            self._enter_singles(s.part(np.array(keep)), Chosen(chosen.rows[keep], chosen.keys))
+        for each in (c, self.c.part(self.deepest > -run.tiny)):
+            self.near[each.ends] = True
+        c = c.part(np.where(c.pair, c.all_in(kicked), kicked[c.k, c.i]))
+        touch = np.full(len(c.k), NEVER)
+        said = choose(Singles(run, c, touch))
+        named = (said["cause"] >= 0) & (said["cause"] != Cause.UNKNOWN) & (said["place"] != ANYWHERE)
+        named &= ~self._has_more(c, c.part(named), 1)
+        self._enter_singles(c.part(named), touch[named], said[named])
 
     # Islands
 
@@ -234,14 +216,15 @@ class _Block:
             reached[t.k[grow], t.i[grow]] = reached[t.k[grow], t.j[grow]] = True
         a, b = left[c.k, c.i], left[c.k, c.other] | ~c.pair
         join = np.where(c.pair, (a & b) | (self.is_due & (a | b)) | (touching & reached[c.k, c.i]), a)
-        lone, ends = np.flatnonzero(left), c.part(join).nodes(run.n)
-        nodes, index = np.unique(np.concatenate([lone, *ends]), return_inverse=True)
+        lone = np.flatnonzero(left)
+        nodes, index = np.unique(np.concatenate([lone, *c.part(join).nodes(run.n)]), return_inverse=True)
         if not len(nodes):
             return
         label = components(len(nodes), *np.split(index[len(lone) :], 2))
         island = np.unique(label, return_inverse=True)[1]
-        one, two = (np.searchsorted(nodes, end) % len(nodes) for end in c.nodes(run.n))
-        inside = (nodes[one] == c.nodes(run.n)[0]) & (nodes[two] == c.nodes(run.n)[1]) & (island[one] == island[two])
+        first, second = c.nodes(run.n)
+        one, two = (np.searchsorted(nodes, end) % len(nodes) for end in (first, second))
+        inside = (nodes[one] == first) & (nodes[two] == second) & (island[one] == island[two])
         has_due = np.isin(np.arange(island.max() + 1), island[one[inside & self.is_due]])
         is_lone = (np.bincount(island) == 1) & ~has_due
         inside &= ~is_lone[island[one]]
@@ -259,12 +242,13 @@ class _Block:
         moves = (np.abs(run.x[k + 1, i] - run.x[k, i]) > slow * run.dt[k] + run.tiny) | (np.abs(run.v[k + 1, i]) > slow)
         rests = ~is_lone & (np.bincount(islands.island, moves) == 0) & bool(run.g)
         self.carried[k, i] |= rests[islands.island]
-        said = np.full(count, np.array((Cause.UNKNOWN, "several", "", "", np.nan, np.nan), SAID))
+        said = nothing_said(count)
+        said["cause"], said["law"] = Cause.UNKNOWN, "several"
         said["cause"][rests] = RIGHT
         tried = ~rests & ~is_lone & (np.bincount(islands.of, minlength=count) <= MAX_TOGETHER)
         tried &= np.cumsum(tried) <= MAX_ISLANDS
-        if tried.any():
-            explain_islands(IslandSteps(run, islands), self.rules, tried, said)
+        if tried.any() and not self.is_odd:
+            explain_islands(IslandSteps(run, islands), self.ways, tried, said)
         return said
 
     def _said_of_lone(self, k: Integers, i: Integers) -> Said:
@@ -275,11 +259,11 @@ class _Block:
         least = NEGLIGIBLE * (1 + np.abs(run.v0[at]))
         small = (off_x < NEGLIGIBLE * run.r[i]) & (off_v < least) & (spun < least)
         may, kicked, speed = self.near[at], self.kicked[at], np.abs(run.v[k + 1, i])
-        said = np.zeros(len(k), SAID)
+        said = nothing_said(len(k))
         cause = np.where(may, Cause.UNKNOWN, np.where(kicked, Cause.UNREPORTED, Cause.TELEPORTED))
         said["cause"] = np.where(small, RIGHT, cause)
         said["law"] = np.where(may, "single", np.where(kicked, np.where(speed == 0, "stopped", "changed"), "put"))
-        said["value"], said["depth"] = np.where(kicked & ~may, speed, np.nan), np.nan
+        said["value"] = np.where(kicked & ~may, speed, np.nan)
         return said
 
     # What did not happen, and flights
@@ -309,8 +293,8 @@ class _Block:
         passed &= ~np.isin(keys_of(ends, run) + 1, resolved)
         rows = order[begins][passed]
         c = c.part(begins).part(passed)
-        said, balls = np.zeros(len(c.k), SAID), np.stack([c.i, c.other])
-        said["cause"], said["law"], said["depth"] = Cause.MISSED, np.where(c.pair, "passed", "through"), np.nan
+        said, balls = nothing_said(len(c.k)), np.stack([c.i, c.other])
+        said["cause"], said["law"] = Cause.MISSED, np.where(c.pair, "passed", "through")
         said["value"] = np.abs(run.x[c.k + 1, balls] - run.x[c.k, balls]).max(axis=0)
         self.ledger.enter_islands(Islands.of_contacts(c), t[rows], said)
 
@@ -328,16 +312,16 @@ class _Block:
         moved = run.energies(zero, run.hv, kept) - run.energies(zero, v, run.w[:-1])
         self.ledger.rightful(self.own, (lifted + moved)[self.carried])
         lifted, moved = lifted * flies, moved * flies
-        wrong = [("place", habit.place.cause, off_x > run.floor, off_x, 0 * off_v, lifted)]
-        if habit.speed.cause is not None:
-            wrong.insert(0, ("speed", habit.speed.cause, off_v * dt > run.floor, 0 * off_x, off_v, moved))
-        elif run.kept != 1:
-            wrong.insert(0, ("slows spin", Cause.UNREPORTED, turning & flies, 0 * off_x, 0 * off_v, moved))
+        slows_spin = Cause.UNREPORTED if habit.speed.cause is None and run.kept != 1 else None
+        every = (
+            ("speed", habit.speed.cause, off_v * dt > run.floor, 0 * off_x, off_v, moved),
+            ("slows spin", slows_spin, turning & flies, 0 * off_x, 0 * off_v, moved),
+            ("place", habit.place.cause, off_x > run.floor, off_x, 0 * off_v, lifted),
+        )
+        wrong = [row for row in every if row[1] is not None and row[2].any()]
         rest, gained = float((lifted + moved).sum()), [*pairs((run.m * flies * (run.hv - v)).sum()), 0.0]
         for name, cause, where, x_off, v_off, energy in wrong:
-            if cause is None or not where.any():
-                continue
-            of_all = rest if len(wrong) == 1 or wrong[-1][1] is None else float(energy.sum())
+            of_all = rest if len(wrong) == 1 else float(energy.sum())
             k, i = np.argwhere(where)[0]
             law = habit.place if name == "place" else habit.speed
             self.flights[name] = of_flight(run.scene.units, law, run.kept)

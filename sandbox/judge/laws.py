@@ -36,7 +36,7 @@ Formula = Callable[[Met, Value], Says]
 
 @dataclass(frozen=True)
 class Law:
-    """A law. sentence: what is wrong; odd: what another law of as few numbers is likelier than.
+    """A law. sentence: what is wrong.
 
     reads: whether its parameter is read off the six numbers; constant: likewise, and it is one in all contacts;
     parting: a law of bodies that do not approach; of_pairs: of two balls only.
@@ -49,7 +49,6 @@ class Law:
     reads: bool = False
     constant: bool = False
     parting: bool = False
-    odd: bool = False
     of_pairs: bool = False
 
 
@@ -92,12 +91,6 @@ def _restitution(of: Callable[[Floats], Floats]) -> Formula:
     return formula
 
 
-def _restitution_before_gravity(c: Met, k: Value) -> Says:
-    k = (c.six[0, 0] / c.b.red - c.u) / c.started / c.b.e if k is None else k + 0 * c.u
-    impulse = c.b.red * (c.u + k * c.b.e * c.started)
-    return Says(_given(c, impulse), k, _bounces(c) & (impulse > 0) & (k > 0), _sized(k))
-
-
 def _speed_before_gravity(c: Met, _: Value) -> Says:
     return Says(_given(c, c.b.red * (c.u + c.b.e * c.started)), may=_bounces(c))
 
@@ -131,26 +124,9 @@ def _no_turn(c: Met, _: Value) -> Says:
     return Says(six_of(c.due, c.rub, 0 * c.rub), may=c.rub != 0)
 
 
-def _first_not_turned(c: Met, _: Value) -> Says:
-    return Says(six_of(c.due, c.rub, c.rub * [[0], [1]]), may=c.rub != 0)
-
-
-def _moment(c: Met, k: Value) -> Says:
-    moment = c.six[1].sum(axis=0) / c.six[2].sum(axis=0) if k is None else k + 0 * c.due
-    f = c.friction(c.due, third=1 + 2 / moment)
-    return Says(six_of(c.due, f, f / moment), moment, (moment > 0.05) & (np.abs(moment - 1) > 1e-6))
-
-
 def _tangential(c: Met, k: Value) -> Says:
     f = c.six[1].mean(axis=0) if k is None else c.rub + k * c.due
     return Says(six_of(c.due, f, c.rub), (f - c.rub) / c.due, c.closes)
-
-
-def _slope(c: Met, k: Value) -> Says:
-    before = dot(c.v[0], 1j * c.n) - c.rub / c.b.m[0]
-    k = 1 + (c.rub - c.six[1, 0]) / c.b.m[0] / before if k is None else k
-    f = c.rub - (k - 1) * c.b.m[0] * before
-    return Says(six_of(c.due, f, c.rub), k + 0 * f, ~c.pair & c.closes & (np.abs(before) > DOUBLE))
 
 
 def _turned_normal(c: Met, angle: Value) -> Says:
@@ -158,12 +134,6 @@ def _turned_normal(c: Met, angle: Value) -> Says:
     other = Met(c.b, c.when, c.t, c.n * np.exp(1j * turn), c.depth, c.v, c.w, 0 * c.n, c.pull)
     given = (other.due + 1j * other.rub) * np.exp(1j * turn)  # in the frame of the right normal
     return Says(six_of(given.real, given.imag, other.rub), turn, (np.abs(turn) < 0.8) & (np.abs(turn) > 1e-7))
-
-
-def _along_velocity(c: Met, _: Value) -> Says:
-    u = c.v[0] - c.v[1]
-    given = (1 + c.b.e) * c.b.red * u
-    return Says(six_of(dot(given, c.n), dot(given, 1j * c.n), 0 * c.due))
 
 
 def _share(of: int) -> Formula:
@@ -191,51 +161,8 @@ def _masses(power: int) -> Formula:
     return formula
 
 
-def _become(c: Met, v: Vectors, spun: Floats | float = 0.0) -> Six:
-    """Return the six numbers of other velocities after the contact, (2, k) px/s."""
-    given = SIGN * c.b.m * (v - c.v)
-    given[1] = np.where(c.pair, given[1], given[0])
-    return six_of(dot(given, c.n), dot(given, 1j * c.n), spun + 0 * c.due)
-
-
-def _velocities(of: Callable[[Met], Vectors]) -> Formula:
-    """Return the law by which velocities become others."""
-    return lambda c, _: Says(_become(c, of(c)))
-
-
-def _reflected(v: Vectors, n: Vectors) -> Vectors:
-    return v - 2 * dot(v, n) * n
-
-
-def _swapped_speeds(c: Met) -> Vectors:
-    """Reflect each and give it the other's speed; a ball at rest is taken to move along x."""
-    speed = np.abs(c.v)
-    return _reflected(np.where(speed > 0, c.v / np.where(speed > 0, speed, 1), 1.0), c.n) * speed[::-1]
-
-
-def _swapped_tangents(c: Met) -> Vectors:
-    along = dot(c.v[1] - c.v[0], 1j * c.n) * 1j * c.n
-    return c.v - SIGN * along
-
-
-def _merged(c: Met) -> Vectors:
-    centre = (c.b.m * c.v).sum(axis=0) / c.b.m.sum(axis=0)
-    return np.stack([centre, centre])
-
-
-def _scaled(c: Met, k: Value) -> Says:
-    right = c.after(six_of(c.due, c.rub))[0]
-    if k is None:
-        k = dot(c.after(c.six)[0], right).sum(axis=0) / (np.abs(right) ** 2).sum(axis=0)
-    return Says(_become(c, k * right, c.rub), k + 0 * c.due, (k > 0) & (k < 2))
-
-
 def _while_parting(c: Met, _: Value) -> Says:
     return Says(six_of(c.due, c.rub), may=c.u < 0)
-
-
-def _push(c: Met, _: Value) -> Says:
-    return Says(six_of(c.six[0, 0], 0 * c.due), may=~c.closes & (c.six[0, 0] > 0))
 
 
 BOUNCES: Final = ("speed before gravity", "bounce in time")  # right, but for where the contact is found
@@ -247,7 +174,6 @@ LAWS: Final = (
     Law("no e", LARGE, _restitution(lambda es: 1 + 0 * es[0]), "The restitution is left out."),
     Law("while parting", Cause.DOUBLE_BOUNCE, _while_parting, "Bodies that part are reversed again.", parting=True),
     Law("speed before gravity", Cause.LATE, _speed_before_gravity, ""),
-    Law("restitution before gravity", SMALL, _restitution_before_gravity, "Restitution is {v:.4g} of due.", reads=True),
     Law("bounce in time", Cause.LATE, _bounce_in_time, ""),
     Law("friction", Cause.FRICTION_SMALL, _friction, "Friction is {v:.4g} of what it should be.", reads=True),
     Law("no friction", Cause.FRICTION_SMALL, _other_friction(lambda mus: 0 * mus[0]), "Friction is left out."),
@@ -256,24 +182,14 @@ LAWS: Final = (
         "sum of mu", Cause.FRICTION_LARGE, _other_friction(lambda mus: mus.sum(axis=0)), "Friction's factors are added."
     ),
     Law("no turn", V, _no_turn, "Friction does not turn the balls."),
-    Two("first not turned", V, _first_not_turned, "Friction turns only the second of the two."),
-    Law("moment", V, _moment, "The moment of inertia is {v:.4g} of a disc's.", reads=True),
     Law("tangential", V, _tangential, "Also {v:.4g} of the impulse acts along the tangent.", constant=True),
-    Law("slope", V, _slope, "The speed along the wall is {v:.4g} of what it should be.", constant=True),
-    Law("push", Cause.UNKNOWN, _push, "Pushed while the two part.", parting=True),
     Law("turned normal", NORMAL, _turned_normal, "The normal is turned by {d:.4g}°.", constant=True),
-    Two("along velocity", NORMAL, _along_velocity, "The impulse is along the velocity, not the normal."),
     Two("second share", V, _share(1), "The second gets {v:.4g} of its impulse: momentum is not kept.", constant=True),
     Two("first share", V, _share(0), "The first gets {v:.4g} of its impulse: momentum is not kept.", constant=True),
     Two("masses swapped", V, _masses_swapped, "Each ball is accelerated as if it had the other's mass."),
     Two("masses 0", V, _masses(0), "Masses are taken as equal."),
     Two("masses 2", V, _masses(2), "Masses are taken as the radius squared."),
     Two("masses 3", V, _masses(3), "Masses are taken as the radius cubed."),
-    Two("speeds", V, _velocities(_swapped_speeds), "Each is reflected at the tangent, and the speeds are swapped."),
-    Two("each", V, _velocities(lambda c: _reflected(c.v, c.n)), "Each is reflected by itself.", odd=True),
-    Two("tangents", V, _velocities(_swapped_tangents), "Tangential parts are swapped.", parting=True, odd=True),
-    Two("merge", V, _velocities(_merged), "The two go on together, at the velocity of their centre of mass.", odd=True),
-    Law("scaled", V, _scaled, "Then whole velocities are {v:.4g} of what they should be.", constant=True, odd=True),
 )
 BY_NAME: Final = {law.name: law for law in LAWS}
 
@@ -298,9 +214,7 @@ PLACES: Final = {
         Place("reflect", None, ""),
         Place("reflect as bounced", None, ""),
         Place("reflect with friction", None, ""),
-        Place("begin", Cause.OVERSHOOT, "Balls are put back to where the step began."),
         Place("begin across", Cause.OVERSHOOT, "Balls are put back to where the step began, across the wall."),
-        Place("second only", Cause.POSITION_CORRECTION, "Of two that overlap, the second is put outside the first."),
         Place("pushed", Cause.POSITION_CORRECTION, "Balls are pushed apart, but not to where they should be.", free=1),
         Place("apart", Cause.TELEPORTED, "Balls that do not overlap are put further apart.", free=1),
     )
@@ -313,20 +227,17 @@ def shifts_of(c: Met, dv: Vectors, back: Vectors, dt: Floats) -> dict[str, tuple
     dv: (2, k) px/s, by which the contact changes velocities; back: (2, k) px, to where the step began.
     """
     n, e, inside, u = c.n, c.b.e, c.depth > 0, np.where(c.u > 0, c.u, np.inf)
-    balls, wall, every = c.pair & inside, ~c.pair & inside, np.ones(len(n), bool)
-    out, first, second = c.depth * n, np.array([[1.0], [0.0]]), np.array([[0.0], [1.0]])
+    balls, wall, out, first = c.pair & inside, ~c.pair & inside, c.depth * n, np.array([[1.0], [0.0]])
     bounced, rubbed = -dot(dv[0], n) / u, -dot(dv[0], 1j * n)
     late = np.minimum(c.depth / u, dt)
     return {
         "halves": (SIGN * out / 2, balls),
+        "begin across": (first * dot(back[0], n) * n, ~c.pair),
         "by mass": (SIGN * out * c.b.red * c.b.inverse, balls),
         "on": (-first * out, wall),
         "reflect": (-first * (1 + e) * out, wall),
         "reflect as bounced": (-first * bounced * out, wall & (np.abs(bounced - 1 - e) > 1e-9)),
         "reflect with friction": (-first * ((1 + e) * out + late * rubbed * 1j * n), wall),
-        "begin": (back, every),
-        "begin across": (first * dot(back[0], n) * n, ~c.pair),
-        "second only": (second * out, balls),
     }
 
 
@@ -334,11 +245,10 @@ def places(s: Singles, c: Met) -> list[tuple[Place, Bools]]:
     """Return what may have become of places, and of which contacts that fits."""
     n, tol, pair = c.n, s.tol_x, s.pair
     left = np.where(np.isfinite(c.t), s.dt - c.t, 0.0)
-    each_left = np.stack([left, s.dt if c.when == When.FIRST_MOVED else left])  # the second has yet to move
-    off = s.dx - each_left * s.dv
+    off = s.dx - left * s.dv
 
     found = {"": (np.abs(off) <= tol).all(axis=0)}
-    if c.when in (When.END, When.FIRST_MOVED):
+    if c.when == When.END:
         for name, (shift, may) in shifts_of(c, s.dv, s.x - s.h, s.dt).items():
             found[name] = (np.abs(off - shift) <= tol).all(axis=0) & may
     if c.when != When.SHOWN:

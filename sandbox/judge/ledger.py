@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.judge.causes import Cause
-from sandbox.judge.choose import RIGHT, SAID, Said
+from sandbox.judge.choose import NAME, RIGHT, Said
 from sandbox.judge.flight import by_gravity
 from sandbox.judge.observe import Singles, When
 from sandbox.judge.run import NEVER, Islands, Run, Vectors, cross
 from sandbox.state import Bools, Floats, Integers
 
 NO_BODY: Final = np.iinfo(np.int64).max  # the second of a ball in flight
-NAME: Final = "U32"
 ERROR: Final = np.dtype(
     [
         ("step", "i8"),  # from 1
@@ -126,7 +125,7 @@ class Ledger:
         gained = np.stack([summed(part) for part in self.gained(k, i).T], axis=1)
         is_free = (summed(~c.pair, of) == 0) & (summed(c.pair, of) + (said["cause"] != Cause.UNKNOWN) > 0)
         columns = {
-            **{name: said[name] for name in SAID.names or ()},
+            **{name: said[name] for name in ("cause", "law", "place", "also", "value", "depth")},
             "times": np.maximum(summed(touch < NEVER, of), 1), "energy": energy, "displacement": summed(off_x),
             "speed": summed(off_v), "momentum": summed(run.m[i] * off_v) / np.minimum(np.bincount(island), 2),
             "gained": gained * is_free[:, None], "normal": pairs(normal), "should": should,

@@ -26,7 +26,6 @@ class When(StrEnum):
     TOUCH = "touch"  # in time
     END = "end"  # after the flight of the step
     START = "start"  # before the flight
-    FIRST_MOVED = "first moved"  # balls move one by one, and the second has not yet
     SHOWN = "shown"  # at the time that places show
     TURNED = "turned"  # at the time whose normal the velocities show
 
@@ -88,13 +87,13 @@ class Met:
         slip: Floats = dot(self.v[0] - self.v[1], 1j * self.n) + (self.b.r * self.w).sum(axis=0)
         return slip
 
-    def friction(self, impulse: Floats, mu: Floats | None = None, third: Floats | float = 3.0) -> Floats:
+    def friction(self, impulse: Floats, mu: Floats | None = None) -> Floats:
         """Return Coulomb's friction with an impulse: what stops the slip of two discs, at most mu times the impulse.
 
-        third: 1 + m r²/I of a disc, by which the slip of two rims falls faster than their centres' does.
+        The slip of two rims falls 1 + m r²/I = 3 times as fast as that of their centres.
         """
         most = (self.b.mu if mu is None else mu) * np.abs(impulse)
-        rub: Floats = np.clip(self.b.red * self.slip / third, -most, most)
+        rub: Floats = np.clip(self.b.red * self.slip / 3, -most, most)
         return rub
 
     def after(self, six: Six) -> tuple[Vectors, Floats]:
@@ -129,19 +128,14 @@ class Singles(Bodies):
 
     def met(self, when: When) -> Met:
         """Return where contacts are if they are resolved at one of the times that no number is fitted for."""
-        match when:
-            case When.TOUCH:
-                return self._flown(when, self.touch)
-            case When.END:
-                return self._at(when, self.dt, self.h, self.hv)
-            case When.FIRST_MOVED:
-                x, v = np.stack([self.h[0], self.x[1]]), np.stack([self.hv[0], self.v[1] + self.run.pull * self.dt])
-                return self._at(when, self.dt, x, v)
-        return self._at(When.START, 0 * self.dt, self.x, self.v)
+        if when == When.TOUCH:
+            return self._flown(when, self.touch)
+        is_end = when == When.END
+        return self._at(when, is_end * self.dt, *((self.h, self.hv) if is_end else (self.x, self.v)))
 
     def all_met(self) -> Iterator[Met]:
         """Yield where contacts may be resolved: where rules do, and then where the motion shows it."""
-        for when in (When.TOUCH, When.END, When.START, When.FIRST_MOVED):
+        for when in (When.TOUCH, When.END, When.START):
             yield self.met(when)
         u, dt = self.v[0] - self.v[1], self.dt
         with np.errstate(all="ignore"):

@@ -150,9 +150,8 @@ class Run:
         self.along = (self.end - self.start) / np.where(self.length > 0, self.length, 1.0)
         moved = self.x[1:], self.v[1:]
         single = all(np.array_equal(z, z.astype(np.complex64)) for z in moved)
-        whole = single and np.array_equal(self.x[1:].real, np.rint(self.x[1:].real))  # an engine that cuts places
         reach, fastest = (float(max(np.abs(z.real).max(), np.abs(z.imag).max())) for z in (self.x, self.v))
-        self.floor = (SINGLE if single and not whole else DOUBLE) * (reach + fastest * float(clock.max()))
+        self.floor = (SINGLE if single else DOUBLE) * (reach + fastest * float(clock.max()))
         self.tiny = 3 * self.floor + NEGLIGIBLE * float(self.r.min())
 
     def fly(self, hx: Vectors, hv: Vectors, pull: complex, kept: float, clock: float) -> None:

@@ -18,7 +18,7 @@ OF_STEPS: Final = {  # what no law of contacts is the cause of; {v} is how fast 
     "through": "A ball went through a wall without a contact: it flew {v} in the step.",
     "several": "Several contacts at once, which are not judged.",
     "stopped": "A ball's velocity becomes 0 without a contact.",
-    "changed": "A ball's velocity changes without a contact, to {v}.",
+    "changed": "A ball's velocity changes without a contact; it then moves at {v}.",
     "put": "Balls are put elsewhere without a contact.",
     "apart": "Balls that overlap are pushed apart.",
     "together": "Several contacts at once are found late.",
@@ -27,12 +27,9 @@ OF_STEPS: Final = {  # what no law of contacts is the cause of; {v} is how fast 
 }
 FLIGHTS: Final = {
     "damping": "Damping leaves {0:.4g} % of the velocities each second.",
-    "no gravity": "Balls in flight fall without gravity.",
     "multiplied": "Every step multiplies velocities by {0:.6g} ({1:.4g} a second), without a contact.",
-    "turned": "Every step multiplies velocities by {0:.6g} and turns them by {2:.4g}°, without a contact.",
     "share of gravity": "Balls in flight fall with {2:.5g} of the scene's gravity.",
     "clock": "Each step flies for {0:.6g} of its length.",
-    "cut": "Positions are cut to whole pixels in each step.",
 }
 
 
@@ -50,8 +47,6 @@ def of_flight(units: Units, law: FlightLaw, kept: float) -> str:
         off = units.text(Dimension.LENGTH, "{:.3g}", law.values[0])
         pulled = f"Balls in flight move at the velocity {when} gravity's pull"
         return f"{pulled}, and end each step {off} {where} the parabola."
-    if law.name == "shifted":
-        return f"Every step puts each ball {units.text(Dimension.LENGTH, '({:.3g}, {:.3g})', *law.values)} further."
     return FLIGHTS[law.name].format(*law.values)
 
 
@@ -80,7 +75,8 @@ def _of_law(scene: Scene, law: str, values: Floats) -> str:
     value = float(np.median(values)) if len(values) else np.nan
     if law in OF_STEPS:
         dimension = Dimension.VELOCITY if law == "changed" else Dimension.LENGTH
-        return OF_STEPS[law].format(v=scene.units.text(dimension, "{:.4g}", value))
+        most = scene.units.text(dimension, "{:.4g}", float(values.max(initial=0)))
+        return OF_STEPS[law].format(v=f"up to {most}" if len(values) > 1 and np.ptp(values) > ALIKE * value else most)
     if law not in BY_NAME:
         return ""
     said = BY_NAME[law].sentence.format(v=value, d=abs(np.degrees(value)))

@@ -153,14 +153,10 @@ def test_what_is_wrong_is_named_with_its_parameter(touch: Touch, cause: Cause, p
 
 
 def test_an_impulse_that_the_second_does_not_get_makes_momentum() -> None:
-    """What the second lacks is gained by both together; the impulse and friction are those of the closed form."""
-    touch = replace(BALLS, share=0.5)
+    """What the second lacks is gained by both together; what a wall gives is no momentum out of nothing."""
+    touch, at_wall = replace(BALLS, share=0.5), replace(AT_WALL, factor=0.9, rubs=0.9)
     verdict = on_states(touch.scene(), touch.states(), clock=[DT])
     impulse, rub = touch.numbers()
     lost = -0.5 * (impulse + 1j * rub) * touch.n
     assert verdict.gained[-1, :2] == pytest.approx([lost.real, lost.imag])
-
-
-def test_what_a_wall_gives_is_no_momentum_out_of_nothing() -> None:
-    touch = replace(AT_WALL, factor=0.9, rubs=0.9)
-    assert not on_states(touch.scene(), touch.states(), clock=[DT]).gained.any()
+    assert not on_states(at_wall.scene(), at_wall.states(), clock=[DT]).gained.any()

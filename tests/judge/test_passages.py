@@ -88,13 +88,6 @@ def test_laws_that_fit_alike_are_both_said() -> None:
     assert {*errors["law"], *errors["also"]} >= {"no limit"}
 
 
-def test_an_engine_without_friction_is_named() -> None:
-    verdict = judged(FAULTS["NoFriction"].engine, ROUGH)
-    assert verdict.causes[0].cause == Cause.FRICTION_SMALL
-    assert verdict.causes[0].sentence == "Friction is left out."
-    assert verdict.causes[0].share > 0.9
-
-
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_an_engine_without_spins_is_known_where_balls_would_turn(friction: float) -> None:
     scene = scene_of(f"radius = 20\nposition = [300, 300]\nfriction = {friction}", size="[800, 600]\nfriction = 1")
