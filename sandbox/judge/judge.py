@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from sandbox.judge.causes import Cause
-from sandbox.judge.choose import ANYWHERE, NOTHING, RIGHT, Said, choose, doubt_faults, is_fault, nothing_said
+from sandbox.judge.choose import ANYWHERE, NOTHING, RIGHT, Said, choose, doubt_faults, is_fault, is_right, nothing_said
 from sandbox.judge.contacts import components, due, keys_of, near_pairs, near_walls, way_of
 from sandbox.judge.flight import Habit, habit_of
 from sandbox.judge.islands import MAX_ISLANDS, IslandSteps, Shown, Way, explain_islands
@@ -174,7 +174,10 @@ class _Block:
         cause = said["cause"]
         if self.is_odd:
             cause[cause >= 0] = Cause.UNKNOWN
-        known = (cause == RIGHT) | ((cause != NOTHING) & ~self._crowded(c))  # else another contact may have done it
+        clear, in_time = (cause != NOTHING) & ~self._crowded(c), said["when"] == When.TOUCH
+        is_stepped = np.count_nonzero(clear & ~in_time) > np.count_nonzero(clear & in_time)
+        usual = is_stepped & (cause == Cause.LATE) & is_right(said)
+        known = (cause == RIGHT) | clear | usual  # else another contact may have done it
         self.done[c.part(known).ends] = True
         self.ledger.enter_islands(Islands.of_contacts(c.part(known)), touch[known], said[known])
         rows = zip(said[known].tolist(), is_fault(said[known]).tolist(), c.pair[known].tolist(), strict=True)
