@@ -199,7 +199,7 @@ class _Block:
         k, i = np.nonzero(self.active)
         margin, way = float(run.r.max()), self.way[k, i]
         c = Contacts.joined(near_pairs(run, k, i, way, margin), near_walls(run, k, i, way, margin / 2))
-        for each in (c, self.c.part(self.deepest > -run.tiny)):
+        for each in (c.part(run.depth(c, run.hx) > -margin / 4), self.c.part(self.deepest > -run.tiny)):
             self.near[each.ends] = True
         c = c.part(np.where(c.pair, c.all_in(kicked), kicked[c.k, c.i]))
         touch = np.full(len(c.k), NEVER)
