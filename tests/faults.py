@@ -594,7 +594,7 @@ class SteppedIgnoresPair(Stepped):
 # Engines of the sandbox with one thing changed
 
 OF_IMPULSE: Final = (Cause.LATE, Cause.POSITION_CORRECTION, Cause.MISSED)
-OF_PYMUNK: Final = (*OF_IMPULSE, Cause.GRAVITY)
+OF_PYMUNK: Final = (*OF_IMPULSE, Cause.GRAVITY, Cause.UNCONVERGED, Cause.WARM_START)
 
 
 @fault(*OF_PYMUNK, Cause.UNREPORTED)

@@ -27,6 +27,8 @@ SHARE_SHOWN: Final = 0.01  # of an engine's error, below which a further cause i
 IN_FLIGHT: Final = (Cause.GRAVITY, Cause.DAMPING, Cause.UNREPORTED, Cause.TELEPORTED)  # of steps, not of contacts
 REMEDIES: Final = {  # said once, of Pymunk
     Cause.LATE: "More steps a second, or substeps, find them sooner.",
+    Cause.WARM_START: "collision_persistence = 1 discards the impulses of earlier touches.",
+    Cause.UNCONVERGED: "More iterations, with collision_persistence = 1, let simultaneous contacts converge.",
     Cause.GRAVITY: "More steps a second integrate gravity in finer steps.",
     Cause.DAMPING: "damping = 1 turns it off.",
 }

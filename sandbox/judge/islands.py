@@ -22,6 +22,7 @@ from sandbox.state import Bools, Floats, Integers
 MAX_ISLANDS: Final = 1_500  # of a block, the first ones: each takes up to 0.5 ms, all less than a second
 COMMON: Final = 3  # ways that single contacts show most, and that are tried on islands
 Ends = tuple[Vectors, Vectors, Floats]  # how balls end the step: px, px/s and rad/s
+BY_SOLVER: Final = {Cause.WARM_START: "pulls", Cause.UNCONVERGED: "approach", Cause.LATE: "together"}
 
 
 class Way(NamedTuple):
@@ -162,8 +163,12 @@ class IslandSteps:
             self._set(now, w, spun)
         return x, v, w
 
-    def together(self, island: int) -> bool:
-        """Return whether impulses, all at once and right where the balls end the step, explain their velocities."""
+    def together(self, island: int) -> Cause:
+        """Return what impulses along contacts, all at once where the balls end the step, explain of their velocities.
+
+        LATE: each is right; UNCONVERGED: some bodies still approach, or part too fast; WARM_START: a contact pulls.
+        UNKNOWN if no impulses explain the velocities, or others do as well.
+        """
         nodes, rows, run = np.flatnonzero(self.island == island), np.flatnonzero(self.of == island), self.run
         dt, ends = float(self.dt[island]), np.stack([self.one[rows], self.two[rows]])
         c = self._met(rows, *self.seen, np.full(len(rows), dt), When.END)
@@ -182,11 +187,14 @@ class IslandSteps:
         impulses, most = solved[: len(deep)], float(np.abs(got).max())
         is_unique = 0 < rank == len(solved) < (2 + is_rough) * len(nodes)
         if not is_unique or np.abs(matrix @ solved - got).max() * dt > 2 * run.floor + 1e-6 * most * dt:
-            return False
+            return Cause.UNKNOWN
         least = 1e-5 * np.abs(impulses).max()
         off, tol = c.u[deep] + c.b.e[deep] * c.started[deep], 1e-3 * (most + np.abs(c.started[deep]))
-        is_right = np.where(impulses > least, np.abs(off), off) <= tol
-        return bool((is_right & (impulses >= -least)).all())
+        if (np.where(impulses > least, np.abs(off), off) <= tol).all() and (impulses >= -least).all():
+            return Cause.LATE
+        if len(deep) == 1:
+            return Cause.UNKNOWN
+        return Cause.WARM_START if (impulses < -least).any() else Cause.UNCONVERGED
 
 
 def explain_islands(islands: IslandSteps, shown: Shown, tried: Bools, said: Said) -> None:
@@ -200,8 +208,8 @@ def explain_islands(islands: IslandSteps, shown: Shown, tried: Bools, said: Said
     late = sum(-times if in_time else times for (in_time, *_), times in shown.items())
     if late > sum(times for (_, _, way), times in shown.items() if way.cause is not None):
         for island in np.flatnonzero(unsaid).tolist():
-            if islands.together(island):
-                said["cause"][island], said["law"][island] = Cause.LATE, "together"
+            if (cause := islands.together(island)) != Cause.UNKNOWN:
+                said["cause"][island], said["law"][island] = cause, BY_SOLVER[cause]
 
 
 def _rules(shown: Shown) -> list[Rule]:

@@ -22,6 +22,8 @@ OF_STEPS: Final = {  # what no law of contacts is the cause of; {v} is how fast 
     "put": "Balls are put elsewhere without a contact.",
     "apart": "Balls that overlap are pushed apart.",
     "together": "Several contacts at once are found late.",
+    "approach": "The solver has not converged: bodies still approach, or part too fast.",
+    "pulls": "An impulse of an earlier step pulls bodies together.",
     "single": "What the step did fits no single error.",
     "overlap": "Bodies overlap when the run begins: no step led them into each other.",
 }

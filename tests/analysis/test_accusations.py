@@ -144,6 +144,15 @@ def test_friction_while_a_ball_rolls_between_hits_is_no_wrong_time_of_the_next_h
     assert {each.cause for each in runs["exact"].causes} <= {Cause.UNKNOWN}
 
 
+def test_a_solver_has_converged_if_only_rounding_is_left_of_a_stack_at_rest() -> None:
+    """Its speeds are some 1e-15 px/s, so that a millionth of them is no measure: gravity gives 15 px/s in a step."""
+    ball = "radius = 20\nelasticity = 0.5\nposition = [300, {}]"
+    scene = scene_of(ball.format(580), ball.format(539), more="gravity = [0, 900]\nseconds = 1")
+    name = "pymunk(iterations=3000, collision_persistence=1)"
+    [ledger] = (run.figures.ledger for one, run in compare(scene, [name, "exact"]).runs.items() if one != "exact")
+    assert Cause.UNCONVERGED not in {entry.cause for entry in ledger}
+
+
 def test_bounces_that_gravity_falsifies_little_by_little_are_its_differences() -> None:
     """Each bounce is off by less than counts, and the next by a little more: together that becomes a difference."""
     one = first_difference(load("bouncing").changed(rate=4000, seconds=2.9), "impulse")

@@ -20,7 +20,7 @@ STEPPED: Final = frozenset({Cause.LATE, Cause.MISSED})
 DO: Final = {
     "exact": frozenset[Cause](),
     "impulse": STEPPED | {Cause.POSITION_CORRECTION},
-    "pymunk": STEPPED | {Cause.POSITION_CORRECTION, Cause.GRAVITY, Cause.DAMPING},
+    "pymunk": STEPPED | {Cause.POSITION_CORRECTION, Cause.GRAVITY, Cause.WARM_START, Cause.UNCONVERGED, Cause.DAMPING},
 }
 
 
