@@ -217,9 +217,9 @@ class CheckedEngine:
         try:
             copy = np.array(numbers, dtype=np.float64)
         except (TypeError, ValueError):
-            raise self._error(f"its {what} must be an array of shape {shape}, got {_short(numbers)}") from None
+            copy = np.empty(0)
         if copy.shape != shape:
-            raise self._error(f"its {what} must be of shape {shape}, got {copy.shape}")
+            raise self._error(f"its {what} must be an array of shape {shape}, got {_short(numbers)}")
         finite = np.isfinite(copy.reshape(self._balls, -1)).all(axis=1)
         if not finite.all():
             ball = int(finite.argmin())

@@ -13,7 +13,7 @@ import numpy as np
 from sandbox.compiled import Record, Records, kernel
 from sandbox.engines.contact_log import Log, log_contact
 from sandbox.engines.grid import Grid
-from sandbox.engines.laws import friction_impulse, mixed
+from sandbox.engines.laws import friction_impulse
 from sandbox.engines.machine_code import MachineCode
 from sandbox.engines.neighbours import fill, new_grid, next_neighbour, note_push
 from sandbox.engines.stepped import SteppedEngine, balls_of
@@ -119,7 +119,7 @@ def _move(world: World, now: float, log: Log) -> None:
             v_n = ball.vx * nx + ball.vy * ny
             if depth > 0 and v_n > 0:
                 slip = ball.vy * nx - ball.vx * ny + ball.radius * ball.spin
-                e = mixed(ball.elasticity, wall.elasticity)
+                e = ball.elasticity * wall.elasticity
                 g_n = gx * nx + gy * ny
                 away = max(0.0, e * v_n - (1 + e) * g_n * depth / v_n)  # found late, gravity pulled too long
                 back = min((1 + e) * depth, depth + wall.across - 2 * ball.radius)  # at most to the opposite wall
@@ -128,7 +128,7 @@ def _move(world: World, now: float, log: Log) -> None:
                 ball.x -= back * nx
                 ball.y -= back * ny
                 impulse = (v_n + away) * ball.mass
-                tangential = friction_impulse(slip, mixed(ball.friction, wall.friction) * impulse, 1 / ball.mass)
+                tangential = friction_impulse(slip, ball.friction * wall.friction * impulse, 1 / ball.mass)
                 if tangential != 0:
                     _apply_friction(ball, tangential, -ny, nx)
                     late = min(depth / v_n, dt)
@@ -169,7 +169,7 @@ def _collide(world: World, now: float, log: Log) -> None:
                     continue
 
                 per_a, per_b = 1 / a.mass, 1 / b.mass
-                impulse = (1 + mixed(a.elasticity, b.elasticity)) * v_n / (per_a + per_b)
+                impulse = (1 + a.elasticity * b.elasticity) * v_n / (per_a + per_b)
                 push = (reach - distance) / (per_a + per_b)
                 a.vx -= impulse * per_a * nx
                 a.vy -= impulse * per_a * ny
@@ -180,7 +180,7 @@ def _collide(world: World, now: float, log: Log) -> None:
                 b.x -= push * per_b * nx
                 b.y -= push * per_b * ny
                 slip = vx * ny - vy * nx + a.radius * a.spin + b.radius * b.spin
-                tangential = friction_impulse(slip, mixed(a.friction, b.friction) * -impulse, per_a + per_b)
+                tangential = friction_impulse(slip, a.friction * b.friction * -impulse, per_a + per_b)
                 if tangential != 0:
                     _apply_friction(a, tangential, ny, -nx)
                     _apply_friction(b, tangential, -ny, nx)

@@ -128,7 +128,6 @@ BALL = "radius = 20\nposition = [100, 100]"
         ([BALL + "\nspin = 1"], "", "spin is not"),
         ([BALL + "\nfilter = { group = 1 }"], "", "a filter is not"),
         ([BALL], "pegs = [{ radius = 9, positions = [[200, 300]] }]", "an inner wall is not"),
-        ([BALL], "arena.walls = false", "arena.walls = false is not"),
         ([BALL], "walls = [{ from = [200, 300], to = [300, 300] }]", "an inner wall is not"),
         ([BALL + "\nfriction = 0.5"], "gravity = [0, 1]", "gravity and friction are not"),
         (

@@ -58,15 +58,6 @@ def test_round_end_under_gravity(vx: float) -> None:
     assert abs(found["depth"][0]) < 1e-11
 
 
-def test_walls_by_the_hundred_let_nothing_through() -> None:
-    teeth = "".join(wall([x, 300], [x + 2, 500], 1) for x in range(2, 802, 4))
-    scene = box_of(teeth, wall([0, 300], [800, 300], 1), "[[balls]]\ncount = 20\nradius = 2\nspeed = 10000\n"
-                     "inside = [[0, 0], [800, 290]]\n")  # fmt: skip
-    engine = engine_of(scene)
-    play(engine, 600)
-    assert engine.state().position[:, 1].max() <= 300 - 2.5 + EXACT
-
-
 def test_closed_polygon_keeps_its_balls() -> None:
     corners = [(400 + 180 * math.cos(k * math.tau / 7), 300 + 180 * math.sin(k * math.tau / 7)) for k in range(7)]
     walls = [wall(a, b, 1) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]

@@ -171,30 +171,6 @@ def test_impacts_at_one_time_are_single_impacts_in_some_order(masses: tuple[floa
     assert (np.diff([*speed, 0]) > -CLOSE).all()
 
 
-@pytest.mark.parametrize("scale", [1e-3, 1e-6])
-@pytest.mark.parametrize(
-    ("gaps", "speeds_after"),
-    [
-        ((0.24, 0.1, 0.4), (-11.09976195261661, -10.751868661580744, -8.440695828583852)),
-        ((0.92, 0.8, 0.77), (-11.650070936150165, -7.077559117130737, -2.9831186516383363)),
-    ],
-)
-def test_the_smallest_gaps_decide_how_a_column_ends(
-    gaps: tuple[float, ...], speeds_after: tuple[float, ...], scale: float
-) -> None:
-    """Without gravity only their ratios matter, however small they are. The velocities are those of 50 digits.
-
-    gaps: below each disc, of which the highest moves down.
-    """
-    heights = [590 - 20 * (2 - k) - scale * sum(gaps[k:]) for k in range(3)]
-    balls = (
-        ball((400, y), (0, vy), mass=mass, elasticity=0.875)
-        for y, vy, mass in zip(heights, (100, 0, 0), (26.3, 2.75, 3.96), strict=True)
-    )
-    state, _ = after_a_step(box_of(*balls, elasticity=0.875))
-    assert state.velocity[:, 1] == pytest.approx(speeds_after, abs=100 * CLOSE)
-
-
 def test_a_light_disc_that_is_driven_into_an_edge_stops_the_heavy_one_there() -> None:
     """The discs collapse as they meet both walls, and not before. The velocity is that of 60 decimal digits."""
     engine = engine_of(INTO_AN_EDGE)

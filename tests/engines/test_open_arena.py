@@ -8,7 +8,7 @@ import pytest
 from recorded import recorded
 
 from sandbox.analysis.comparison import compare
-from sandbox.engines import registry
+from sandbox.engines import refusal, registry
 from sandbox.scene.model import Scene
 from sandbox.state import Contacts, State
 
@@ -75,6 +75,12 @@ def test_a_wall_that_leaves_the_arena_is_solid_to_its_end(name: str) -> None:
     assert sorted(contacts["first"]) == [*range(40)]
     assert set(contacts["second"].tolist()) == {-5}, "the scene's walls have the same numbers as beside the arena's"
     assert state.velocity == pytest.approx(np.tile(20 * off, (40, 1)))
+
+
+def test_the_article_refuses_an_arena_without_walls() -> None:
+    assert refusal("article", Scene(arena=OPEN, balls=[{"radius": 20, "position": (100, 100)}])) == (
+        "article: arena.walls = false is not part of the article's rule; use --engines impulse"
+    )
 
 
 def test_no_ball_escapes_from_an_arena_without_walls() -> None:

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 import pytest
-from conftest import Command, sample, scene_of
+from conftest import Command, scene_of
 
 import sandbox
 from sandbox.analysis.comparison import compare
@@ -301,7 +301,7 @@ def of_three(position: Floats, velocity: Floats, dt: float) -> None: ...
         (returns_nothing, NO_STEP),
         (NoState, "mine: its state must be a sandbox.State, got None"),
         (Nan, "mine: the position of ball 1 must be finite, got [nan, nan]"),
-        (Short, "mine: its velocity must be of shape (2, 2), got (1, 2)"),
+        (Short, "mine: its velocity must be an array of shape (2, 2), got array([[ 60., -30.]])"),
         (NoArray, "mine: its contacts must be an array of sandbox.state.CONTACT, got None"),
         (finds(contact(0.05, 0, 3)), "mine: its contacts must be of two of its 2 balls and 4 walls"),
         (finds(contact(0.05, 1, 1)), "mine: its contacts must be of two of its 2 balls and 4 walls"),
@@ -403,7 +403,8 @@ def test_an_engine_that_fails_costs_its_column_and_exit_code_2(working_folder: P
 def test_a_traceback_is_printed_once_for_all_rows_of_a_sweep(working_folder: Path, command: Command) -> None:
     (working_folder / "mine.py").write_text("def step(position, velocity, dt, scene):\n    1 / 0")
     arguments = ("--engines", "mine.py:step", "--seconds", "0.1", "--seeds", "0:3", "--out", "rows.csv")
-    _, _, err = command("sweep", "head-on", *arguments, "--workers", "1")
+    code, _, err = command("sweep", "head-on", *arguments, "--workers", "1")
+    assert code == 1
     assert err.count("Traceback") == 1
     assert err.count(" at 0.017 s: raised ZeroDivisionError: division by zero\n") == 3
 
@@ -537,15 +538,10 @@ def test_traits_have_types() -> None:
 
 
 class Spring(Flying):
-    """Balls as springs, in walls of springs; each reports a contact every step, or one when a touch ends."""
+    """Balls as springs, in walls of springs; each reports a contact every step."""
 
     traits = Traits(soft=True)
-    whole = False
     normals = np.array([(-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)])
-
-    def __init__(self, scene: Scene, initial: State) -> None:
-        super().__init__(scene, initial)
-        self.touches: dict[tuple[int, int], Floats] = {}
 
     def step(self) -> None:
         super().step()
@@ -557,33 +553,18 @@ class Spring(Flying):
             for j in range(i + 1, len(balls)):
                 way = self.position[j] - self.position[i]
                 touching[i, j] = way / np.hypot(*way), radius + balls.radius[j] - np.hypot(*way)
-        touching = {pair: (normal, depth) for pair, (normal, depth) in touching.items() if depth > 0}
         for (i, j), (normal, depth) in touching.items():
-            push = 150.0**2 * depth / (1 + (j >= 0)) / self.scene.rate * normal
-            self.velocity[i] -= push
+            push = 150.0**2 * max(0.0, depth) / (1 + (j >= 0)) / self.scene.rate
+            self.velocity[i] -= push * normal
             if j >= 0:
-                self.velocity[j] += push
-            self.touches[i, j] = self.touches.get((i, j), 0.0) + push
-            if not self.whole:
-                self.report((i, j), push)
-        for pair in [pair for pair in self.touches if pair not in touching]:
-            push = self.touches.pop(pair)
-            if self.whole:
-                self.report(pair, push)
-
-    def report(self, pair: tuple[int, int], push: Floats) -> None:
-        size = float(np.hypot(*push))
-        self.found.append((self.time, *pair, tuple(push / size), size, 0.0, 0.0, 0.0))
+                self.velocity[j] += push * normal
+            if push > 0:
+                self.found.append((self.time, i, j, tuple(normal), push, 0.0, 0.0, 0.0))
 
 
-class WholeSpring(Spring):
-    whole = True
-
-
-@pytest.mark.parametrize("engine", sample([Spring, WholeSpring], 2))
-def test_a_spring_is_accused_of_nothing_however_it_reports_a_touch(engine: type[Spring]) -> None:
+def test_a_spring_is_accused_of_nothing_though_it_reports_a_touch_many_times() -> None:
     """At 960 steps a touch of 20 ms keeps the energy to 1 %, though half of it is in the spring meanwhile."""
-    run = silent(load("head-on").changed(rate=960), engine)
+    run = silent(load("head-on").changed(rate=960), Spring)
     assert (run.figures.pair_contacts or 0) > 0
     assert run.missed == 0
     assert run.figures.energy_drift is not None

@@ -29,7 +29,7 @@ from sandbox.compiled import Record, kernel
 from sandbox.engines.contact_log import Log, log_contact
 from sandbox.engines.exact.support import carry, normal_to, report_support, slip_on, stop_slipping, unit
 from sandbox.engines.exact.world import STATIC, World, motion, move_to_now, release
-from sandbox.engines.laws import friction_impulse, mixed
+from sandbox.engines.laws import friction_impulse
 
 CONTACT_TIME: Final = 1e-6  # s, far below the time between contacts, far above the clock's rounding
 MIN_STREAK: Final = 64  # contacts of a disc, each within CONTACT_TIME of the last, from which on they may have no end
@@ -84,7 +84,7 @@ def _hop_speed(world: World, i: int, now: float) -> float:
 def _pair_parting(world: World, i: int, j: int, closing: float, pull: float, now: float) -> Parting:
     """Return how discs i and j part. closing: px/s; pull: px/s², which presses them together if positive."""
     of_a, of_b = world.body[i], world.body[j]
-    speed = mixed(of_a.elasticity, of_b.elasticity) * closing
+    speed = of_a.elasticity * of_b.elasticity * closing
     leans = pull > world.min_pull or now < of_a.leans_until or now < of_b.leans_until
     if world.has_gravity and (leans or (closing == 0 and is_jammed(world, i, now) and is_jammed(world, j, now))):
         hop = world.hop_speed
@@ -126,7 +126,7 @@ def _wall_parting(
     closing: px/s; pull: px/s², towards the wall if positive.
     """
     body, piece = world.body[i], world.piece[p]
-    speed = mixed(body.elasticity, piece.elasticity) * closing
+    speed = body.elasticity * piece.elasticity * closing
     leans, is_face = now < body.leans_until, piece.length > 0
     if is_face and speed <= pull * shortest_flight / 2:
         return Parting(0.0, 0.0, True)
@@ -191,7 +191,7 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
     b.vy += impulse * per_b * ny
     tangential, slip = 0.0, slip_on(world, i, nx, ny) + slip_on(world, j, -nx, -ny)
     if world.is_rough:
-        limit = mixed(world.turn[i].friction, world.turn[j].friction) * impulse
+        limit = world.turn[i].friction * world.turn[j].friction * impulse
         tangential = friction_impulse(slip, limit, per_a + per_b)
         _apply_friction(world, i, nx, ny, tangential, per_a)
         _apply_friction(world, j, -nx, -ny, tangential, per_b)
@@ -254,7 +254,7 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
     if impulse > 0:
         tangential, slip = 0.0, slip_on(world, i, nx, ny)
         if world.is_rough:
-            limit = mixed(world.turn[i].friction, piece.friction) * impulse
+            limit = world.turn[i].friction * piece.friction * impulse
             tangential = friction_impulse(slip, limit, 1 / body.mass)
             _apply_friction(world, i, nx, ny, tangential, 1 / body.mass)
         depth = disc.radius + piece.half_thickness - distance

@@ -177,7 +177,7 @@ def _world(scene: Scene, initial: State, hop_time: float) -> World:
     body["last_disc_contact"] = body["settled"] = -np.inf
     body["corner"] = NONE
     turn["angle"], turn["spin"] = initial.angle[ball], initial.spin[ball]
-    turn["friction"], turn["slips_until"], turn["reported_until"] = bodies.friction[ball], np.inf, -np.inf
+    turn["friction"], turn["slips_until"] = bodies.friction[ball], np.inf
     for i, number in enumerate(event["cell"].tolist()):
         enter(grid, disc, i, number)
     is_rough = scene.is_rough or bool(initial.spin.any() or initial.angle.any())

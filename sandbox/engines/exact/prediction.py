@@ -6,9 +6,10 @@ from sandbox.compiled import Record, kernel
 from sandbox.engines.exact.contact import CONTACT_TIME, MIN_APPROACH
 from sandbox.engines.exact.event_queue import NO_PARTNER, rank, schedule
 from sandbox.engines.exact.support import normal_to, unit
-from sandbox.engines.exact.world import COINCIDENT, STATIC, Motion, World, meet, motion
+from sandbox.engines.exact.world import COINCIDENT, STATIC, Motion, World, motion
 from sandbox.engines.grid import NONE, extent
 from sandbox.engines.laws import NEVER, time_to_close, time_to_face, time_to_leave, time_to_touch
+from sandbox.quantity import pass_through
 from sandbox.scene.walls import ARENA_COUNT
 
 MIN_SPEED: Final = 1e-100  # px/s; a slower approach leads nowhere in any run
@@ -89,12 +90,6 @@ def _time_of_next(world: World, i: int, j: int, m: Motion, approach: Approach, t
 
 
 @kernel
-def _later(time: float, now: float) -> float:
-    """Return a time, or never if it is not later than now."""
-    return time if time > now else NEVER
-
-
-@kernel
 def _time_to_disc(world: World, i: int, j: int, m: Motion, o: Motion, now: float) -> float:
     """Return when discs i and j, which move like m and o, touch, s. After the next contact of either, perhaps `inf`."""
     disc, event = world.disc, world.event
@@ -115,11 +110,13 @@ def _predict_discs(world: World, i: int, m: Motion, now: float, corner: int, col
             j = grid.cell[cell].first
             while j >= 0:
                 o = motion(world, j, now)
-                time = _time_to_disc(world, i, j, m, o, now) if meet(world, i, j) else NEVER
+                passes = world.is_filtered and pass_through(world.filters[i], world.filters[j])
+                time = NEVER if passes else _time_to_disc(world, i, j, m, o, now)
                 if time < now + CONTACT_TIME and i != j:
                     approach = _approach_of_discs(m, o)
                     if time == now and _is_rounding(world, approach):
-                        time = _later(_time_to_disc(world, i, j, _parting(m, approach), o, now), now)
+                        time = _time_to_disc(world, i, j, _parting(m, approach), o, now)
+                        time = time if time > now else NEVER
                     time = _time_of_next(world, i, j, m, approach, time, now)
                 if time < NEVER and i != j and time <= disc[j].hit:
                     _propose_contact(world, i, time, j, disc[j].serial)
@@ -179,7 +176,8 @@ def _predict_walls(world: World, i: int, m: Motion, now: float) -> None:
             approach = _approach_to_piece(m, piece[p])
             if time == now and _is_rounding(world, approach):
                 radius = world.disc[i].radius
-                time = _later(now + time_to_piece(_parting(m, approach), radius, piece[p], False), now)
+                time = now + time_to_piece(_parting(m, approach), radius, piece[p], False)
+                time = time if time > now else NEVER
             time = _time_of_next(world, i, i, m, approach, time, now)
         if time < NEVER:
             _propose_contact(world, i, time, ~p, 0)

@@ -12,7 +12,6 @@ import numpy as np
 from sandbox.compiled import Records, column, kernel
 from sandbox.engines.grid import NONE, Grid
 from sandbox.engines.laws import NEVER
-from sandbox.quantity import pass_through
 from sandbox.state import Floats
 
 STATIC: Final = -2  # instead of a carrier: the disc is part of a static island
@@ -50,7 +49,7 @@ BODY: Final = np.dtype(
         ("ay", "f8"),
         ("mass", "f8"),  # kg
         ("elasticity", "f8"),
-        ("last_contact", "f8"),  # s, time of the last contact
+        ("last_contact", "f8"),  # s, time of the last contact, or change from slipping to rolling
         ("last_disc_contact", "f8"),  # s, time of the last contact with a disc
         ("leans_until", "f8"),  # s, until when it counts as leaning on others
         ("slow_since", "f8"),  # s, start of the count of slow contacts
@@ -70,7 +69,6 @@ TURN: Final = np.dtype(
         ("spin_rate", "f8"),  # rad/s², while walls carry it
         ("friction", "f8"),  # its factor
         ("slips_until", "f8"),  # s, when it ceases to slip on the walls that carry it, or NEVER
-        ("reported_until", "f8"),  # s, time of the last change from slipping to rolling
     ]
 )
 
@@ -113,12 +111,6 @@ class World(NamedTuple):
     min_pull: float
     hop_time: float
     hop_speed: float
-
-
-@kernel
-def meet(world: World, i: int, j: int) -> bool:
-    """Return whether discs i and j do not pass through each other."""
-    return not (world.is_filtered and pass_through(world.filters[i], world.filters[j]))
 
 
 class Motion(NamedTuple):

@@ -225,7 +225,7 @@ def _freeze(world: World, discs: Integers, since: float, now: float) -> None:
         disc, body, event, turn = world.disc[i], world.body[i], world.event[i], world.turn[i]
         absorbed = world.absorbed[i]
         move_to_now(world, i, now)
-        start = max(since, body.last_contact, turn.reported_until)
+        start = max(since, body.last_contact)
         carried_for = now - start if event.carrier != NONE else 0.0
         absorbed.x = body.mass * (disc.vx + carried_for * (world.gravity[0] - body.ax))
         absorbed.y = body.mass * (disc.vy + carried_for * (world.gravity[1] - body.ay))
