@@ -88,7 +88,7 @@ NODE: Final = np.dtype([("time", "f8"), ("disc", "i8")])  # of the event queue; 
 class World(NamedTuple):
     """The data of the event loop.
 
-    disc: (n,) DISC; event: (n,) EVENT; body: (n,) BODY; turn: (n,) TURN, which is read only if something is_rough: has
+    disc: (n,) DISC; event: (n,) EVENT; body: (n,) BODY; turn: (n,) TURN, which changes only if something is_rough: has
     friction or spin; absorbed: (n,) ABSORBED; filters: (n, 3), as in `Bodies`, which are read only if it is_filtered;
     piece: (m,) PIECE; node: of the event queue; gravity: px/s²; has_gravity: whether it is not 0; min_pull: px/s²,
     below which a pull is rounding; hop_time: s, for which discs that lean on each other are apart; hop_speed: px/s, at
