@@ -13,7 +13,7 @@ import hashlib
 import os
 from collections.abc import Callable
 from dataclasses import make_dataclass
-from functools import cache, wraps
+from functools import cache
 from importlib import import_module
 from importlib.metadata import version
 from importlib.util import find_spec
@@ -109,13 +109,3 @@ def cache_folder() -> Path:
     for file in (*sorted(package.glob("*.py")), *sorted(package.glob("engines/**/*.py")), package / "scene/walls.py"):
         sources.update(file.read_bytes())
     return Path(os.environ.get("NUMBA_CACHE_DIR") or package / "__pycache__") / f"kernels-{sources.hexdigest()[:12]}"
-
-
-def entry(function: Function) -> Function:
-    """Compile a kernel that Python calls, when it is first called."""
-
-    @wraps(function)
-    def call(*args: Any) -> Any:
-        return compiled(function)(*args)
-
-    return call

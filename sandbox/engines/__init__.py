@@ -146,8 +146,6 @@ def _load(name: str) -> Callable[..., Any]:
     engines = _BUILT_IN if name in _BUILT_IN else registry()  # registry() takes 6 ms, and edits rebuild every engine
     try:
         return cast("Callable[..., Any]", engines[name].load())
-    except (ImportError, AttributeError) as error:
-        raise EngineError(name, f"{engines[name].value} cannot be loaded: {error}") from error
     except Exception as error:
         if name in _BUILT_IN:
             raise

@@ -11,8 +11,9 @@ import numpy as np
 
 from sandbox.compiled import Records, kernel
 from sandbox.engines.contact_log import Log, log_contact
+from sandbox.engines.grid import Grid
 from sandbox.engines.machine_code import MachineCode
-from sandbox.engines.neighbours import NeighbourGrid, begin_turn, fill, new_grid, next_neighbour, note_push
+from sandbox.engines.neighbours import fill, new_grid, next_neighbour, note_push
 from sandbox.engines.stepped import SteppedEngine, balls_of
 from sandbox.errors import Refused
 from sandbox.scene.model import Scene
@@ -38,7 +39,7 @@ class World(NamedTuple):
     width: float
     height: float
     square: float
-    grid: NeighbourGrid | None
+    grid: Grid
 
 
 @kernel
@@ -82,18 +83,18 @@ def _collide(world: World, now: float, log: Log) -> None:
     `dx**2` goes through the C library's pow, as in Python, which does not always round as dx*dx does.
     """
     ball, radius, grid, n = world.ball, world.radius, world.grid, len(world.ball)
+    reach = 2 * radius * MAX_TOUCHING
     fill(grid, ball)
     for i in range(n):
-        begin_turn(grid, ball, i)
         j = i
         while True:
-            j = next_neighbour(grid, j, n)
+            j = next_neighbour(grid, ball, i, j, reach)
             if j == n:
                 break
             a, b = ball[i], ball[j]
             dx = a.x - b.x
             dy = a.y - b.y
-            if dx * dx + dy * dy > (2 * radius * MAX_TOUCHING) ** 2:  # saves calling pow for most pairs
+            if dx * dx + dy * dy > reach**2:  # saves calling pow for most pairs
                 continue
             distance = math.sqrt(dx**world.square + dy**world.square)
             if distance < 2 * radius:
@@ -117,7 +118,7 @@ def _collide(world: World, now: float, log: Log) -> None:
                 a.y += ny * overlap / 2
                 b.x -= nx * overlap / 2
                 b.y -= ny * overlap / 2
-                note_push(grid, ball, i, j)
+                note_push(grid, ball, j)
                 log_contact(log, now, i, j, -nx, -ny, -impulse, overlap)
 
 

@@ -9,8 +9,7 @@ Box2D computes in float32: positions and velocities have seven digits, about 1e-
 # ruff: noqa: D102 (the interface of an engine documents the methods)
 
 from collections.abc import Iterator, Sequence
-from itertools import groupby, product
-from operator import itemgetter
+from itertools import product
 from typing import Any, Final
 
 import numpy as np
@@ -18,7 +17,6 @@ import pyb2d3
 
 from sandbox.engines.engine import Traits
 from sandbox.errors import Refused
-from sandbox.quantity import pass_through
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Arena, Scene, Wall
 from sandbox.scene.walls import ARENA_COUNT, OUTWARD
@@ -36,9 +34,6 @@ FILTER_BITS: Final = 64  # of a shape; they select the shapes that it collides w
 WALL_THICKNESS: Final = 40_000.0
 
 
-Kind = tuple[float, tuple[int, ...]]  # elasticity, and filter; a wall's is empty
-
-
 class Box2DEngine:
     """A scene in a `pyb2d3.World`, which is public as `world`: body k is ball k.
 
@@ -49,6 +44,8 @@ class Box2DEngine:
     traits = Traits(soft=True, reports_contacts=False)
 
     def __init__(self, scene: Scene, initial: State) -> None:
+        if scene.bodies.are_filtered:
+            raise Refused("box2d: filters of balls are not supported; use --engines pymunk")
         self.world = pyb2d3.World(
             gravity=_metres(scene.gravity),
             restitution_threshold=0.0,
@@ -101,47 +98,39 @@ class _Materials:
 
     Box2D combines two restitutions by their maximum, and two frictions by the root of their product; pyb2d3 cannot
     change that. So frictions are passed squared. A ball has one circle for each elasticity that it can meet, with the
-    product as its restitution. A kind is an elasticity and a filter; each pair of kinds has a filter bit, so that only
-    the matching circle collides, and none of balls that pass through each other.
+    product as its restitution. Each pair of elasticities has a filter bit, so that only the matching circle collides.
     """
 
     def __init__(self, scene: Scene) -> None:
-        bodies = scene.bodies
-        of_balls = zip(bodies.elasticity.tolist(), map(tuple, bodies.filters.tolist()), strict=True)
-        kinds = sorted({*of_balls, *((float(wall.elasticity), ()) for wall in scene.surfaces)})
-        pairs = list(product(kinds, repeat=2))
+        self._all = sorted({*scene.bodies.elasticity.tolist(), *(float(wall.elasticity) for wall in scene.surfaces)})
+        pairs = list(product(self._all, repeat=2))
         if len(pairs) > FILTER_BITS:
-            what = "pairs of elasticity and filter" if bodies.are_filtered else "elasticities"
             raise Refused(
-                f"box2d: {len(kinds)} different {what} are more than its filters can tell apart (8); "
+                f"box2d: {len(self._all)} different elasticities are more than its filters can tell apart (8); "
                 "use --engines pymunk"
             )
-        self._kinds = kinds
-        self._bits = {(one, other): _meet(one, other) << bit for bit, (one, other) in enumerate(pairs)}
+        self._bits = {pair: 1 << bit for bit, pair in enumerate(pairs)}
 
-    def of_ball(self, number: int, elasticity: float, friction: float, filter_: tuple[int, ...]) -> Iterator[Any]:
+    def of_ball(self, number: int, elasticity: float, friction: float) -> Iterator[Any]:
         """Yield the definition of each circle of a ball."""
-        for restitution, partners in groupby(self._kinds, key=itemgetter(0)):
-            yield self._shape(number, friction, elasticity * restitution, (elasticity, filter_), [*partners])
+        for partner in self._all:
+            yield self._shape(number, friction, elasticity * partner, elasticity, [partner])
 
     def of_wall(self, number: int, elasticity: float, friction: float) -> Any:
         """Return the definition of a wall's shape; its restitution is 0, so that the ball's is the maximum."""
-        return self._shape(number, friction, 0.0, (elasticity, ()), self._kinds)
+        return self._shape(number, friction, 0.0, elasticity, self._all)
 
-    def _shape(self, number: int, friction: float, restitution: float, kind: Kind, partners: Sequence[Kind]) -> Any:
+    def _shape(
+        self, number: int, friction: float, restitution: float, elasticity: float, partners: Sequence[float]
+    ) -> Any:
         return pyb2d3.shape_def(
             user_data=number,
             material=pyb2d3.surface_material(friction=friction**2, restitution=restitution),
             filter=pyb2d3.make_filter(
-                category_bits=sum(self._bits[kind, partner] for partner in partners),
-                mask_bits=sum(self._bits[partner, kind] for partner in partners),
+                category_bits=sum(self._bits[elasticity, partner] for partner in partners),
+                mask_bits=sum(self._bits[partner, elasticity] for partner in partners),
             ),
         )
-
-
-def _meet(one: Kind, other: Kind) -> bool:
-    """Return whether shapes of two kinds do not pass through each other; walls pass through nothing."""
-    return not (one[1] and other[1] and pass_through(one[1], other[1]))
 
 
 def _add_balls(world: Any, materials: _Materials, scene: Scene, initial: State) -> list[Any]:
@@ -155,8 +144,7 @@ def _add_balls(world: Any, materials: _Materials, scene: Scene, initial: State) 
             enable_sleep=False,
         )
         radius, mass = float(bodies.radius[ball]) / METRE, float(bodies.mass[ball])
-        constants = float(bodies.elasticity[ball]), float(bodies.friction[ball]), tuple(bodies.filters[ball].tolist())
-        for shape in materials.of_ball(ball, *constants):
+        for shape in materials.of_ball(ball, float(bodies.elasticity[ball]), float(bodies.friction[ball])):
             body.create_shape(shape, pyb2d3.circle(radius=radius))
         of_disc = body.mass_data
         of_disc.mass, of_disc.rotational_inertia = mass, mass * radius**2 / 2

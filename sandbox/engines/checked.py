@@ -23,10 +23,7 @@ ROUNDING: Final = 1e-3  # of a step, a radius, a speed or a unit vector: more th
 MAX_CLOCK_ERROR: Final = 0.5  # of a step, of an engine's own clock
 REQUIRED: Final = ("step", "state")  # methods; contacts and kick are optional
 STEP: Final = "step(position, velocity, dt, scene)"
-TWO_PARAMETERS: Final = (
-    "; a function of two parameters is called with (scene, initial) and must return an engine; "
-    f"one that does a step has four: {STEP}"
-)
+FACTORY: Final = f"an engine is a class or a function of (scene, initial), or a function {STEP}"
 
 
 def build(name: str, factory: Factory, scene: Scene, initial: State) -> RunningEngine:
@@ -35,14 +32,12 @@ def build(name: str, factory: Factory, scene: Scene, initial: State) -> RunningE
     Its scene has arrays that cannot be written to; the initial state is its own, and begins at 0 s. Raises EngineError
     if the engine breaks the contract, here and whenever it is used, Refused if it cannot run the scene.
     """
-    is_step = _is_step(name, factory)
-    hint = "" if is_step or isinstance(factory, type) else TWO_PARAMETERS
-    with _errors_of(name, initial.time, hint):
-        arguments = _with_read_only_arrays(scene), replace(initial.copy(), time=0.0)
-        engine = FunctionEngine(factory, *arguments) if is_step else factory(*arguments)
+    arguments = _with_read_only_arrays(scene), replace(initial.copy(), time=0.0)
+    with _errors_of(name, initial.time):
+        engine = FunctionEngine(factory, *arguments) if _is_step(name, factory) else factory(*arguments)
     for method in REQUIRED:
         if not callable(getattr(engine, method, None)):
-            raise EngineError(name, f"has no method {method}; an engine has {' and '.join(REQUIRED)}{hint}")
+            raise EngineError(name, f"has no method {method}; {FACTORY}")
     if not isinstance(traits := getattr(engine, "traits", Traits()), Traits):
         raise EngineError(name, f"its traits must be sandbox.Traits(...), got {_short(traits)}")
     return CheckedEngine(name, engine, scene, initial)
@@ -57,8 +52,7 @@ def _is_step(name: str, factory: Factory) -> bool:
     if _accepts(parameters, 2):
         return False
     if isinstance(factory, type) or not _accepts(parameters, 4):
-        what = f"must be a class or a function of (scene, initial), or a function {STEP}"
-        raise EngineError(name, f"{what}; its arguments are {parameters}")
+        raise EngineError(name, f"its arguments are {parameters}; {FACTORY}")
     return True
 
 
@@ -78,18 +72,18 @@ def _with_read_only_arrays(scene: Scene) -> Scene:
 
 
 @contextmanager
-def _errors_of(name: str, time: float, hint: str = "") -> Iterator[None]:
-    """Raise what an engine raises as an EngineError with its traceback. time: s; hint: end of the message."""
+def _errors_of(name: str, time: float) -> Iterator[None]:
+    """Raise what an engine raises as an EngineError with its traceback. time: s."""
     try:
         yield
-    except Refused:
+    except (EngineError, Refused):
         raise
     except SandboxError as error:
         raise EngineError(name, str(error), time) from error
     except (Exception, SystemExit) as error:
         what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
         details = traceback_beyond(error, __file__)
-        raise EngineError(name, f"raised {what}{hint}", time, details) from error
+        raise EngineError(name, f"raised {what}", time, details) from error
 
 
 class FunctionEngine:
@@ -176,9 +170,7 @@ class CheckedEngine:
             contacts = self._engine.contacts()
         if not isinstance(contacts, np.ndarray) or contacts.dtype != CONTACT or contacts.ndim != 1:
             raise self._error(f"its contacts must be an array of sandbox.state.CONTACT, got {_short(contacts)}")
-        self._check_bodies(contacts)
-        self._check_numbers(contacts)
-        self._check_times(contacts["time"])
+        self._check_contacts(contacts)
         self._read = self._time
         return self._in_order(contacts)
 
@@ -225,42 +217,31 @@ class CheckedEngine:
         try:
             copy = np.array(numbers, dtype=np.float64)
         except (TypeError, ValueError):
-            raise self._error(f"its {what} must be an array of shape {shape}, got {_short(numbers)}") from None
+            copy = np.empty(0)
         if copy.shape != shape:
-            raise self._error(f"its {what} must be of shape {shape}, got {copy.shape}")
+            raise self._error(f"its {what} must be an array of shape {shape}, got {_short(numbers)}")
         finite = np.isfinite(copy.reshape(self._balls, -1)).all(axis=1)
         if not finite.all():
             ball = int(finite.argmin())
             raise self._error(f"the {what} of ball {ball} must be finite, got {copy[ball].tolist()}")
         return copy
 
-    def _check_bodies(self, contacts: Contacts) -> None:
-        first, second = contacts["first"], contacts["second"]
+    def _check_contacts(self, contacts: Contacts) -> None:
+        """Raise EngineError unless contacts have known bodies and finite numbers, in order since the last call."""
+        first, second, time, step = contacts["first"], contacts["second"], contacts["time"], self._step
         known = np.isin(second, self._walls) | ((second >= 0) & (second < self._balls))
-        if not np.all((first >= 0) & (first < self._balls) & known):
-            raise self._error(f"its contacts must name the {self._balls} balls and {len(self._walls)} walls")
-        if (alone := first == second).any():
-            raise self._error(f"its contacts must be of two bodies, got one of ball {first[alone][0]} with itself")
-
-    def _check_numbers(self, contacts: Contacts) -> None:
+        if not np.all((first >= 0) & (first < self._balls) & known & (first != second)):
+            raise self._error(f"its contacts must be of two of its {self._balls} balls and {len(self._walls)} walls")
         numbers = (contacts[key] for key in ("time", "normal", "impulse", "depth", "tangential", "slip"))
         if not all(np.isfinite(each).all() for each in numbers):
             raise self._error("its contacts must have finite numbers")
-        normal = contacts["normal"]
-        if (wrong := np.abs(length(normal) - 1) > ROUNDING).any():
-            raise self._error(f"the normal of a contact must be a unit vector, got {normal[wrong][0].tolist()}")
-
-    def _check_times(self, time: Floats) -> None:
-        """Raise EngineError for contacts that are not in order, or not since the last call. time: (k,) s."""
-        slack = ROUNDING * self._step
-        if (back := np.diff(time) < -slack).any():
-            at = int(back.argmax())
-            raise self._error(f"its contacts must be in order of time, got {time[at + 1]:g} s after {time[at]:g} s")
-        slack = MAX_CLOCK_ERROR * self._step
-        if (wrong := (time < self._read - slack) | (time > self._time + slack)).any():
+        if (np.abs(length(contacts["normal"]) - 1) > ROUNDING).any():
+            raise self._error("the normals of its contacts must be unit vectors")
+        begin, end = self._read - MAX_CLOCK_ERROR * step, self._time + MAX_CLOCK_ERROR * step
+        if (np.diff(time, prepend=begin, append=end) < -ROUNDING * step).any():
             raise self._error(
-                f"the time of a contact must be between the last call and now, {self._read:g} to {self._time:g} s "
-                f"since the engine was built, got {time[wrong][0]:g} s"
+                "the times of its contacts must be in order, from the last call until now, "
+                f"{self._read:g} to {self._time:g} s since the engine was built"
             )
 
     def _in_order(self, contacts: Contacts) -> Contacts:

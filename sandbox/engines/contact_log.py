@@ -65,11 +65,6 @@ class ContactLog:
         self._parts.append(contacts)
         self.count += len(contacts)
 
-    def time_of(self, number: int) -> float:
-        """Return the time (s) of a contact since the last `take`, by its number in order of time."""
-        times = np.concatenate([part["time"] for part in self._parts])
-        return float(np.partition(times, number)[number])
-
     def take(self) -> Contacts:
         """Return the contacts added since the last call."""
         assert self.recording, "record_contacts() must be called before contacts()"

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from sandbox.compiled import Record, Records, kernel
 from sandbox.scene.walls import segment_distance
-from sandbox.state import Floats
 
 # Discs and wall pieces per cell, on average, if the discs are small enough to leave the choice. Fewer means crossing
 # empty cells, more means testing discs that are far away.
@@ -87,12 +86,13 @@ def _cells_near(piece: Record, x: NDArray[Any], y: NDArray[Any], far: float) -> 
     return (rows[row] + 1) * (len(x) + 2) + columns[column] + 1
 
 
-def cell_at(grid: Grid, position: Floats) -> NDArray[np.int64]:
-    """Return the number of the cell that each position (n, 2) px is in: (n,)."""
-    rows = len(grid.cell) // grid.stride - 2
-    column = np.clip(position[:, 0] / grid.width, 0, grid.stride - 3).astype(int)
-    row = np.clip(position[:, 1] / grid.height, 0, rows - 1).astype(int)
-    return (row + 1) * grid.stride + column + 1
+@kernel
+def cell_at(grid: Grid, x: float, y: float) -> int:
+    """Return the number of the cell at a point; for a point outside the arena, the nearest cell at its edge."""
+    stride = grid.stride
+    column = min(max(0.0, x / grid.width), stride - 3.0)  # in this order, which makes 0 of NaN
+    row = min(max(0.0, y / grid.height), len(grid.cell) // stride - 3.0)
+    return (int(row) + 1) * stride + int(column) + 1
 
 
 def morton_order(grid: Grid, number: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -12,9 +12,10 @@ import numpy as np
 
 from sandbox.compiled import Record, Records, kernel
 from sandbox.engines.contact_log import Log, log_contact
-from sandbox.engines.laws import friction_impulse, mixed
+from sandbox.engines.grid import Grid
+from sandbox.engines.laws import friction_impulse
 from sandbox.engines.machine_code import MachineCode
-from sandbox.engines.neighbours import NeighbourGrid, begin_turn, fill, new_grid, next_neighbour, note_push
+from sandbox.engines.neighbours import fill, new_grid, next_neighbour, note_push
 from sandbox.engines.stepped import SteppedEngine, balls_of
 from sandbox.quantity import pass_through
 from sandbox.scene.model import Scene
@@ -37,7 +38,11 @@ WALL: Final = np.dtype(
 
 
 class World(NamedTuple):
-    """The balls and the walls. filters: (n, 3), as in `Bodies`; collides: whether balls can; gravity: px/s²; dt: s."""
+    """The balls and the walls.
+
+    filters: (n, 3), as in `Bodies`; collides: whether balls can; gravity: px/s²; dt: s; reach: px, between the centres
+    of balls that may touch.
+    """
 
     ball: Records
     wall: Records
@@ -45,7 +50,8 @@ class World(NamedTuple):
     collides: bool
     gravity: tuple[float, float]
     dt: float
-    grid: NeighbourGrid | None
+    reach: float
+    grid: Grid
 
 
 def _wall_records(scene: Scene) -> Any:
@@ -113,7 +119,7 @@ def _move(world: World, now: float, log: Log) -> None:
             v_n = ball.vx * nx + ball.vy * ny
             if depth > 0 and v_n > 0:
                 slip = ball.vy * nx - ball.vx * ny + ball.radius * ball.spin
-                e = mixed(ball.elasticity, wall.elasticity)
+                e = ball.elasticity * wall.elasticity
                 g_n = gx * nx + gy * ny
                 away = max(0.0, e * v_n - (1 + e) * g_n * depth / v_n)  # found late, gravity pulled too long
                 back = min((1 + e) * depth, depth + wall.across - 2 * ball.radius)  # at most to the opposite wall
@@ -122,7 +128,7 @@ def _move(world: World, now: float, log: Log) -> None:
                 ball.x -= back * nx
                 ball.y -= back * ny
                 impulse = (v_n + away) * ball.mass
-                tangential = friction_impulse(slip, mixed(ball.friction, wall.friction) * impulse, 1 / ball.mass)
+                tangential = friction_impulse(slip, ball.friction * wall.friction * impulse, 1 / ball.mass)
                 if tangential != 0:
                     _apply_friction(ball, tangential, -ny, nx)
                     late = min(depth / v_n, dt)
@@ -141,10 +147,9 @@ def _collide(world: World, now: float, log: Log) -> None:
     ball, grid, n = world.ball, world.grid, len(world.ball)
     fill(grid, ball)
     for i in range(n):
-        begin_turn(grid, ball, i)
         j = i
         while True:
-            j = next_neighbour(grid, j, n)
+            j = next_neighbour(grid, ball, i, j, world.reach)
             if j == n:
                 break
             a, b = ball[i], ball[j]
@@ -164,7 +169,7 @@ def _collide(world: World, now: float, log: Log) -> None:
                     continue
 
                 per_a, per_b = 1 / a.mass, 1 / b.mass
-                impulse = (1 + mixed(a.elasticity, b.elasticity)) * v_n / (per_a + per_b)
+                impulse = (1 + a.elasticity * b.elasticity) * v_n / (per_a + per_b)
                 push = (reach - distance) / (per_a + per_b)
                 a.vx -= impulse * per_a * nx
                 a.vy -= impulse * per_a * ny
@@ -175,11 +180,11 @@ def _collide(world: World, now: float, log: Log) -> None:
                 b.x -= push * per_b * nx
                 b.y -= push * per_b * ny
                 slip = vx * ny - vy * nx + a.radius * a.spin + b.radius * b.spin
-                tangential = friction_impulse(slip, mixed(a.friction, b.friction) * -impulse, per_a + per_b)
+                tangential = friction_impulse(slip, a.friction * b.friction * -impulse, per_a + per_b)
                 if tangential != 0:
                     _apply_friction(a, tangential, ny, -nx)
                     _apply_friction(b, tangential, -ny, nx)
-                note_push(grid, ball, i, j)
+                note_push(grid, ball, j)
                 log_contact(log, now, i, j, -nx, -ny, -impulse, reach - distance, tangential, slip)
 
 
@@ -188,10 +193,11 @@ class ImpulseEngine(SteppedEngine):
 
     def __init__(self, scene: Scene, initial: State) -> None:
         bodies, gravity = scene.bodies, (float(scene.gravity[0]), float(scene.gravity[1]))
-        grid = new_grid(len(bodies), 2 * float(bodies.radius.max()), scene.arena.size)
+        reach = 2 * float(bodies.radius.max())
+        grid = new_grid(len(bodies), reach, scene.arena.size)
         kinds = np.unique(bodies.filters, axis=0)
         collides = len(kinds) > 1 or not pass_through(kinds[0], kinds[0])
         walls, dt = _wall_records(scene), 1 / scene.rate
-        world = World(balls_of(bodies), walls, bodies.filters.copy(), collides, gravity, dt, grid)
+        world = World(balls_of(bodies), walls, bodies.filters.copy(), collides, gravity, dt, reach, grid)
         super().__init__(scene, initial, world, step, CODE)
         self._work = len(bodies) * (1 + len(world.wall) // WALLS_AS_LONG)

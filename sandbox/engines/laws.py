@@ -1,4 +1,4 @@
-"""Laws that engines share: how two factors mix, Coulomb's limit, and times of impact (in closed form, or bracketed).
+"""Laws that engines share: Coulomb's limit, and times of impact (in closed form, or bracketed).
 
 Throughout: r, v, a are position (px), velocity (px/s) and acceleration (px/s²) of one body relative to another; a gap
 is the distance between their surfaces (px, negative if they overlap); times are seconds from now, `inf` for never.
@@ -14,12 +14,6 @@ from typing import Final
 from sandbox.compiled import kernel
 
 NEVER: Final = math.inf
-
-
-@kernel
-def mixed(factor: float, other_factor: float) -> float:
-    """Return the elasticity or the friction of two bodies: the product of their factors, as in Pymunk."""
-    return factor * other_factor
 
 
 @kernel

@@ -50,17 +50,12 @@ class MachineCode:
         from sandbox.scene.spawn import spawn  # noqa: PLC0415
 
         self._is_cached, self._many, many = True, 0, self._many
-        for scene in (load("head-on"), load("gas-100")):  # without and with a broad phase
-            create(self._name, scene, spawn(scene)).step()
+        scene = load("head-on")
+        create(self._name, scene, spawn(scene)).step()
         self._many = many
         marker = cache_folder() / f"{self._name}.complete"
         marker.parent.mkdir(parents=True, exist_ok=True)
         marker.touch()
-
-    @property
-    def is_compiling(self) -> bool:
-        """Whether another process fills the cache."""
-        return self._process is not None and self._process.is_alive
 
     def _is_in_cache(self) -> bool:
         if not self._is_cached:
@@ -77,12 +72,6 @@ def compile_engines(names: Iterable[str]) -> None:
         if name in KERNEL_ENGINES:
             import_module(f"sandbox.engines.{name}")
             _all[name].compile()
-
-
-def status() -> str:
-    """Return which engines are being compiled, or nothing."""
-    names = [name for name, code in _all.items() if code.is_compiling]
-    return f"compiling {' and '.join(names)} for many balls" if names else ""
 
 
 def _fill_cache(_: object, name: str) -> None:

@@ -14,7 +14,7 @@ from functools import cache
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Final
+from typing import Any, Final, cast
 
 from sandbox.errors import EngineError, SandboxError, suggestion, traceback_beyond
 from sandbox.files import read_text
@@ -65,20 +65,13 @@ def settings_in(spec: str) -> tuple[str, dict[str, float]]:
     base, bracket, rest = spec.partition("(")
     if not bracket or file_and_name(spec):
         return spec, {}
-    if not base:
-        raise SandboxError(f"{spec}: must begin with the engine's name, as in {TUNED}{spec}")
-    if base != base.rstrip():
-        raise SandboxError(f"{spec}: must have no space before the bracket, as in {base.rstrip()}({rest}")
-    if base != TUNED:
-        raise SandboxError(f"{spec}: {base} takes no settings; only {TUNED} does")
-    if not rest.endswith(")"):
-        raise SandboxError(f"{spec}: must end with a bracket, as in {EXAMPLE}")
-    settings: dict[str, float] = {}
-    for key, value in parse_settings(spec, rest[:-1]).items():
+    if base != TUNED or not rest.endswith(")"):
+        raise SandboxError(f"{spec}: only {TUNED} takes settings, as in {EXAMPLE}")
+    settings = parse_settings(spec, rest[:-1])
+    for key, value in settings.items():
         if not isinstance(value, int | float):
             raise SandboxError(f"{spec}: {key} must be a number, as in {EXAMPLE}")
-        settings[key] = value
-    return base, settings
+    return base, cast("dict[str, float]", settings)
 
 
 def parse_settings(spec: str, text: str) -> dict[str, Value]:

@@ -6,11 +6,11 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 
-from sandbox.engines.engine import RunningEngine, advance, traits_of
+from sandbox.engines.engine import RunningEngine, traits_of
 from sandbox.errors import EngineError, LimitReached
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import Contacts, Floats, State, States, no_contacts
+from sandbox.state import Contacts, State, States, no_contacts
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -32,12 +32,6 @@ class RenumberedEngine:
 
     def step(self) -> None:
         self._engine.step()
-
-    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        inside = States.empty(steps, self._last + 1)
-        advance(self._engine, inside)
-        for outside, part in zip((position, velocity, angle, spin), inside, strict=True):
-            outside[:] = part[:, ::-1]
 
     def state(self) -> State:
         return _reversed(self._engine.state())

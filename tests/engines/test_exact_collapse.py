@@ -4,17 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from conftest import sample
 from exact_scenes import ball, box_of, engine_of, play, wall
 from impacts_in_decimal import Ending, Touching, continued
 from recorded import recorded
 
-from sandbox.engines.exact import ExactEngine
-from sandbox.engines.exact.engine import CODE
-from sandbox.engines.machine_code import compile_engines
-from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
-from sandbox.scene.spawn import spawn
 from sandbox.state import Contacts, State
 
 CLOSE = 1e-9  # of the first approach: how exact a limit is
@@ -177,30 +171,6 @@ def test_impacts_at_one_time_are_single_impacts_in_some_order(masses: tuple[floa
     assert (np.diff([*speed, 0]) > -CLOSE).all()
 
 
-@pytest.mark.parametrize("scale", [1e-3, 1e-6])
-@pytest.mark.parametrize(
-    ("gaps", "speeds_after"),
-    [
-        ((0.24, 0.1, 0.4), (-11.09976195261661, -10.751868661580744, -8.440695828583852)),
-        ((0.92, 0.8, 0.77), (-11.650070936150165, -7.077559117130737, -2.9831186516383363)),
-    ],
-)
-def test_the_smallest_gaps_decide_how_a_column_ends(
-    gaps: tuple[float, ...], speeds_after: tuple[float, ...], scale: float
-) -> None:
-    """Without gravity only their ratios matter, however small they are. The velocities are those of 50 digits.
-
-    gaps: below each disc, of which the highest moves down.
-    """
-    heights = [590 - 20 * (2 - k) - scale * sum(gaps[k:]) for k in range(3)]
-    balls = (
-        ball((400, y), (0, vy), mass=mass, elasticity=0.875)
-        for y, vy, mass in zip(heights, (100, 0, 0), (26.3, 2.75, 3.96), strict=True)
-    )
-    state, _ = after_a_step(box_of(*balls, elasticity=0.875))
-    assert state.velocity[:, 1] == pytest.approx(speeds_after, abs=100 * CLOSE)
-
-
 def test_a_light_disc_that_is_driven_into_an_edge_stops_the_heavy_one_there() -> None:
     """The discs collapse as they meet both walls, and not before. The velocity is that of 60 decimal digits."""
     engine = engine_of(INTO_AN_EDGE)
@@ -231,43 +201,3 @@ def test_a_ball_in_a_slot_of_its_width_keeps_its_motion_along_it() -> None:
     state = play(engine_of(scene), 120)
     assert state.position[0] == pytest.approx([10, 50 + 40 * 2 + 100 * 2**2 / 2], abs=1e-9)
     assert state.velocity[0] == pytest.approx([0, 240], abs=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("elasticity", "friction"),
-    [
-        (0.0, 0.5),
-        (0.9, 0.5),
-        pytest.param(0.5, 0.5, marks=pytest.mark.wide),
-        pytest.param(0.9, 0.0, marks=pytest.mark.wide),
-        pytest.param(0.0, 0.0, marks=pytest.mark.slow),
-        pytest.param(0.5, 0.0, marks=pytest.mark.slow),
-    ],
-)
-@pytest.mark.parametrize("wider", sample([0.0, 1e-12], 2))
-def test_the_walls_of_a_full_row_carry_its_weight(
-    wider: float, elasticity: float, friction: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    compile_engines(["exact"])
-    monkeypatch.setattr(CODE, "_loading", 0)
-    factors = f"elasticity = {elasticity}\nfriction = {friction}\n"
-    scene = parse(
-        f"gravity = [0, 900]\nseed = 3\n[arena]\nsize = [{100 + wider!r}, 200]\n{factors}"
-        f"[[balls]]\n{factors}radius = 10\ncount = 13\ninside = [[0, 0], [{100 + wider!r}, 200]]\nspeed = 100\n",
-        "test",
-    )
-    engine = ExactEngine(scene, spawn(scene))
-    for _ in range(240):
-        engine.step()
-    engine.record_contacts()
-    before = scene.bodies.mass @ engine.state().velocity
-    for _ in range(60):
-        engine.step()
-    gained = scene.bodies.mass @ engine.state().velocity - before
-    contacts = engine.contacts()
-    at_wall = contacts[contacts["second"] < 0]
-    (nx, ny), j, t = at_wall["normal"].T, at_wall["impulse"], at_wall["tangential"]
-    weight = 13 * 900
-    given = j @ nx - t @ ny, j @ ny + t @ nx
-    assert given == pytest.approx((-gained[0], weight - gained[1]), abs=1e-9 * weight)
-    assert np.abs(engine.state().velocity).max() < 1

@@ -8,7 +8,7 @@ from typing import Any
 import exact_scenes
 import numpy as np
 import pytest
-from exact_scenes import EXACT, after, engine_of, play
+from exact_scenes import EXACT, accounted, after, engine_of, play
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -17,7 +17,6 @@ from sandbox.quantity import energy
 from sandbox.scene.files import parse
 from sandbox.scene.model import Arena, Scene, Wall
 from sandbox.scene.spawn import spawn
-from sandbox.state import Contacts, States
 
 G = 900.0  # px/s²
 FALLING = f"gravity = [0, {G}]"
@@ -34,32 +33,6 @@ def wall(start: Iterable[float], to: Iterable[float], friction: float = 0.0, thi
 
 def box_of(*parts: str, **more: Any) -> Scene:
     return exact_scenes.box_of(*parts, size=(4000, FLOOR), **more)
-
-
-def accounted(scene: Scene, steps: int) -> tuple[States, Contacts]:
-    """Play a scene, and check that its contacts and gravity account for each ball's velocity and spin at every step."""
-    engine, start, bodies = engine_of(scene), spawn(scene), scene.bodies
-    states = States.empty(steps + 1, len(bodies))
-    states.fill(0, start)
-    for step in range(steps):
-        engine.step()
-        states.fill(step + 1, engine.state())
-    found = engine.contacts()
-    n = found["normal"]
-    t = np.stack([-n[:, 1], n[:, 0]], axis=1)
-    given = found["impulse"][:, None] * n + found["tangential"][:, None] * t
-    row = np.clip(np.ceil(found["time"] * scene.rate - 1e-9).astype(int), 1, steps)
-    between = found["second"] >= 0
-    change, turned = np.zeros_like(states.velocity), np.zeros_like(states.spin)
-    change[1:] = np.array(scene.gravity) / scene.rate
-    for side, sign, which in (("first", -1, slice(None)), ("second", 1, between)):
-        who = found[side][which]
-        np.add.at(change, (row[which], who), sign * given[which] / bodies.mass[who][:, None])
-        np.add.at(turned, (row[which], who), -2 * found["tangential"][which] / (bodies.mass * bodies.radius)[who])
-    scale = max(1.0, float(np.abs(states.velocity).max()))
-    assert np.abs(states.velocity - start.velocity - change.cumsum(axis=0)).max() < EXACT * scale
-    assert np.abs((states.spin - start.spin - turned.cumsum(axis=0)) * bodies.radius).max() < EXACT * scale
-    return states, found
 
 
 # Impacts
@@ -281,20 +254,6 @@ def test_disc_in_a_groove_comes_to_rest(seed: int) -> None:
     assert (np.diff(height) < 1e-9 * height[0]).all()
     assert np.abs(states.velocity[-1]).max() < 1e-3
     assert len(found) < 20_000
-
-
-def test_contacts_of_a_disc_end_in_a_shallow_groove() -> None:
-    """A disc that rolls to and fro passes the bottom ever more often, until it is stopped."""
-    b, bottom = math.radians(3.56), np.array([2000.0, 500.0])
-    along = 400 * np.array([math.cos(b), -math.sin(b)])
-    sides = wall(bottom, bottom + along, 1.14), wall(bottom, bottom + along * (-1, 1), 5.0)
-    start = bottom - [0, 7.805 / math.cos(b) * 1.001]
-    scene = box_of(*sides, ball(start, radius=7.805, elasticity=0.7), head=FALLING)
-    engine = engine_of(scene)
-    play(engine, 360)
-    assert len(engine.contacts()) < 20_000
-    play(engine, 60)
-    assert len(engine.contacts()) == 120
 
 
 # Scenes at random

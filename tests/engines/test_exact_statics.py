@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sandbox.engines.exact.heaps.statics import Columns, columns_of, equilibrium, loose
-from sandbox.engines.exact.records import NONE
+from sandbox.engines.grid import NONE
 from sandbox.state import Bools, Floats
 
 G = 900.0  # px/s²
@@ -26,8 +26,7 @@ class Heap:
         self.mass[:, 2:] = 0.5
         self.weight = np.zeros_like(self.mass)
         self.weight[:, 1] = G
-        k = len(self.columns.x)
-        self.a, self.force = equilibrium(self.columns, self.mass, self.weight, np.zeros(k), np.zeros(k, bool))
+        self.a, self.force = equilibrium(self.columns, self.mass, self.weight)
 
     @property
     def normal_force(self) -> Floats:
@@ -81,7 +80,7 @@ def test_each_disc_of_a_stack_carries_those_above_it() -> None:
 def test_corner_carries_a_disc_with_what_tilted_gravity_has_along_each_wall() -> None:
     heap = Heap(1, [(0, NONE, DOWN), (0, NONE, RIGHT)])
     tilted = np.array([[300.0, G]])
-    a, force = equilibrium(heap.columns, heap.mass, tilted, np.zeros(2), np.zeros(2, bool))
+    a, force = equilibrium(heap.columns, heap.mass, tilted)
     assert force == pytest.approx([G, 300], rel=EXACT)
     assert np.abs(a).max() < 1e-9
 

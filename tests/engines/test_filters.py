@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from sandbox import compare, simulate
-from sandbox.engines import refusal
 from sandbox.engines.exact import ExactEngine
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.judge.causes import Cause
@@ -15,7 +14,7 @@ from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn, warnings
 from sandbox.state import State
 
-ENGINES = ["exact", "impulse", "pymunk", "box2d"]
+ENGINES = ["exact", "impulse", "pymunk"]
 GROUP = {"group": 7}
 FILTERS = {  # of two balls, and whether they meet
     "none": ({}, {}, True),
@@ -44,8 +43,6 @@ def head_on(first: dict[str, int], second: dict[str, int], **more: Any) -> Scene
 def test_two_balls_meet_or_pass_through_each_other(
     first: dict[str, int], second: dict[str, int], meet: bool, engine: str
 ) -> None:
-    if engine == "box2d":
-        pytest.importorskip("pyb2d3")
     x = simulate(head_on(first, second), engine).position[-1, :, 0]
     # Either they come 20 px closer together than their centres were, and go back, or they change places.
     assert x == pytest.approx([80, 220] if meet else [200, 100], abs=100 / 60 * 2 if meet else 1e-3)
@@ -111,23 +108,3 @@ def test_balls_that_pass_through_each_other_do_not_overlap_at_the_start() -> Non
     assert [*warnings(scene, spawn(scene))] == []
     apart = Scene(arena={"size": (100, 100)}, balls=[ball | {"positions": [(50, 50)] * 3}])
     assert "3 overlaps at the start" in next(warnings(apart, spawn(apart)))
-
-
-def test_what_has_no_filters_refuses_them_by_name() -> None:
-    assert refusal("article", head_on({}, {}).changed(balls=head_on(GROUP, GROUP).balls)) == (
-        "article: friction and a filter are not part of the article's rule; use --engines impulse"
-    )
-
-
-def test_box2d_has_bits_for_eight_kinds() -> None:
-    pytest.importorskip("pyb2d3")
-
-    def scene(kinds: int) -> Scene:
-        balls = [{"radius": 1, "position": (9 + 9 * k, 50), "filter": {"group": k}} for k in range(kinds)]
-        return Scene(arena={"size": (300, 100)}, balls=balls)
-
-    assert refusal("box2d", scene(7), builds=True) is None
-    assert refusal("box2d", scene(8), builds=True) == (
-        "box2d: 9 different pairs of elasticity and filter are more than its filters can tell apart (8); "
-        "use --engines pymunk"
-    )

@@ -8,10 +8,8 @@ import pytest
 from recorded import recorded
 
 from sandbox.analysis.comparison import compare
-from sandbox.engines import create, registry
-from sandbox.errors import Refused
+from sandbox.engines import refusal, registry
 from sandbox.scene.model import Scene
-from sandbox.scene.spawn import spawn
 from sandbox.state import Contacts, State
 
 OPEN: Final = {"size": (800, 600), "walls": False}
@@ -80,9 +78,9 @@ def test_a_wall_that_leaves_the_arena_is_solid_to_its_end(name: str) -> None:
 
 
 def test_the_article_refuses_an_arena_without_walls() -> None:
-    scene = Scene(arena=OPEN, balls=[{"radius": 20, "position": (100, 100)}])
-    with pytest.raises(Refused, match=r"^article: arena\.walls = false is not part of the article's rule; use --eng"):
-        create("article", scene, spawn(scene))
+    assert refusal("article", Scene(arena=OPEN, balls=[{"radius": 20, "position": (100, 100)}])) == (
+        "article: arena.walls = false is not part of the article's rule; use --engines impulse"
+    )
 
 
 def test_no_ball_escapes_from_an_arena_without_walls() -> None:

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 import pytest
-from conftest import Command, sample, scene_of
+from conftest import Command, scene_of
 
 import sandbox
 from sandbox.analysis.comparison import compare
@@ -49,11 +49,10 @@ LOOP: Final = dedent('''
 ''')
 
 
-_STEP: Final = "a function step(position, velocity, dt, scene)"
-FACTORY: Final = f"mine: must be a class or a function of (scene, initial), or {_STEP}"
-OF_TWO: Final = (
-    "; a function of two parameters is called with (scene, initial) and must return an engine; "
-    "one that does a step has four: step(position, velocity, dt, scene)"
+ORDER: Final = "mine: the times of its contacts must be in order, from the last call until now, 0 to 1 s since"
+NO_STEP: Final = (
+    "mine: has no method step; an engine is a class or a function of (scene, initial), "
+    "or a function step(position, velocity, dt, scene)"
 )
 
 
@@ -257,28 +256,8 @@ def contact(time: float, first: int = 0, second: int = 1, normal: tuple[float, f
     return (time, first, second, normal, 1.0, 0.0, 0.0, 0.0)
 
 
-class Disordered(Found):
-    rows = (contact(0.05), contact(0.04))
-
-
-class OutOfTime(Found):
-    rows = (contact(1.05),)
-
-
-class Stranger(Found):
-    rows = (contact(0.05, 0, 3),)
-
-
-class Endless(Found):
-    rows = (contact(math.inf),)
-
-
-class WithItself(Found):
-    rows = (contact(0.05, 1, 1),)
-
-
-class WithoutNormal(Found):
-    rows = (contact(0.05, normal=(0.0, 0.0)),)
+def finds(*rows: tuple[Any, ...]) -> type[Found]:
+    return type("Mine", (Found,), {"rows": rows})
 
 
 class Raises(Flying):
@@ -315,32 +294,32 @@ def of_three(position: Floats, velocity: Floats, dt: float) -> None: ...
 @pytest.mark.parametrize(
     ("engine", "message"),
     [
-        (NoStep, "mine: has no method step; an engine has step and state"),
-        (
-            OtherArguments,
-            f"{FACTORY}; its arguments are (scene: sandbox.scene.model.Scene) -> None",
-        ),
-        (of_three, f"{FACTORY}; its arguments are "),
-        (of_two, f"mine: raised TypeError: unsupported operand type(s) for /: 'State' and 'int'{OF_TWO}"),
-        (returns_nothing, f"mine: has no method step; an engine has step and state{OF_TWO}"),
+        (NoStep, NO_STEP),
+        (OtherArguments, "mine: its arguments are (scene: sandbox.scene.model.Scene) -> None; an engine is a class "),
+        (of_three, "mine: its arguments are "),
+        (of_two, "mine: raised TypeError: unsupported operand type(s) for /: 'State' and 'int'"),
+        (returns_nothing, NO_STEP),
         (NoState, "mine: its state must be a sandbox.State, got None"),
         (Nan, "mine: the position of ball 1 must be finite, got [nan, nan]"),
-        (Short, "mine: its velocity must be of shape (2, 2), got (1, 2)"),
+        (Short, "mine: its velocity must be an array of shape (2, 2), got array([[ 60., -30.]])"),
         (NoArray, "mine: its contacts must be an array of sandbox.state.CONTACT, got None"),
-        (Stranger, "mine: its contacts must name the 2 balls and 4 walls"),
-        (Endless, "mine: its contacts must have finite numbers"),
+        (finds(contact(0.05, 0, 3)), "mine: its contacts must be of two of its 2 balls and 4 walls"),
+        (finds(contact(0.05, 1, 1)), "mine: its contacts must be of two of its 2 balls and 4 walls"),
+        (finds(contact(math.inf)), "mine: its contacts must have finite numbers"),
         (
             ElsewhereAtStart,
             "mine: must start with the state it is built from: position [500.0, 300.0], got [501.0, 301.0] of ball 1",
         ),
         (Unturned, "mine: must start with the state it is built from: spin 2.0, got 0.0 of ball 0"),
-        (Disordered, "mine: its contacts must be in order of time, got 0.04 s after 0.05 s"),
         (
-            OutOfTime,
-            "mine: the time of a contact must be between the last call and now, 0 to 1 s since the engine was built",
+            finds(contact(0.05), contact(0.04)),
+            ORDER,
         ),
-        (WithItself, "mine: its contacts must be of two bodies, got one of ball 1 with itself"),
-        (WithoutNormal, "mine: the normal of a contact must be a unit vector, got [0.0, 0.0]"),
+        (
+            finds(contact(1.05)),
+            ORDER,
+        ),
+        (finds(contact(0.05, normal=(0.0, 0.0))), "mine: the normals of its contacts must be unit vectors"),
         (Raises, "mine: raised IndexError: index 7 is out of bounds for axis 0 with size 2"),
         (Exits, "mine: raised SystemExit: 3"),
         (WritesToScene, "mine: raised ValueError: assignment destination is read-only"),
@@ -391,10 +370,7 @@ def test_contacts_count_from_when_an_engine_is_built_after_an_edit_too() -> None
 
 
 def test_a_contact_by_a_clock_that_is_ahead_is_not_after_its_step() -> None:
-    class Ahead(Found):
-        rows = (contact(3 / 60 + 1e-3),)
-
-    lockstep = Lockstep(load("head-on"), {"mine": Ahead})
+    lockstep = Lockstep(load("head-on"), {"mine": finds(contact(3 / 60 + 1e-3))})
     runner = lockstep.engines["mine"]
     runner.record_contacts()
     for _ in range(3):
@@ -424,25 +400,11 @@ def test_an_engine_that_fails_costs_its_column_and_exit_code_2(working_folder: P
 
 
 @pytest.mark.wide
-def test_a_sweep_loses_the_rows_of_an_engine_that_fails(working_folder: Path, command: Command) -> None:
-    (working_folder / "mine.py").write_text("def step(position, velocity, dt, scene):\n    1 / 0")
-    arguments = ("--engines", "mine.py:step,impulse", "--seconds", "0.1", "--workers", "1", "--out", "rows.csv")
-    code, _, err = command("sweep", "head-on", *arguments)
-    assert code == 1
-    traceback, message, missing = err.partition("seed 0")
-    assert traceback.startswith("Traceback")
-    assert "1 / 0" in traceback
-    raised = "raised ZeroDivisionError: division by zero"
-    assert message + missing == (f"seed 0, rate 60, mine.py:step at 0.017 s: {raised}\n1 of 2 rows are missing\n")
-    rows = (working_folder / "rows.csv").read_text().splitlines()
-    assert [row.split(",")[3] for row in rows] == ["engine", "impulse"]
-
-
-@pytest.mark.wide
 def test_a_traceback_is_printed_once_for_all_rows_of_a_sweep(working_folder: Path, command: Command) -> None:
     (working_folder / "mine.py").write_text("def step(position, velocity, dt, scene):\n    1 / 0")
     arguments = ("--engines", "mine.py:step", "--seconds", "0.1", "--seeds", "0:3", "--out", "rows.csv")
-    _, _, err = command("sweep", "head-on", *arguments, "--workers", "1")
+    code, _, err = command("sweep", "head-on", *arguments, "--workers", "1")
+    assert code == 1
     assert err.count("Traceback") == 1
     assert err.count(" at 0.017 s: raised ZeroDivisionError: division by zero\n") == 3
 
@@ -576,15 +538,10 @@ def test_traits_have_types() -> None:
 
 
 class Spring(Flying):
-    """Balls as springs, in walls of springs; each reports a contact every step, or one when a touch ends."""
+    """Balls as springs, in walls of springs; each reports a contact every step."""
 
     traits = Traits(soft=True)
-    whole = False
     normals = np.array([(-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)])
-
-    def __init__(self, scene: Scene, initial: State) -> None:
-        super().__init__(scene, initial)
-        self.touches: dict[tuple[int, int], Floats] = {}
 
     def step(self) -> None:
         super().step()
@@ -596,33 +553,18 @@ class Spring(Flying):
             for j in range(i + 1, len(balls)):
                 way = self.position[j] - self.position[i]
                 touching[i, j] = way / np.hypot(*way), radius + balls.radius[j] - np.hypot(*way)
-        touching = {pair: (normal, depth) for pair, (normal, depth) in touching.items() if depth > 0}
         for (i, j), (normal, depth) in touching.items():
-            push = 150.0**2 * depth / (1 + (j >= 0)) / self.scene.rate * normal
-            self.velocity[i] -= push
+            push = 150.0**2 * max(0.0, depth) / (1 + (j >= 0)) / self.scene.rate
+            self.velocity[i] -= push * normal
             if j >= 0:
-                self.velocity[j] += push
-            self.touches[i, j] = self.touches.get((i, j), 0.0) + push
-            if not self.whole:
-                self.report((i, j), push)
-        for pair in [pair for pair in self.touches if pair not in touching]:
-            push = self.touches.pop(pair)
-            if self.whole:
-                self.report(pair, push)
-
-    def report(self, pair: tuple[int, int], push: Floats) -> None:
-        size = float(np.hypot(*push))
-        self.found.append((self.time, *pair, tuple(push / size), size, 0.0, 0.0, 0.0))
+                self.velocity[j] += push * normal
+            if push > 0:
+                self.found.append((self.time, i, j, tuple(normal), push, 0.0, 0.0, 0.0))
 
 
-class WholeSpring(Spring):
-    whole = True
-
-
-@pytest.mark.parametrize("engine", sample([Spring, WholeSpring], 2))
-def test_a_spring_is_accused_of_nothing_however_it_reports_a_touch(engine: type[Spring]) -> None:
+def test_a_spring_is_accused_of_nothing_though_it_reports_a_touch_many_times() -> None:
     """At 960 steps a touch of 20 ms keeps the energy to 1 %, though half of it is in the spring meanwhile."""
-    run = silent(load("head-on").changed(rate=960), engine)
+    run = silent(load("head-on").changed(rate=960), Spring)
     assert (run.figures.pair_contacts or 0) > 0
     assert run.missed == 0
     assert run.figures.energy_drift is not None

@@ -7,15 +7,11 @@ import pytest
 from recorded import recorded
 
 from sandbox.analysis.comparison import compare
-from sandbox.engines import create
 from sandbox.engines.exact import ExactEngine
-from sandbox.errors import Refused
 from sandbox.judge.causes import Cause
 from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.scene.spawn import spawn
-from sandbox.scene.walls import nearest_on_segment, offset_to_segment, pieces_of
 
 RADIUS, PEG = 10.0, 20.0
 CENTRE = (400.0, 300.0)
@@ -53,11 +49,6 @@ def test_stepped_engines_deflect_at_that_angle_as_steps_become_short(engine: str
     expected = 180 - 2 * math.degrees(math.asin(0.5))
     run = simulate(towards_a_peg(15, rate=6000), engine, seconds=2)
     assert deflection(run.velocity[-1, 0]) == pytest.approx(expected, abs=0.1)
-
-
-def test_the_article_refuses_pegs_as_walls() -> None:
-    with pytest.raises(Refused, match="an inner wall"):
-        create("article", towards_a_peg(0), spawn(towards_a_peg(0)))
 
 
 @pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
@@ -118,15 +109,3 @@ def test_the_judge_finds_no_error_in_an_exact_engine_and_finds_a_late_contact_wi
     difference = runs["pymunk"].figures.first_difference
     assert difference is not None
     assert (difference.first, difference.second, difference.cause) == (0, ~4, Cause.LATE)
-
-
-@pytest.mark.parametrize("point", [(3.0, 4.0), (0.0, 0.0), (-7.0, 2.0)])
-def test_the_nearest_point_of_a_peg_is_its_centre(point: Vector) -> None:
-    centre = np.zeros(2)
-    assert nearest_on_segment(np.array(point), centre, centre).tolist() == [0, 0]
-    assert offset_to_segment(*point, centre, centre) == (-point[0], -point[1])
-
-
-def test_a_peg_is_one_piece() -> None:
-    [piece] = pieces_of(towards_a_peg(0))
-    assert [float(piece[key]) for key in ("x", "y", "tx", "ty", "length", "half_thickness")] == [*CENTRE, 0, 0, 0, PEG]

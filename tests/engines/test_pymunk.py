@@ -164,15 +164,6 @@ def test_nothing_escapes_the_arena_at_a_million_px_a_second() -> None:
         assert (np.abs(engine.state().position) < WALL_HALF_THICKNESS).all()
 
 
-def test_an_oblique_contact_found_late_is_off_by_six_per_cent() -> None:
-    """At 60 Hz the normal is turned: 105.88 and 94.12 px/s along the line of flight instead of 100 and 100."""
-    scene = load("oblique")
-    engine = PymunkEngine(scene, spawn(scene))
-    for _ in range(60):
-        engine.step()
-    assert engine.state().velocity[:, 0] == pytest.approx([105.882353, 94.117647], abs=1e-6)
-
-
 @pytest.mark.parametrize(("joined", "turned"), [(False, True), (True, False)])
 def test_a_ball_that_rolls_over_a_joint_hits_no_crack(joined: bool, turned: bool) -> None:
     """It sinks into the floor, and so touches the end of the next wall before it lies on it."""

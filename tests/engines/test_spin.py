@@ -8,9 +8,10 @@ import pytest
 from conftest import scene_of
 from recorded import recorded
 
-from sandbox.engines import create, registry
+from sandbox.engines import registry
+from sandbox.engines.engine import advance
 from sandbox.engines.exact import ExactEngine
-from sandbox.errors import Refused, SandboxError
+from sandbox.errors import SandboxError
 from sandbox.quantity import energy
 from sandbox.run.edits import AddBall, DeleteBall, SetVelocity
 from sandbox.run.trajectory import simulate
@@ -116,16 +117,6 @@ def test_edits_keep_the_spins_of_the_others() -> None:
     assert thrown.spin.tolist() == deleted.spin.tolist()
 
 
-def test_a_range_of_spins_is_drawn_after_the_rest_of_each_ball() -> None:
-    group = "count = 5\nradius = 5\ninside = [[0, 0], [800, 600]]\nspeed = 50"
-    still = spawn(scene_of(group))
-    drawn = spawn(scene_of(f"{group}\nspin = {{ from = -2, to = 3 }}"))
-    assert np.ptp(drawn.spin) > 0.5
-    assert (drawn.spin.min() >= -2) & (drawn.spin.max() <= 3)
-    assert np.array_equal(drawn.position[0], still.position[0])
-    assert np.array_equal(drawn.velocity[0], still.velocity[0])
-
-
 @pytest.mark.parametrize(
     ("spin", "message"),
     [
@@ -140,18 +131,12 @@ def test_a_wrong_spin_is_named(spin: str, message: str) -> None:
         scene_of(f"radius = 20\nposition = [100, 100]\nspin = {spin}")
 
 
-def test_the_article_refuses_spin_by_name() -> None:
-    scene = scene_of("radius = 20\nposition = [100, 100]\nspin = 1")
-    with pytest.raises(Refused, match=r"^article: spin is not part of the article's rule; use --engines impulse$"):
-        create("article", scene, spawn(scene))
-
-
 def test_a_trajectory_has_all_contacts_with_the_numbers_of_its_balls() -> None:
     scene = load("head-on")
     ran = simulate(scene, "exact", seconds=5.0)
     engine = ExactEngine(scene, spawn(scene))
     engine.record_contacts()
-    engine.advance(300, *States.empty(300, 2))
+    advance(engine, States.empty(300, 2))
     assert ran.contacts.tobytes() == engine.contacts().tobytes()
     hit = math.ceil(ran.contacts["time"][0] * 60)
     edited = simulate(scene, "exact", seconds=5.0, inputs=[DeleteBall(step=hit, ball=0)])

@@ -18,7 +18,7 @@ from sandbox.run.inputs import Grab, Input
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scores.verify import Board, Outcome, Result, all_passed, as_json, verify
-from sandbox.state import Floats, State
+from sandbox.state import State
 
 TRUTHS = list(bundled("truths"))
 
@@ -294,11 +294,11 @@ def test_the_mouse_and_edits_end_expectations() -> None:
 
 
 class Breaks(ExactEngine):
-    """Raises an exception in a scene with more than five balls, after some steps."""
+    """Raises an exception in a scene with more than five balls, after a step."""
 
-    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        super().advance(steps, position, velocity, angle, spin)
-        if len(position[0]) > 5:
+    def step(self) -> None:
+        super().step()
+        if len(self.state().position) > 5:
             raise ZeroDivisionError("no \x1b mass")
 
 

@@ -13,6 +13,7 @@ from sandbox.analysis.gas import (
     virial_pressure,
     wall_impulse,
 )
+from sandbox.engines.engine import advance
 from sandbox.engines.exact.engine import ExactEngine
 from sandbox.quantity import deepest_overlap, kinetic_energy, length
 from sandbox.scene.model import Scene
@@ -40,7 +41,7 @@ def test_four_discs_have_the_pressure_of_the_virial_theorem() -> None:
     steps = 0
     while sum(len(some) for some in contacts) < 200_000:
         states = States.empty(1000, 4)
-        engine.advance(1000, *states)
+        advance(engine, states)
         velocities.append(states.velocity)
         steps += 1000
         contacts.append(engine.contacts())

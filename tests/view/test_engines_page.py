@@ -130,7 +130,7 @@ def test_a_drag_ends_where_the_engines_change_and_the_selected_ball_and_the_char
         ("pymunk", "pymunk runs already, in another pane"),
         ("pymnk", "did you mean pymunk?"),
         ("pymunk(substep=2)", "did you mean substeps?"),
-        ("exact(substeps=2)", "exact takes no settings"),
+        ("exact(substeps=2)", "only pymunk takes settings"),
         ("", "no engine ''"),
         ("nothing.py:Mine", "nothing.py"),
         ("mine.py:Other", "has no class or function 'Other'"),

@@ -2,9 +2,9 @@
 
 Read `event_loop` first: it processes one event after another. Each disc has one event: its earliest predicted contact,
 or its crossing into the next cell of the `grid`, whichever comes first (`prediction`). The earliest event of all is
-next (`event_queue`). `contact` has the law of contact, with `friction`, and `support` is for discs that walls carry.
-`world` and `records` hold the data, and `engine` runs the loop. Discs that touch each other, in sequences of impacts
-without end and in heaps that stand still, come last: `heaps`.
+next (`event_queue`). `contact` has the law of contact, and `support` is for discs that walls carry. `world` holds the
+data, and `engine` runs the loop. Discs that touch each other, in sequences of impacts without end and in heaps that
+stand still, come last: `heaps`.
 
 Between impacts a disc flies on a parabola, or slides or rolls along a wall with constant acceleration, so the time of
 the next impact is known in closed form (`sandbox.engines.laws`).

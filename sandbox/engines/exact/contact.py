@@ -1,8 +1,10 @@
 """The law of contact: two discs collide, or one bounces off a wall.
 
-A contact exchanges momentum along the line of centres as it is, whatever rounding did to the distance, and `friction`
-adds a part along the tangent. Its elasticity is the product of the two factors. Three exceptions keep contacts from
-stopping the clock:
+A contact exchanges momentum along the line of centres as it is, whatever rounding did to the distance. Its elasticity
+and its friction are the products of two factors. With n the unit normal from a disc to what it touches and
+t = (-n_y, n_x) the tangent, the slip u (px/s) is the speed along t of the disc's rim past the other's. An impact with
+the impulse J along n has along t the impulse u m/3, which stops the slip, or mu J if that is less (S. F. Foerster et
+al., Phys. Fluids 6 (1994) 1108, with beta_0 = 0). Three exceptions keep contacts from stopping the clock:
 
 - Collapse. Contacts that follow each other at one time may have no end. After MIN_STREAK of a disc, each within
   CONTACT_TIME of the last, the sequence is continued by itself, to its end or its limit: see `collapse`.
@@ -25,17 +27,14 @@ from typing import Any, Final, NamedTuple
 
 from sandbox.compiled import Record, kernel
 from sandbox.engines.contact_log import Log, log_contact
-from sandbox.engines.exact.friction import friction_at_wall, friction_of_discs
-from sandbox.engines.exact.records import STATIC
-from sandbox.engines.exact.support import carry, normal_to, report_support, stop_slipping, unit
-from sandbox.engines.exact.world import Motion, World, motion, move_to_now, release, rotation
-from sandbox.engines.laws import NEVER, mixed
+from sandbox.engines.exact.support import carry, normal_to, report_support, slip_on, stop_slipping, unit
+from sandbox.engines.exact.world import STATIC, World, motion, move_to_now, release
+from sandbox.engines.laws import friction_impulse
 
 CONTACT_TIME: Final = 1e-6  # s, far below the time between contacts, far above the clock's rounding
 MIN_STREAK: Final = 64  # contacts of a disc, each within CONTACT_TIME of the last, from which on they may have no end
 MIN_STREAK_AGAIN: Final = 8  # likewise, of a disc whose last contacts without end found no room to part
 MIN_APPROACH: Final = 1e-12  # of the speeds of bodies that touch, and of a hop; a slower approach is rounding
-MIN_SPEED: Final = 1e-100  # px/s; a slower approach leads nowhere in any run
 HOP_TIME: Final = 1e-3  # s, for which discs that lean on each other are apart; less is truer and costs more
 HOPS_ROUND_END: Final = 10  # hops in a hop time, in which a disc slides round the end of a wall; more are truer
 LEAN_HOPS: Final = 2  # hop times, for which a disc counts as leaning after a hop: until after the next contact
@@ -85,23 +84,18 @@ def _hop_speed(world: World, i: int, now: float) -> float:
 def _pair_parting(world: World, i: int, j: int, closing: float, pull: float, now: float) -> Parting:
     """Return how discs i and j part. closing: px/s; pull: px/s², which presses them together if positive."""
     of_a, of_b = world.body[i], world.body[j]
-    speed = mixed(of_a.elasticity, of_b.elasticity) * closing
+    speed = of_a.elasticity * of_b.elasticity * closing
     leans = pull > world.min_pull or now < of_a.leans_until or now < of_b.leans_until
     if world.has_gravity and (leans or (closing == 0 and is_jammed(world, i, now) and is_jammed(world, j, now))):
         hop = world.hop_speed
         if not (_contact_is_recent(of_a, now) and _contact_is_recent(of_b, now)):
             hop = max(_hop_speed(world, i, now), _hop_speed(world, j, now))
-        time = min(world.hop_time, _slips_for(world, i, now), _slips_for(world, j, now))
+        # Friction presses them together only while they slip on what carries them.
+        time = min(world.hop_time, world.turn[i].slips_until - now, world.turn[j].slips_until - now)
         hop *= time / world.hop_time
         if speed < hop:
             return Parting(hop, time, False)
     return Parting(speed, 0.0, False)
-
-
-@kernel
-def _slips_for(world: World, i: int, now: float) -> float:
-    """Return for how long disc i slips on what carries it, s, so that friction presses it against others."""
-    return world.turn[i].slips_until - now if world.is_rough else NEVER
 
 
 @kernel
@@ -112,15 +106,9 @@ def lean_until(world: World, i: int, hop_time: float, now: float) -> None:
 
 
 @kernel
-def lean_time(world: World) -> float:
-    """Return how long a disc counts as leaning after a hop, s."""
-    return LEAN_HOPS * world.hop_time
-
-
-@kernel
-def _shortest_flight(world: World, body: Record, now: float) -> float:
-    """Return how long a bounce off a face must last, s, for the disc not to rest instead."""
-    return world.hop_time if now < body.leans_until else CONTACT_TIME
+def _leans_on_discs(world: World, body: Record, now: float) -> bool:
+    """Return whether a body's last contact with a disc is as recent as if it leaned on the disc."""
+    return now - body.last_disc_contact < LEAN_HOPS * world.hop_time
 
 
 @kernel
@@ -130,70 +118,23 @@ def hop_round_end(world: World, pull: Any) -> Any:
 
 
 @kernel
-def _wall_parting(world: World, i: int, p: int, closing: float, pull: float, now: float) -> Parting:
-    """Return how disc i parts from a piece of wall. closing: px/s; pull: px/s², towards the wall if positive."""
+def _wall_parting(
+    world: World, i: int, p: int, closing: float, pull: float, shortest_flight: float, now: float
+) -> Parting:
+    """Return how disc i parts from a piece of wall, or rests on it instead of a flight shorter than that (s).
+
+    closing: px/s; pull: px/s², towards the wall if positive.
+    """
     body, piece = world.body[i], world.piece[p]
-    speed = mixed(body.elasticity, piece.elasticity) * closing
+    speed = body.elasticity * piece.elasticity * closing
     leans, is_face = now < body.leans_until, piece.length > 0
-    if is_face and speed <= pull * _shortest_flight(world, body, now) / 2:
+    if is_face and speed <= pull * shortest_flight / 2:
         return Parting(0.0, 0.0, True)
     if leans or (pull > world.min_pull and not is_face):
-        touches_discs = now - body.last_disc_contact < lean_time(world)
-        hop = _hop_speed(world, i, now) if touches_discs else hop_round_end(world, pull)
+        hop = _hop_speed(world, i, now) if _leans_on_discs(world, body, now) else hop_round_end(world, pull)
         if speed < hop:
             return Parting(hop, world.hop_time, False)
     return Parting(speed, 0.0, False)
-
-
-class Approach(NamedTuple):
-    """How a disc approaches what it touches.
-
-    nx, ny: unit normal to it; closing: px/s; pull: px/s², pressing; speed: px/s, of both bodies, added up.
-    """
-
-    nx: float
-    ny: float
-    closing: float
-    pull: float
-    speed: float
-
-
-@kernel
-def approach_of_discs(m: Motion, o: Motion) -> Approach:
-    """Return how a disc that moves like m approaches one that moves like o."""
-    nx, ny, _ = unit(o.x - m.x, o.y - m.y)
-    closing, pull = (m.vx - o.vx) * nx + (m.vy - o.vy) * ny, (m.ax - o.ax) * nx + (m.ay - o.ay) * ny
-    return Approach(nx, ny, closing, pull, abs(m.vx) + abs(m.vy) + abs(o.vx) + abs(o.vy))
-
-
-@kernel
-def approach_to_piece(m: Motion, piece: Record) -> Approach:
-    """Return how a disc that moves like m approaches a piece of wall."""
-    nx, ny, _ = normal_to(m, piece)
-    return Approach(nx, ny, m.vx * nx + m.vy * ny, m.ax * nx + m.ay * ny, abs(m.vx) + abs(m.vy))
-
-
-@kernel
-def is_rounding(world: World, approach: Approach) -> bool:
-    """Return whether bodies that touch approach only by rounding, and nothing presses them together."""
-    rounding = max(MIN_APPROACH * (approach.speed + world.hop_speed), MIN_SPEED)
-    return approach.pull <= world.min_pull and approach.closing <= rounding
-
-
-@kernel
-def parting(m: Motion, approach: Approach) -> Motion:
-    """Return how a disc moves that does not approach what it touches, but parts from it at the speed of rounding."""
-    change = approach.closing + MIN_APPROACH * approach.speed
-    return Motion(m.x, m.y, m.vx - change * approach.nx, m.vy - change * approach.ny, m.ax, m.ay)
-
-
-@kernel
-def is_slow(world: World, i: int, now: float) -> bool:
-    """Return whether disc i, and its rim, are about as slow as hops are."""
-    m, slow = motion(world, i, now), 2 * SLOW_HOPS * world.hop_speed
-    if world.is_rough and abs(rotation(world, i, now)[1]) * world.disc[i].radius > slow:
-        return False
-    return math.sqrt(m.vx * m.vx + m.vy * m.vy) < slow  # `hypot` rounds otherwise in machine code
 
 
 @kernel
@@ -220,6 +161,15 @@ def _inverse_mass(world: World, i: int) -> float:
 
 
 @kernel
+def _apply_friction(world: World, i: int, nx: float, ny: float, tangential: float, per_mass: float) -> None:
+    """Take an impulse along the tangent (kg px/s) from disc i. per_mass: 1/kg, 0 if it is part of a static island."""
+    disc = world.disc[i]
+    disc.vx += tangential * per_mass * ny
+    disc.vy -= tangential * per_mass * nx
+    world.turn[i].spin -= 2 * tangential * per_mass / disc.radius
+
+
+@kernel
 def collide(world: World, i: int, j: int, since: float, now: float, log: Log) -> bool:
     """Exchange momentum between two discs. since: s, the start of the step. Returns whether one is jammed."""
     a, b, of_a, of_b = world.disc[i], world.disc[j], world.body[i], world.body[j]
@@ -239,9 +189,12 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
     a.vy -= impulse * per_a * ny
     b.vx += impulse * per_b * nx
     b.vy += impulse * per_b * ny
-    tangential, slip = 0.0, 0.0
-    if world.is_rough or log.collects:
-        tangential, slip = friction_of_discs(world, i, j, nx, ny, impulse, per_a, per_b)
+    tangential, slip = 0.0, slip_on(world, i, nx, ny) + slip_on(world, j, -nx, -ny)
+    if world.is_rough:
+        limit = world.turn[i].friction * world.turn[j].friction * impulse
+        tangential = friction_impulse(slip, limit, per_a + per_b)
+        _apply_friction(world, i, nx, ny, tangential, per_a)
+        _apply_friction(world, j, -nx, -ny, tangential, per_b)
     depth = a.radius + b.radius - distance
     of_i, of_j = world.event[i].ball, world.event[j].ball
     log_contact(log, now, of_i, of_j, nx, ny, impulse, depth, tangential, slip)
@@ -291,23 +244,28 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
         mx, my, _ = normal_to(disc, world.piece[carrier])
         if nx * mx + ny * my > 0:  # bouncing off this face, it leaves the other too, and falls freely
             pull = max(pull, world.gravity[0] * nx + world.gravity[1] * ny)
-    course = _wall_parting(world, i, p, closing, pull, now)
+    shortest_flight = world.hop_time if now < body.leans_until else CONTACT_TIME
+    course = _wall_parting(world, i, p, closing, pull, shortest_flight, now)
 
     change = max(0.0, closing + course.speed)
     disc.vx -= change * nx
     disc.vy -= change * ny
     impulse = body.mass * change
     if impulse > 0:
-        tangential, slip = friction_at_wall(world, i, p, nx, ny, impulse)
+        tangential, slip = 0.0, slip_on(world, i, nx, ny)
+        if world.is_rough:
+            limit = world.turn[i].friction * piece.friction * impulse
+            tangential = friction_impulse(slip, limit, 1 / body.mass)
+            _apply_friction(world, i, nx, ny, tangential, 1 / body.mass)
         depth = disc.radius + piece.half_thickness - distance
         log_contact(log, now, world.event[i].ball, ~piece.wall, nx, ny, impulse, depth, tangential, slip)
 
     _count_contact(world, i, closing, now)
     if course.rests:
-        carry(world, i, p, carrier, _shortest_flight(world, body, now), now, log)
+        carry(world, i, p, carrier, shortest_flight, now, log)
     if course.hop_time > 0:
         lean_until(world, i, course.hop_time, now)
-    if course.hop_time > 0 or now - body.last_disc_contact < lean_time(world):
+    if course.hop_time > 0 or _leans_on_discs(world, body, now):
         return count_slow_contacts(world, i, closing, now, 1)
     return False
 

@@ -11,38 +11,27 @@ from sandbox.compiled import Function, as_python, compiled, write_back
 from sandbox.engines.contact_log import ContactLog, empty_log
 from sandbox.engines.engine import RunningEngine
 from sandbox.engines.exact.contact import HOP_TIME
-from sandbox.engines.exact.event_loop import (
-    COLLAPSE,
-    JAM,
-    UNFINISHED,
-    UP_TO_DATE,
-    WAKE,
-    Stop,
-    simulate,
-)
+from sandbox.engines.exact.event_loop import COLLAPSE, JAM, UNFINISHED, UP_TO_DATE, WAKE, Stop, simulate
 from sandbox.engines.exact.event_queue import NO_PARTNER, empty_queue
-from sandbox.engines.exact.heaps.collapse import Collapses
+from sandbox.engines.exact.heaps.collapse import resolve
 from sandbox.engines.exact.heaps.islands import Islands
-from sandbox.engines.exact.heaps.touching import is_any_restless
 from sandbox.engines.exact.prediction import predict_each
-from sandbox.engines.exact.records import ABSORBED, BODY, DISC, EVENT, NONE, TURN, aligned
 from sandbox.engines.exact.support import MAX_SUPPORTS, report_supports
-from sandbox.engines.exact.world import World, move_to_now, release, write_state
-from sandbox.engines.grid import cell_at, enter, grid_for, morton_order
+from sandbox.engines.exact.world import OF_DISC, World, motions, move_to_now, release, rotations
+from sandbox.engines.grid import NONE, cell_at, enter, grid_for, morton_order
 from sandbox.engines.machine_code import MachineCode
 from sandbox.errors import LimitReached
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import pieces_of
-from sandbox.state import Contacts, Floats, Integers, State, States
+from sandbox.state import Contacts, Integers, State
 from sandbox.threads import checkpoint
 
 MAX_LOGGED_CONTACTS: Final = 5_000_000  # not yet read: half a GB, and five times that in a comparison
 LOG_ROWS: Final = 64  # of a new engine's log, besides those of what walls carry; it doubles when it is full
 ROUNDING: Final = 1e-9  # of gravity; a weaker pull is rounding
 MAX_EVENTS: Final = (50_000, 300)  # as machine code and Python: about 50 ms, so that Ctrl-C can end an endless step
-FALLING: Final = 4  # events without gravity, or discs, that take as long as one with it
-CODE: Final = MachineCode("exact", compiling=120_000, loading=20_000, many=400)  # events; discs
+CODE: Final = MachineCode("exact", compiling=60_000, loading=10_000, many=200)  # events; discs
 
 
 class ExactEngine(RunningEngine):
@@ -58,23 +47,22 @@ class ExactEngine(RunningEngine):
         self._arrays = _world(scene, initial, hop_time)
         self._world = as_python(self._arrays)
         self._runs_python = True
-        self._disc_of_ball = np.argsort(self._arrays.event["ball"]).tolist()
-        self._islands, self._collapses = Islands(self._world), Collapses(self._world)
+        self._disc_of_ball = np.argsort(self._arrays.event["ball"])
+        self._islands = Islands(self._world)
         self._log = empty_log(LOG_ROWS + MAX_SUPPORTS * len(scene.bodies))
         self._contacts = ContactLog()
         self.collisions = 0
         self._change_over(work=0)
         self._predict(np.arange(len(scene.bodies)), 0.0)
         if self._world.has_gravity:
-            self._examine(0.0, 0.0, is_start=True)
+            self._do(self._islands.examine(0.0, 0.0, is_start=True), 0.0)
 
     def _change_over(self, work: int) -> None:
         """Change over to machine code, if that is due after more work (events)."""
-        weight = FALLING if self._world.has_gravity else 1
-        if self._runs_python and CODE.is_due(weight * work, weight * len(self._world.disc)):
+        if self._runs_python and CODE.is_due(work, len(self._world.disc)):
             write_back(self._world, self._arrays)
             self._world, self._runs_python = self._arrays, False
-            self._islands.world = self._collapses.world = self._world
+            self._islands.world = self._world
 
     def _code(self, kernel: Function) -> Function:
         return kernel if self._runs_python else compiled(kernel)
@@ -92,14 +80,8 @@ class ExactEngine(RunningEngine):
             self._code(report_supports)(self._world, since, now, self._log._replace(collects=True))
             self._take_log()
             self._report(self._islands.report(since, now))
-        self._steps += 1
         self._check_limit()
-
-    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        """Do some steps, and write the state after each, see `States`. Raises LimitReached as `step` does."""
-        for row in zip(position, velocity, angle, spin, strict=True):
-            self.step()
-            self._code(write_state)(self._world, self._now, *row)
+        self._steps += 1
 
     def _process_events(self, since: float, now: float) -> Stop:
         """Process events until a time (s), or until something else has been done that was due before."""
@@ -113,25 +95,19 @@ class ExactEngine(RunningEngine):
         if stop.reason == UNFINISHED and stop.events < most:
             self._log = empty_log(2 * len(log.row))
         elif stop.reason == UP_TO_DATE and until == self._islands.next_check:
-            if self._code(is_any_restless)(self._world, until):
-                self._examine(since, until)
-            else:
-                self._islands.plan_next_check(until)
+            self._do(self._islands.examine(since, until), until)
             return stop._replace(time=-math.inf)  # what is examined may have events at once
         elif stop.reason == JAM:
-            self._examine(since, stop.time)
+            self._do(self._islands.examine(since, stop.time), stop.time)
         elif stop.reason == WAKE:
             self._do(self._islands.wake(stop.disc, since, stop.time), stop.time)
         elif stop.reason == COLLAPSE:
-            *done, jams = self._collapses.resolve(stop.disc, since, stop.time, collects=log.collects)
+            *done, jams = resolve(self._world, stop.disc, since, stop.time, collects=log.collects)
             self._do(done, stop.time)
             if jams and stop.time >= self._islands.jams_from:
-                self._examine(since, stop.time)
+                self._do(self._islands.examine(since, stop.time), stop.time)
         self._change_over(stop.events)
         return stop
-
-    def _examine(self, since: float, now: float, *, is_start: bool = False) -> None:
-        self._do(self._islands.examine(since, now, is_start=is_start), now)
 
     def _do(self, done: Sequence[Any], now: float) -> None:
         """Predict discs anew (n,) and report contacts, as is to be done after a change to islands or a collapse."""
@@ -143,11 +119,10 @@ class ExactEngine(RunningEngine):
         self._code(predict_each)(self._world, discs.tolist() if self._runs_python else discs, now)
 
     def _check_limit(self) -> None:
-        """Raise LimitReached if there are too many contacts; its time does not depend on when they are counted."""
+        """Raise LimitReached if there are too many contacts."""
         if self._contacts.count > MAX_LOGGED_CONTACTS:
-            exceeding = int(self._clock.steps_containing(self._contacts.time_of(MAX_LOGGED_CONTACTS)))
-            time, limit = self._start + self._clock.time(exceeding - 1), f"{MAX_LOGGED_CONTACTS:,} contacts"
-            raise LimitReached("exact", time, f"the next step exceeds the limit of {limit}")
+            limit = f"{MAX_LOGGED_CONTACTS:,} contacts"
+            raise LimitReached("exact", self._start + self._now, f"the next step exceeds the limit of {limit}")
 
     @property
     def _now(self) -> float:
@@ -155,27 +130,26 @@ class ExactEngine(RunningEngine):
 
     def state(self) -> State:
         """Return a snapshot, with every ball moved to now."""
-        states = States.empty(1, len(self._disc_of_ball))
-        self._code(write_state)(self._world, self._now, *(part[0] for part in states))
-        return states.state(0, self._now)
+        m, (angle, spin), disc = motions(self._world, self._now), rotations(self._world, self._now), self._disc_of_ball
+        position, velocity = np.stack([m.x, m.y], axis=1), np.stack([m.vx, m.vy], axis=1)
+        return State(self._now, position[disc], velocity[disc], angle[disc], spin[disc])
 
     def record_contacts(self) -> None:
         if not self._contacts.recording:
-            self._islands.begin_reports()
+            self._islands.report(self._now, self._now)  # of what was not recorded
             self._contacts.recording = True
 
     def contacts(self) -> Contacts:
         return self._contacts.take()
 
     def kick(self, ball: int, dv: Vector) -> None:
-        disc, x, y = self._disc_of_ball[ball], float(dv[0]), float(dv[1])
-        if not self._islands.absorb(disc, x, y):
-            self._do(self._islands.wake(disc, self._now, self._now), self._now)
-            move_to_now(self._world, disc, self._now)
-            self._world.disc[disc].vx += x
-            self._world.disc[disc].vy += y
-            release(self._world, disc)
-            self._predict(np.array([disc]), self._now)
+        disc = int(self._disc_of_ball[ball])
+        self._do(self._islands.wake(disc, self._now, self._now), self._now)
+        move_to_now(self._world, disc, self._now)
+        self._world.disc[disc].vx += float(dv[0])
+        self._world.disc[disc].vy += float(dv[1])
+        release(self._world, disc)
+        self._predict(np.array([disc]), self._now)
 
     def _take_log(self) -> None:
         self._report(self._log.row[: self._log.filled[0]].copy())
@@ -190,9 +164,9 @@ def _world(scene: Scene, initial: State, hop_time: float) -> World:
     bodies, n = scene.bodies, len(scene.bodies)
     piece = pieces_of(scene).view(np.recarray)
     grid = grid_for(n, 2 * float(bodies.radius.max()), scene.arena.size, piece)
-    cell = cell_at(grid, initial.position)
+    cell = np.array([cell_at(grid, x, y) for x, y in initial.position.tolist()])
     ball = np.argsort(morton_order(grid, cell), kind="stable")
-    disc, event, body, turn = aligned(n, DISC), aligned(n, EVENT), aligned(n, BODY), aligned(n, TURN)
+    disc, event, body, turn, absorbed = (np.zeros(n, kind).view(np.recarray) for kind in OF_DISC)
     disc["x"], disc["y"] = initial.position[ball].T
     disc["vx"], disc["vy"] = initial.velocity[ball].T
     disc["radius"], disc["hit"], disc["next"] = bodies.radius[ball], np.inf, NONE
@@ -203,11 +177,11 @@ def _world(scene: Scene, initial: State, hop_time: float) -> World:
     body["last_disc_contact"] = body["settled"] = -np.inf
     body["corner"] = NONE
     turn["angle"], turn["spin"] = initial.angle[ball], initial.spin[ball]
-    turn["friction"], turn["slips_until"], turn["reported_until"] = bodies.friction[ball], np.inf, -np.inf
+    turn["friction"], turn["slips_until"] = bodies.friction[ball], np.inf
     for i, number in enumerate(event["cell"].tolist()):
         enter(grid, disc, i, number)
     is_rough = scene.is_rough or bool(initial.spin.any() or initial.angle.any())
     gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
     g = math.hypot(*gravity)
-    arrays = disc, event, body, turn, aligned(n, ABSORBED), bodies.filters[ball], piece, grid, empty_queue(n)
+    arrays = disc, event, body, turn, absorbed, bodies.filters[ball], piece, grid, empty_queue(n)
     return World(*arrays, gravity, g > 0, is_rough, bodies.are_filtered, ROUNDING * g, hop_time, g * hop_time / 2)

@@ -11,10 +11,9 @@ from sandbox.engines.contact_log import Log
 from sandbox.engines.exact.contact import bounce, collapses, collide, wakes
 from sandbox.engines.exact.event_queue import crosses
 from sandbox.engines.exact.prediction import predict, update_prediction
-from sandbox.engines.exact.records import NONE
 from sandbox.engines.exact.support import MAX_SUPPORTS
 from sandbox.engines.exact.world import World
-from sandbox.engines.grid import enter, leave
+from sandbox.engines.grid import NONE, enter, leave
 
 MAX_ROWS_PER_EVENT: Final = 2 * MAX_SUPPORTS + 1  # of the log: what carried two discs until then, and a contact
 

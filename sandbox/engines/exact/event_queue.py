@@ -2,8 +2,8 @@
 
 Every node of the tree is the earliest of its four children, so the root is the earliest of all. When a disc's event
 changes, the matches on its way up are replayed, as far as their outcome changes. M. Marín and P. Cordero (Comput. Phys.
-Commun. 92 (1995) 214) found such trees the fastest queue for hard discs. Four children instead of two, because they
-share a cache line.
+Commun. 92 (1995) 214) found such trees the fastest queue for hard discs. Four children instead of two make
+it less deep.
 """
 
 import math
@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.compiled import Record, kernel
-from sandbox.engines.exact.records import NODE, aligned
-from sandbox.engines.exact.world import World
+from sandbox.engines.exact.world import NODE, World
 
 NO_PARTNER: Final = 2**31 - 1  # ranks behind every partner
-CHILDREN: Final = 4  # of a node, which share a cache line
+CHILDREN: Final = 4  # of a node
 
 
 def empty_queue(count: int) -> NDArray[np.void]:
@@ -26,9 +25,8 @@ def empty_queue(count: int) -> NDArray[np.void]:
     Node 0 is the root, the children of node k are 4 k + 1 to 4 k + 4, and the last n nodes are the discs' own.
     """
     inner = -(-(count - 1) // (CHILDREN - 1))
-    # Siblings begin on a cache line; the nodes behind the last disc never win.
-    node = aligned(CHILDREN * inner + CHILDREN, NODE)[CHILDREN - 1 :]
-    node["time"] = np.inf
+    node = np.zeros(CHILDREN * inner + 1, NODE).view(np.recarray)
+    node["time"] = np.inf  # also of the nodes behind the last disc
     node["disc"][inner : inner + count] = np.arange(count)
     return node
 

@@ -1,29 +1,66 @@
 """Prediction of a disc's next event: a contact with a disc or a wall, or its crossing into another cell."""
 
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from sandbox.compiled import Record, kernel
-from sandbox.engines.exact.contact import (
-    CONTACT_TIME,
-    Approach,
-    approach_of_discs,
-    approach_to_piece,
-    is_rounding,
-    parting,
-)
+from sandbox.engines.exact.contact import CONTACT_TIME, MIN_APPROACH
 from sandbox.engines.exact.event_queue import NO_PARTNER, rank, schedule
-from sandbox.engines.exact.records import NONE, STATIC
-from sandbox.engines.exact.world import COINCIDENT, Motion, World, meet, motion
-from sandbox.engines.grid import extent
+from sandbox.engines.exact.support import normal_to, unit
+from sandbox.engines.exact.world import COINCIDENT, STATIC, Motion, World, motion
+from sandbox.engines.grid import NONE, extent
 from sandbox.engines.laws import NEVER, time_to_close, time_to_face, time_to_leave, time_to_touch
+from sandbox.quantity import pass_through
 from sandbox.scene.walls import ARENA_COUNT
 
+MIN_SPEED: Final = 1e-100  # px/s; a slower approach leads nowhere in any run
 # How far past its ends a face carries a disc: above rounding, or it would carry it again.
 FACE_MARGIN: Final = 1e-14  # relative, of the face's coordinates
 RESETTLE_ROUNDING: Final = 1e-14  # relative, of coordinates; and
 RESETTLE_HOPS: Final = 1e-5  # heights of a hop: by so much may bodies whose impacts have been resolved overlap
 IN_FACE: Final = 1e-9  # relative, of the reach: above rounding, so that a disc is in a face only if it started there
 CLOCK_MARGIN: Final = 1e-15  # relative, of the time, 5 units in the last place: after it, a disc is past its face's end
+
+
+class Approach(NamedTuple):
+    """How a disc approaches what it touches.
+
+    nx, ny: unit normal to it; closing: px/s; pull: px/s², pressing; speed: px/s, of both bodies, added up.
+    """
+
+    nx: float
+    ny: float
+    closing: float
+    pull: float
+    speed: float
+
+
+@kernel
+def _approach_of_discs(m: Motion, o: Motion) -> Approach:
+    """Return how a disc that moves like m approaches one that moves like o."""
+    nx, ny, _ = unit(o.x - m.x, o.y - m.y)
+    closing, pull = (m.vx - o.vx) * nx + (m.vy - o.vy) * ny, (m.ax - o.ax) * nx + (m.ay - o.ay) * ny
+    return Approach(nx, ny, closing, pull, abs(m.vx) + abs(m.vy) + abs(o.vx) + abs(o.vy))
+
+
+@kernel
+def _approach_to_piece(m: Motion, piece: Record) -> Approach:
+    """Return how a disc that moves like m approaches a piece of wall."""
+    nx, ny, _ = normal_to(m, piece)
+    return Approach(nx, ny, m.vx * nx + m.vy * ny, m.ax * nx + m.ay * ny, abs(m.vx) + abs(m.vy))
+
+
+@kernel
+def _is_rounding(world: World, approach: Approach) -> bool:
+    """Return whether bodies that touch approach only by rounding, and nothing presses them together."""
+    rounding = max(MIN_APPROACH * (approach.speed + world.hop_speed), MIN_SPEED)
+    return approach.pull <= world.min_pull and approach.closing <= rounding
+
+
+@kernel
+def _parting(m: Motion, approach: Approach) -> Motion:
+    """Return how a disc moves that does not approach what it touches, but parts from it at the speed of rounding."""
+    change = approach.closing + MIN_APPROACH * approach.speed
+    return Motion(m.x, m.y, m.vx - change * approach.nx, m.vy - change * approach.ny, m.ax, m.ay)
 
 
 @kernel
@@ -53,12 +90,6 @@ def _time_of_next(world: World, i: int, j: int, m: Motion, approach: Approach, t
 
 
 @kernel
-def _later(time: float, now: float) -> float:
-    """Return a time, or never if it is not later than now."""
-    return time if time > now else NEVER
-
-
-@kernel
 def _time_to_disc(world: World, i: int, j: int, m: Motion, o: Motion, now: float) -> float:
     """Return when discs i and j, which move like m and o, touch, s. After the next contact of either, perhaps `inf`."""
     disc, event = world.disc, world.event
@@ -79,11 +110,13 @@ def _predict_discs(world: World, i: int, m: Motion, now: float, corner: int, col
             j = grid.cell[cell].first
             while j >= 0:
                 o = motion(world, j, now)
-                time = _time_to_disc(world, i, j, m, o, now) if meet(world, i, j) else NEVER
+                passes = world.is_filtered and pass_through(world.filters[i], world.filters[j])
+                time = NEVER if passes else _time_to_disc(world, i, j, m, o, now)
                 if time < now + CONTACT_TIME and i != j:
-                    approach = approach_of_discs(m, o)
-                    if time == now and is_rounding(world, approach):
-                        time = _later(_time_to_disc(world, i, j, parting(m, approach), o, now), now)
+                    approach = _approach_of_discs(m, o)
+                    if time == now and _is_rounding(world, approach):
+                        time = _time_to_disc(world, i, j, _parting(m, approach), o, now)
+                        time = time if time > now else NEVER
                     time = _time_of_next(world, i, j, m, approach, time, now)
                 if time < NEVER and i != j and time <= disc[j].hit:
                     _propose_contact(world, i, time, j, disc[j].serial)
@@ -140,10 +173,11 @@ def _predict_walls(world: World, i: int, m: Motion, now: float) -> None:
         if p == event.carrier:
             time *= 1 + CLOCK_MARGIN
         elif time < now + CONTACT_TIME:
-            approach = approach_to_piece(m, piece[p])
-            if time == now and is_rounding(world, approach):
+            approach = _approach_to_piece(m, piece[p])
+            if time == now and _is_rounding(world, approach):
                 radius = world.disc[i].radius
-                time = _later(now + time_to_piece(parting(m, approach), radius, piece[p], False), now)
+                time = now + time_to_piece(_parting(m, approach), radius, piece[p], False)
+                time = time if time > now else NEVER
             time = _time_of_next(world, i, i, m, approach, time, now)
         if time < NEVER:
             _propose_contact(world, i, time, ~p, 0)

@@ -1,13 +1,18 @@
-"""Discs that walls carry, and what the walls give them."""
+"""Discs that walls carry, and what the walls give them.
+
+On a face with the unit normal n towards it and the tangent t = (-n_y, n_x), a disc that slips along s t, s = +-1, has
+the acceleration g_t - mu g_n s, with g_n = g.n and g_t = g.t, until its slip, which changes by g_t - 3 mu g_n s a
+second, is 0: uniform discs turn. From there on it rolls with 2/3 g_t if |g_t| <= 3 mu g_n, and otherwise slips with
+s = sign(g_t). All of these accelerations are constant.
+"""
 
 import math
-from typing import Final, NamedTuple
+from typing import Final
 
 from sandbox.compiled import Record, kernel
 from sandbox.engines.contact_log import Log, log_contact
-from sandbox.engines.exact.friction import apply_face_friction, slip_on
-from sandbox.engines.exact.records import NONE
 from sandbox.engines.exact.world import COINCIDENT, World, motion, rotation
+from sandbox.engines.grid import NONE
 from sandbox.engines.laws import NEVER
 from sandbox.scene.walls import ARENA_COUNT
 
@@ -38,6 +43,34 @@ def normal_to(disc: Record, piece: Record) -> tuple[float, float, float]:
 
 
 @kernel
+def slip_on(world: World, i: int, nx: float, ny: float) -> float:
+    """Return the slip of disc i on a wall, px/s."""
+    disc = world.disc[i]
+    along = disc.vy * nx - disc.vx * ny
+    return along + disc.radius * world.turn[i].spin if world.is_rough else along
+
+
+@kernel
+def _apply_face_friction(world: World, i: int, p: int, nx: float, ny: float, slip: float, now: float) -> None:
+    """Apply the friction of face p to the acceleration and the spin of disc i, which it carries. slip: px/s."""
+    body, turn = world.body[i], world.turn[i]
+    gx, gy = world.gravity
+    g_n, g_t = gx * nx + gy * ny, gy * nx - gx * ny
+    largest = turn.friction * world.piece[p].friction * g_n
+    if largest <= 0 or g_n <= world.min_pull:
+        return
+    friction = g_t / 3  # it rolls
+    if slip != 0 or abs(g_t) > 3 * largest:
+        friction = math.copysign(largest, slip if slip != 0 else g_t)
+        change = g_t - 3 * friction
+        if slip * change < 0:
+            turn.slips_until = now - slip / change
+    body.ax += friction * ny
+    body.ay -= friction * nx
+    turn.spin_rate = -2 * friction / world.disc[i].radius
+
+
+@kernel
 def _sign(value: float) -> float:
     return math.copysign(1.0, value) if value != 0 else 0.0
 
@@ -65,7 +98,7 @@ def carry(world: World, i: int, p: int, before: int, shortest_flight: float, now
     pull = body.ax * mx + body.ay * my
     if pull > world.min_pull and abs(disc.vx * mx + disc.vy * my) <= pull * shortest_flight / 2:
         body.corner = before
-        _stop_in_corner(world, i, now, log)
+        _stop_in_corner(world, i, nx, ny, mx, my, now, log)
 
 
 @kernel
@@ -77,33 +110,16 @@ def _put_on(world: World, i: int, p: int, nx: float, ny: float, slip: float, now
     body.ax -= pull * nx
     body.ay -= pull * ny
     event.carrier, body.corner = p, NONE
-    if world.is_rough:
-        world.turn[i].spin_rate, world.turn[i].slips_until = 0.0, NEVER
-        apply_face_friction(world, i, p, nx, ny, slip, now)
-
-
-class Corner(NamedTuple):
-    """How the two faces of a corner bear a disc: px/s², per mass.
-
-    n, m: unit normals to its carrier and to the other face; to_n, to_m: what they bear along these; friction_n,
-    friction_m: along the tangents, signed as the slip.
-    """
-
-    nx: float
-    ny: float
-    mx: float
-    my: float
-    to_n: float
-    to_m: float
-    friction_n: float
-    friction_m: float
+    world.turn[i].spin_rate, world.turn[i].slips_until = 0.0, NEVER
+    _apply_face_friction(world, i, p, nx, ny, slip, now)
 
 
 @kernel
-def _corner(world: World, i: int, sense: float) -> Corner:
+def _bearing(world: World, i: int, sense: float) -> tuple[float, float, float, float]:
     """Return how both faces of a corner bear disc i, which turns with a spin of this sign; 0 if it rests.
 
-    Without friction if it rests: then the forces are not unique.
+    That is what its carrier and the other face bear along their normals, and then along the tangents, signed as the
+    slip: px/s², per mass. Without friction if it rests: then the forces are not unique.
     """
     disc, p, q = world.disc[i], world.event[i].carrier, world.body[i].corner
     nx, ny, _ = normal_to(disc, world.piece[p])
@@ -114,26 +130,26 @@ def _corner(world: World, i: int, sense: float) -> Corner:
         at_n, at_m = signed * world.piece[p].friction, signed * world.piece[q].friction
     gx, gy = world.gravity
     to_n, to_m = _along(gx, gy, nx - at_n * ny, ny + at_n * nx, mx - at_m * my, my + at_m * mx)
-    return Corner(nx, ny, mx, my, to_n, to_m, at_n * to_n, at_m * to_m)
+    return to_n, to_m, at_n * to_n, at_m * to_m
 
 
 @kernel
-def _stop_in_corner(world: World, i: int, now: float, log: Log) -> None:
-    """Stop disc i where the two faces that carry it meet, and let it turn there until friction has stopped that too."""
-    disc, body, turn = world.disc[i], world.body[i], world.turn[i]
-    c = _corner(world, i, _sign(turn.spin) if world.is_rough else 0.0)
+def _stop_in_corner(world: World, i: int, nx: float, ny: float, mx: float, my: float, now: float, log: Log) -> None:
+    """Stop disc i where the two faces that carry it meet, and let it turn there until friction has stopped that too.
+
+    n, m: unit normals to its carrier and to the other face.
+    """
+    disc, body, turn, p, q = world.disc[i], world.body[i], world.turn[i], world.event[i].carrier, world.body[i].corner
+    at_n, at_m, friction_n, friction_m = _bearing(world, i, _sign(turn.spin))
     # Where it can neither turn on both faces nor climb either, it jams, and each face takes half of its spin.
-    jams = world.is_rough and min(c.to_n, c.to_m) < -world.min_pull
+    jams = min(at_n, at_m) < -world.min_pull
     each = body.mass * disc.radius * turn.spin / 4 if jams else 0.0
-    x, y = body.mass * disc.vx + each * (c.ny + c.my), body.mass * disc.vy - each * (c.nx + c.mx)
-    to_n, to_m = _along(x, y, c.nx, c.ny, c.mx, c.my)
-    p, q = world.event[i].carrier, body.corner
-    _log_support(world, i, p, c.nx, c.ny, to_n, each, slip_on(world, i, c.nx, c.ny), now, log)
-    _log_support(world, i, q, c.mx, c.my, to_m, each, slip_on(world, i, c.mx, c.my), now, log)
+    x, y = body.mass * disc.vx + each * (ny + my), body.mass * disc.vy - each * (nx + mx)
+    to_n, to_m = _along(x, y, nx, ny, mx, my)
+    _log_support(world, i, p, to_n, each, slip_on(world, i, nx, ny), now, log)
+    _log_support(world, i, q, to_m, each, slip_on(world, i, mx, my), now, log)
     disc.vx = disc.vy = body.ax = body.ay = 0.0
-    if not world.is_rough:
-        return
-    friction = c.friction_n + c.friction_m
+    friction = friction_n + friction_m
     turn.spin_rate, turn.slips_until = 0.0, NEVER
     if jams or turn.spin == 0:
         stop_slipping(world, i, now)
@@ -149,7 +165,7 @@ def stop_slipping(world: World, i: int, now: float) -> None:
     p, q = world.event[i].carrier, body.corner
     nx, ny, _ = normal_to(disc, world.piece[p])
     disc.serial += 1
-    turn.reported_until = now
+    body.last_contact = now
     _put_on(world, i, p, nx, ny, 0.0, now)
     if q == NONE:
         return
@@ -164,18 +180,10 @@ def stop_slipping(world: World, i: int, now: float) -> None:
 
 @kernel
 def _log_support(
-    world: World,
-    i: int,
-    p: int,
-    nx: float,
-    ny: float,
-    impulse: float,
-    tangential: float,
-    slip: float,
-    now: float,
-    log: Log,
+    world: World, i: int, p: int, impulse: float, tangential: float, slip: float, now: float, log: Log
 ) -> None:
     if impulse != 0 or tangential != 0:
+        nx, ny, _ = normal_to(world.disc[i], world.piece[p])
         wall = ~world.piece[p].wall
         log_contact(log, now, world.event[i].ball, wall, nx, ny, impulse, 0.0, tangential, slip)
 
@@ -189,21 +197,19 @@ def report_support(world: World, i: int, since: float, now: float, log: Log) -> 
     disc, event, body = world.disc[i], world.event[i], world.body[i]
     if not log.collects or event.carrier < 0:
         return
-    start, rim, turning = max(since, body.last_contact), 0.0, 0.0
-    if world.is_rough:
-        start = max(start, world.turn[i].reported_until)
-        rim, turning = disc.radius * rotation(world, i, start)[1], -_sign(world.turn[i].spin_rate)
+    start = max(since, body.last_contact)
+    rim, turning = disc.radius * rotation(world, i, start)[1], -_sign(world.turn[i].spin_rate)
     momentum, p = body.mass * (now - start), event.carrier
     if body.corner != NONE:
-        c, q = _corner(world, i, turning), body.corner
-        _log_support(world, i, p, c.nx, c.ny, momentum * c.to_n, momentum * c.friction_n, rim, now, log)
-        _log_support(world, i, q, c.mx, c.my, momentum * c.to_m, momentum * c.friction_m, rim, now, log)
+        to_n, to_m, friction_n, friction_m = _bearing(world, i, turning)
+        _log_support(world, i, p, momentum * to_n, momentum * friction_n, rim, now, log)
+        _log_support(world, i, body.corner, momentum * to_m, momentum * friction_m, rim, now, log)
         return
     nx, ny, _ = normal_to(disc, world.piece[p])
     x, y, m = world.gravity[0] - body.ax, world.gravity[1] - body.ay, motion(world, i, start)
     friction = momentum * (y * nx - x * ny) if world.is_rough else 0.0
     slip = m.vy * nx - m.vx * ny + rim
-    _log_support(world, i, p, nx, ny, momentum * (x * nx + y * ny), friction, slip, now, log)
+    _log_support(world, i, p, momentum * (x * nx + y * ny), friction, slip, now, log)
 
 
 @kernel

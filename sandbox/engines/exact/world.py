@@ -1,21 +1,94 @@
-"""The data of the event loop, and how a disc moves between its events."""
+"""The data of the event loop, and how a disc moves between its events.
+
+A disc has one record for what other discs' predictions read, one for events, one for contacts. At 100,000 discs most of
+the time is spent waiting for memory. So the first record is as long as a cache line, and discs that are near each other
+are near in memory too.
+"""
 
 from typing import Any, Final, NamedTuple
 
-from sandbox.compiled import Records, kernel
-from sandbox.engines.exact.records import NONE
-from sandbox.engines.grid import Grid
+import numpy as np
+
+from sandbox.compiled import Records, column, kernel
+from sandbox.engines.grid import NONE, Grid
 from sandbox.engines.laws import NEVER
-from sandbox.quantity import pass_through
 from sandbox.state import Floats
 
+STATIC: Final = -2  # instead of a carrier: the disc is part of a static island
 COINCIDENT: Final = 1e-100  # px along x between centres that coincide, so that their normal is (1, 0)
+
+DISC: Final = np.dtype(
+    [
+        ("x", "f8"),  # px
+        ("y", "f8"),
+        ("vx", "f8"),  # px/s
+        ("vy", "f8"),
+        ("t", "f8"),  # s, of x, y, vx and vy
+        ("radius", "f8"),  # px
+        ("hit", "f8"),  # s, time of its next contact
+        ("serial", "i4"),  # counts the changes of its course
+        ("next", "i4"),  # disc in the same cell, or NONE
+    ]
+)
+
+EVENT: Final = np.dtype(
+    [
+        ("crossing", "f8"),  # s, time at which it leaves its cell
+        ("cell_offset", "i4"),  # from its cell's number to the next cell's
+        ("cell", "i4"),
+        ("partner", "i4"),  # of the next contact: a disc, or ~piece of wall
+        ("partner_serial", "i4"),  # at the prediction
+        ("ball", "i4"),  # its number in the scene
+        ("carrier", "i4"),  # piece of wall that carries it, or NONE, or STATIC
+    ]
+)
+
+BODY: Final = np.dtype(
+    [
+        ("ax", "f8"),  # px/s²: gravity, less what a wall supports
+        ("ay", "f8"),
+        ("mass", "f8"),  # kg
+        ("elasticity", "f8"),
+        ("last_contact", "f8"),  # s, time of the last contact, or change from slipping to rolling
+        ("last_disc_contact", "f8"),  # s, time of the last contact with a disc
+        ("leans_until", "f8"),  # s, until when it counts as leaning on others
+        ("slow_since", "f8"),  # s, start of the count of slow contacts
+        ("slow_contacts", "i4"),  # since then
+        ("corner", "i4"),  # second piece of wall that carries it, where it lies in a corner, or NONE
+        ("settled", "f8"),  # s, time of its last sequence of impacts that was resolved as one
+        ("residual", "f8"),  # px/s, approaches that this may have left; infinite if its bodies had no room
+        ("streak", "i4"),  # contacts in a row, each within CONTACT_TIME of the one before
+        ("fastest", "f8"),  # px/s, the fastest approach of these
+    ]
+)
+
+TURN: Final = np.dtype(
+    [
+        ("angle", "f8"),  # rad, at the disc's time
+        ("spin", "f8"),  # rad/s
+        ("spin_rate", "f8"),  # rad/s², while walls carry it
+        ("friction", "f8"),  # its factor
+        ("slips_until", "f8"),  # s, when it ceases to slip on the walls that carry it, or NEVER
+    ]
+)
+
+ABSORBED: Final = np.dtype(  # momentum that a disc of a static island has absorbed, kg px/s
+    [
+        ("x", "f8"),  # since it was last passed on to the walls
+        ("y", "f8"),
+        ("load_x", "f8"),  # since the island was last examined
+        ("load_y", "f8"),
+    ]
+)
+
+OF_DISC: Final = DISC, EVENT, BODY, TURN, ABSORBED  # the records of a disc
+NODE: Final = np.dtype([("time", "f8"), ("disc", "i8")])  # of the event queue; time: s
 
 
 class World(NamedTuple):
-    """The data of the event loop. Discs are stored so that those near each other are near in memory too.
+    """The data of the event loop.
 
-    disc: (n,) DISC; event: (n,) EVENT; body: (n,) BODY; turn: (n,) TURN, which is read only if something is_rough: has
+    disc: (n,) DISC; event: (n,) EVENT; body: (n,) BODY; turn: (n,) TURN, which changes only if something is_rough: has
     friction or spin; absorbed: (n,) ABSORBED; filters: (n, 3), as in `Bodies`, which are read only if it is_filtered;
     piece: (m,) PIECE; node: of the event queue; gravity: px/s²; has_gravity: whether it is not 0; min_pull: px/s²,
     below which a pull is rounding; hop_time: s, for which discs that lean on each other are apart; hop_speed: px/s, at
@@ -38,12 +111,6 @@ class World(NamedTuple):
     min_pull: float
     hop_time: float
     hop_speed: float
-
-
-@kernel
-def meet(world: World, i: int, j: int) -> bool:
-    """Return whether discs i and j do not pass through each other."""
-    return not (world.is_filtered and pass_through(world.filters[i], world.filters[j]))
 
 
 class Motion(NamedTuple):
@@ -96,12 +163,19 @@ def release(world: World, i: int) -> None:
     world.disc[i].serial += 1
 
 
-@kernel
-def write_state(world: World, now: float, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-    """Write the state of each ball now, in scene order: (n, 2) px and px/s, (n,) rad and rad/s."""
-    for i in range(len(world.disc)):
-        m, ball = motion(world, i, now), world.event[i].ball
-        position[ball, 0], position[ball, 1] = m.x, m.y
-        velocity[ball, 0], velocity[ball, 1] = m.vx, m.vy
-        if world.is_rough:
-            angle[ball], spin[ball] = rotation(world, i, now)
+def motions(world: World, now: float) -> Any:
+    """Return where all discs are now, and how they move: a Motion of arrays, (n,) each."""
+    of_disc: Any = (column(world.disc, name) for name in ("x", "y", "vx", "vy", "t"))
+    of_body: Any = (column(world.body, name) for name in ("ax", "ay"))
+    (x, y, vx, vy, t), (ax, ay) = of_disc, of_body
+    dt = now - t
+    if not world.has_gravity:
+        return Motion(x + dt * vx, y + dt * vy, vx, vy, ax, ay)
+    return Motion(x + dt * (vx + 0.5 * dt * ax), y + dt * (vy + 0.5 * dt * ay), vx + dt * ax, vy + dt * ay, ax, ay)
+
+
+def rotations(world: World, now: float) -> tuple[Floats, Floats]:
+    """Return the angles (rad) and the spins (rad/s) of all discs now, (n,) each."""
+    angle, spin, rate = (column(world.turn, name) for name in ("angle", "spin", "spin_rate"))
+    dt = now - column(world.disc, "t")
+    return angle + dt * (spin + 0.5 * dt * rate), spin + dt * rate

@@ -36,10 +36,10 @@ from sandbox.engines.exact.contact import (
 )
 from sandbox.engines.exact.heaps.islands import products
 from sandbox.engines.exact.heaps.statics import columns_of, equilibrium
-from sandbox.engines.exact.heaps.touching import Touching, find_touching, motions
-from sandbox.engines.exact.records import NONE, STATIC
+from sandbox.engines.exact.heaps.touching import Touching, find_touching
 from sandbox.engines.exact.support import report_support
-from sandbox.engines.exact.world import World, move_to_now, release
+from sandbox.engines.exact.world import STATIC, World, motions, move_to_now, release, rotations
+from sandbox.engines.grid import NONE
 from sandbox.engines.laws import friction_impulse
 from sandbox.state import CONTACT, Contacts, Floats, Integers
 
@@ -49,10 +49,6 @@ SWEEPS_PER_BLOCK: Final = 12  # whose impulses are compared: cycles of 1, 2, 3, 
 STEADY: Final = 1e-11  # relative, within which the impulses of all contacts fall by one ratio; far above rounding
 IMPULSE_ROUNDING: Final = 1e-14  # relative, of impulses at the speed of the fastest bodies, whose rounding all share
 ENDLESS_RATIO: Final = 1 - 1e-9  # from which on impulses do not fall: the bodies have no room
-LEVEL: Final = 1e-3  # by which the impulses of a block and the next one differ at most where they hardly fall
-# Such blocks in a row, times the least loss of an impact, from which on the bodies have no room either: what moves
-# between them has long lost its energy, and a slow wedge drives them.
-LEVEL_BLOCKS: Final = 8
 SHARE_AT_ONCE: Final = 1 - 2**-10  # of what a sequence still adds up to: not all, as the ratio is not exact
 SLOWED: Final = 1e-3  # of the fastest approach: what is left of a sequence without a ratio is solved at once, after
 MANY_SWEEPS: Final = 1_200  # or in any case after
@@ -81,7 +77,8 @@ class Group:
     """
 
     def __init__(self, world: World, disc: Integers, velocity: Floats, touching: Touching) -> None:
-        self.disc, self.v, self.touching, count = disc, velocity.ravel(), touching, len(touching.first)
+        self.world, self.disc, self.v, self.touching = world, disc, velocity.ravel(), touching
+        count = len(touching.first)
         self.mass = column(world.body, "mass")[disc]
         self.yields = np.stack([1 / self.mass, 1 / self.mass, 2 / self.mass], axis=1).ravel()  # 1/kg
         self.normal, self.tangent = np.zeros((2, count, len(self.v)))
@@ -103,26 +100,24 @@ class Group:
         """Return the fastest approach, px/s."""
         return float((self.normal @ self.v).max(initial=0.0))
 
-    def go_on(self, law: Law, slow: float = 0.0) -> bool | None:
-        """Continue the impacts until none closes and return True, or False if they have no end.
+    def go_on(self, law: Law, slow: float = 0.0) -> bool:
+        """Continue the impacts until none closes and return True.
 
-        None if they show neither, and are slower than `slow` (px/s) or very many.
+        Return False if they have no end, or if they do not show one, and are slower than `slow` (px/s) or very many.
         """
-        level, last, sweeps, rows = 0, np.zeros_like(self.slip), 0, self._rows(law)
+        last, sweeps, rows = np.zeros_like(self.slip), 0, self._rows(law)
         while sweeps < MAX_SWEEPS and (sweeps < MANY_SWEEPS or self.fastest() >= slow):
             block, sweeps = np.zeros_like(self.impulse), sweeps + SWEEPS_PER_BLOCK
             for _ in range(SWEEPS_PER_BLOCK):
                 if not self._sweep(rows, block):
                     return True
-            ratio, is_steady = self._ratio(block[0], last)
-            level = level + 1 if abs(1 - ratio) < LEVEL and not is_steady else 0
-            loss = 1 - law.elasticity[block[0] > 0].max() ** 2
-            if (is_steady and ratio >= ENDLESS_RATIO) or level * loss >= LEVEL_BLOCKS:
+            ratio, last = self._ratio(block[0], last), block[0]
+            if ratio >= ENDLESS_RATIO:
                 return False
-            if is_steady:
+            if ratio > 0:
                 self._add_rest(law, block, ratio / (1 - ratio))
-            last = np.zeros_like(last) if is_steady else block[0]
-        return None
+                last = np.zeros_like(last)
+        return False
 
     def _sweep(self, rows: list[Any], block: Floats) -> bool:
         """Do the impacts of a sweep over the contacts, add them to `block`, and return whether there was one."""
@@ -159,13 +154,11 @@ class Group:
         parts = (self.touching.normal.tolist(), ends, self._per_mass.tolist(), *(part.tolist() for part in law))
         return list(zip(*parts, strict=True))
 
-    def _ratio(self, block: Floats, last: Floats) -> tuple[float, bool]:
-        """Return the ratio of the impulses to those of the block before, 0 if there was none; whether all have it."""
-        if not last.any():
-            return 0.0, False
-        ratio = float(block.sum() / last.sum())
+    def _ratio(self, block: Floats, last: Floats) -> float:
+        """Return the ratio of the impulses to those of the block before, 0 if not all have the same."""
+        ratio = float(block.sum() / last.sum()) if last.any() else 0.0
         rounding = IMPULSE_ROUNDING * (self._concerns @ np.abs(self.v)).max() / self._per_mass
-        return ratio, bool((np.abs(block - ratio * last) <= STEADY * block.max() + rounding).all())
+        return ratio if (np.abs(block - ratio * last) <= STEADY * block.max() + rounding).all() else 0.0
 
     def _add_rest(self, law: Law, block: Floats, rest: float) -> None:
         """Give at once what the sequence still adds up to, while contacts go on to slip as they do, and none closes."""
@@ -191,156 +184,151 @@ class Group:
         nothing, mass = np.zeros(len(first)), np.repeat(self.mass[:, None], 2, axis=1)
         load, stiffness = mass * self.v.reshape(-1, 3)[:, :2], STOP_STIFFNESS * float(self.mass.min())
         columns = columns_of(first, second, normal, nothing)
-        _, impulse = equilibrium(columns, mass, load, nothing, nothing > 0, stiffness, hop)
+        _, impulse = equilibrium(columns, mass, load, stiffness=stiffness, least=hop)
         self.v = self.v - self.yields * (impulse @ self.normal)
         self.impulse[0] += impulse
         closing: Floats = self.normal @ self.v
         return closing
 
 
-class Collapses:
-    """The inelastic collapses of a world."""
+def resolve(world: World, seed: int, since: float, now: float, *, collects: bool) -> tuple[Integers, Contacts, bool]:
+    """Resolve the sequence of impacts in which disc `seed` is, to its end or to its limit.
 
-    def __init__(self, world: World) -> None:
-        self.world = world
-
-    def resolve(self, seed: int, since: float, now: float, *, collects: bool) -> tuple[Integers, Contacts, bool]:
-        """Resolve the sequence of impacts in which disc `seed` is, to its end or to its limit.
-
-        since: s, start of the step; collects: whether contacts are recorded. Returns the discs whose events must be
-        predicted anew, the contacts to report, and whether a disc is jammed.
-        """
-        world = self.world
-        world.body[seed].streak += 1  # so that the contact is resolved by itself if it is part of no group
-        group = self._group(seed, 0.0, now)
-        if world.has_gravity and self._is_slow(group, now):
-            # A sequence that was as slow as hops from its start is resolved across gaps too short for contacts of their
-            # own. One that has slowed down to this ends before bodies meet that are apart.
-            group = self._group(seed, CONTACT_TIME * world.hop_speed, now)
-        nothing = np.zeros(len(group.slip))
-        law = Law(products(world, group.touching, "elasticity"), products(world, group.touching, "friction"), nothing)
-        slow = SLOWED * group.fastest()
-        outcome, law = group.go_on(law, slow), law._replace(elasticity=nothing)
-        if outcome is not True and not group.go_on(law, slow):
-            before, impulse, closing = group.v, group.impulse.copy(), group.fastest()
-            if group.solve(nothing).max(initial=0.0) > closing:  # than which the springs' rounding would be faster
-                group.v, group.impulse = before, impulse
-        if has_room := outcome is True:
-            self._part(group, law)
-        hops = self._hop(group) if world.has_gravity else nothing
-        at_rest = len(nothing) * group.still  # a disc at rest is as fast as the approaches to it, added up
-        group.v[np.abs(group.v) < at_rest] = 0.0
-        residual = RESIDUAL * max(at_rest, group.fastest()) if has_room else np.inf
-        return self._write_back(group, hops, residual, since, now, collects=collects)
-
-    def _group(self, seed: int, way: float, now: float) -> Group:
-        """Return the discs that a disc touches, directly or through others, but not through static islands.
-
-        way: px, that is closed if bodies approach as slowly as hops.
-        """
-        world, m = self.world, motions(self.world, now)
-        rounding = GAP_ROUNDING * (np.abs(m.x) + np.abs(m.y) + column(world.disc, "radius"))
-        rounding += CLOCK_ROUNDING * now * (np.abs(m.vx) + np.abs(m.vy))
-        everything = np.full(len(m.x), True)
-        touching = find_touching(world, m, everything, 2 * float(rounding.max()) + 2 * way)
-        first, partner, pairs = touching.first, touching.partner, touching.second >= 0
-        velocity = np.stack([m.vx, m.vy], axis=1)
-        closing = ((velocity[first] - velocity[partner] * pairs[:, None]) * touching.normal).sum(axis=1)
-        slack = rounding + way
-        near = touching.gap <= np.where(
-            np.abs(closing) < SLOW_HOPS * world.hop_speed,
-            slack[first] + slack[partner] * pairs,
-            rounding[first] + rounding[partner] * pairs,
-        )
-        moves = column(world.event, "carrier") != STATIC
-        number = touching.where(near & moves[first] & moves[partner] & pairs).groups(len(m.x))
-        members = moves & (number == number[seed])
-        touching = touching.where(near & (members[first] | (members[partner] & pairs)))
-        disc = np.flatnonzero(members)
-        rim = np.zeros(len(disc))
-        if world.is_rough:
-            dt = now - column(world.disc, "t")
-            spin = column(world.turn, "spin") + dt * column(world.turn, "spin_rate")
-            rim = (column(world.disc, "radius") * spin)[disc]
-        return Group(world, disc, np.column_stack([velocity[disc], rim]), touching)
-
-    def _is_slow(self, group: Group, now: float) -> bool:
-        """Return whether the contacts of a group are as slow as hops, and so were those of its discs' streaks."""
-        bodies = [self.world.body[i] for i in group.disc]
-        streaks = [body.fastest for body in bodies if now - body.last_contact < CONTACT_TIME]
-        fastest = np.abs(group.normal @ group.v).max(initial=0.0)
-        return bool(max([fastest, *streaks]) < SLOW_HOPS * self.world.hop_speed)
-
-    def _part(self, group: Group, law: Law) -> None:
-        """Let bodies that still touch part at the speed of rounding, but for discs that gravity presses on walls."""
-        at_wall, pull = group.touching.second < 0, group.touching.normal @ np.array(self.world.gravity)
-        vx, vy, _ = np.abs(group.v.reshape(-1, 3)).T
-        rounding = 2 * max(group.still, MIN_APPROACH * 2 * (vx + vy).max())  # so that what is parted is beyond rounding
-        touches = (group.impulse[0] > 0) & ~(at_wall & (pull > self.world.min_pull))
-        before, impulse = group.v, group.impulse.copy()
-        if not group.go_on(law._replace(hop=np.where(touches, rounding, 0.0)), np.inf):
+    since: s, start of the step; collects: whether contacts are recorded. Returns the discs whose events must be
+    predicted anew, the contacts to report, and whether a disc is jammed.
+    """
+    world.body[seed].streak += 1  # so that the contact is resolved by itself if it is part of no group
+    group = _group_of(world, seed, 0.0, now)
+    if world.has_gravity and _is_slow(group, now):
+        # A sequence that was as slow as hops from its start is resolved across gaps too short for contacts of their
+        # own. One that has slowed down to this ends before bodies meet that are apart.
+        group = _group_of(world, seed, CONTACT_TIME * world.hop_speed, now)
+    nothing = np.zeros(len(group.slip))
+    law = Law(products(world, group.touching, "elasticity"), products(world, group.touching, "friction"), nothing)
+    slow = SLOWED * group.fastest()
+    has_room, law = group.go_on(law, slow), law._replace(elasticity=nothing)
+    if not has_room and not group.go_on(law, slow):
+        before, impulse, closing = group.v, group.impulse.copy(), group.fastest()
+        if group.solve(nothing).max(initial=0.0) > closing:  # than which the springs' rounding would be faster
             group.v, group.impulse = before, impulse
+    if has_room:
+        _part(group, law)
+    hops = _hop(group) if world.has_gravity else nothing
+    at_rest = len(nothing) * group.still  # a disc at rest is as fast as the approaches to it, added up
+    group.v[np.abs(group.v) < at_rest] = 0.0
+    residual = RESIDUAL * max(at_rest, group.fastest()) if has_room else np.inf
+    return _write_back(group, hops, residual, since, now, collects=collects)
 
-    def _hop(self, group: Group) -> Floats:
-        """Let discs that lean on each other part at the speed of a hop, but for contacts that cannot all open.
 
-        Returns these speeds, (c,) px/s.
-        """
-        hop, before, impulse = self._hops(group), group.v, group.impulse.copy()
-        while hop.any():
-            cannot_open = group.solve(hop) + hop > OPENS * hop.max()
-            if not cannot_open.any() and np.abs(group.v - before).max() <= hop.sum():
-                break
-            hop = np.where(cannot_open, 0.0, hop) if (cannot_open & (hop > 0)).any() else np.zeros_like(hop)
-            group.v, group.impulse = before, impulse.copy()
-        return hop
+def _group_of(world: World, seed: int, way: float, now: float) -> Group:
+    """Return the discs that a disc touches, directly or through others, but not through static islands.
 
-    def _hops(self, group: Group) -> Floats:
-        """Return the least speeds at which contacts part, (c,) px/s, so that what presses them takes a hop time."""
-        world, touching, at_wall = self.world, group.touching, group.touching.second < 0
-        at_face = np.zeros_like(at_wall)
-        at_face[at_wall] = column(world.piece, "length")[~touching.second[at_wall]] > 0
-        pull = np.zeros_like(group.v).reshape(-1, 3)
-        pull[:, :2] = world.gravity
-        for c in np.flatnonzero(at_face):  # which carries the disc
-            into = max(0.0, pull[group.first[c], :2] @ touching.normal[c])
-            pull[group.first[c], :2] -= into * touching.normal[c]
-        pressing = group.normal @ pull.ravel()
-        hop = np.where(at_wall, hop_round_end(world, pressing), pressing * world.hop_time / 2)
-        return np.where((pressing > world.min_pull) & ~at_face, hop, 0.0)
+    way: px, that is closed if bodies approach as slowly as hops.
+    """
+    m = motions(world, now)
+    rounding = GAP_ROUNDING * (np.abs(m.x) + np.abs(m.y) + column(world.disc, "radius"))
+    rounding += CLOCK_ROUNDING * now * (np.abs(m.vx) + np.abs(m.vy))
+    everything = np.full(len(m.x), True)
+    touching = find_touching(world, m, everything, 2 * float(rounding.max()) + 2 * way)
+    first, partner, pairs = touching.first, touching.partner, touching.second >= 0
+    velocity = np.stack([m.vx, m.vy], axis=1)
+    closing = ((velocity[first] - velocity[partner] * pairs[:, None]) * touching.normal).sum(axis=1)
+    slack = rounding + way
+    near = touching.gap <= np.where(
+        np.abs(closing) < SLOW_HOPS * world.hop_speed,
+        slack[first] + slack[partner] * pairs,
+        rounding[first] + rounding[partner] * pairs,
+    )
+    moves = column(world.event, "carrier") != STATIC
+    number = touching.where(near & moves[first] & moves[partner] & pairs).groups(len(m.x))
+    members = moves & (number == number[seed])
+    touching = touching.where(near & (members[first] | (members[partner] & pairs)))
+    disc = np.flatnonzero(members)
+    rim = (column(world.disc, "radius") * rotations(world, now)[1])[disc]
+    return Group(world, disc, np.column_stack([velocity[disc], rim]), touching)
 
-    def _write_back(
-        self, group: Group, hops: Floats, residual: float, since: float, now: float, *, collects: bool
-    ) -> tuple[Integers, Contacts, bool]:
-        """Give discs what a sequence has left them, and report the sums of its impulses. residual: px/s, see BODY."""
-        world, touching, hit = self.world, group.touching, group.impulse[0] != 0
-        log = Log(np.zeros(len(hit) + 2 * len(group.disc), CONTACT), np.zeros(1, np.int64), collects)
-        is_hit = (group.normal[hit] != 0).any(axis=0).reshape(-1, 3).any(axis=1)
-        for i, (vx, vy, rim) in zip(group.disc[is_hit].tolist(), group.v.reshape(-1, 3)[is_hit].tolist(), strict=True):
-            move_to_now(world, i, now)
-            report_support(world, i, since, now, log)
-            disc, body = world.disc[i], world.body[i]
-            disc.vx, disc.vy = vx, vy
-            if world.is_rough:
-                world.turn[i].spin = rim / disc.radius
-            release(world, i)
-            body.last_contact = body.settled = now
-            body.residual, body.streak, body.fastest = residual, 0, 0.0
-        count, jams = 1 if residual < np.inf else MIN_STREAK, False  # a sequence without end jams discs
-        for c in np.flatnonzero(hit):
-            i, j, (impulse, rub) = int(touching.first[c]), int(touching.second[c]), group.impulse[:, c].tolist()
-            nx, ny = touching.normal[c].tolist()
-            for k, sign in ((i, -1), (j, 1)):
-                if k >= 0 and world.event[k].carrier == STATIC:
-                    give(world, k, sign * (impulse * nx - rub * ny), sign * (impulse * ny + rub * nx))
-                elif k >= 0:
-                    if j >= 0:
-                        world.body[k].last_disc_contact = now
-                    if hops[c] > 0:
-                        lean_until(world, k, world.hop_time, now)
-                    if world.has_gravity:
-                        jams |= count_slow_contacts(world, k, 0.0, now, count)
-            second = ~world.piece[~j].wall if j < 0 else world.event[j].ball
-            depth, slip = -float(touching.gap[c]), float(group.slip[c])
-            log_contact(log, now, world.event[i].ball, second, nx, ny, impulse, depth, rub, slip)
-        return group.disc[is_hit], log.row[: log.filled[0]], jams
+
+def _is_slow(group: Group, now: float) -> bool:
+    """Return whether the contacts of a group are as slow as hops, and so were those of its discs' streaks."""
+    bodies = [group.world.body[i] for i in group.disc]
+    streaks = [body.fastest for body in bodies if now - body.last_contact < CONTACT_TIME]
+    fastest = np.abs(group.normal @ group.v).max(initial=0.0)
+    return bool(max([fastest, *streaks]) < SLOW_HOPS * group.world.hop_speed)
+
+
+def _part(group: Group, law: Law) -> None:
+    """Let bodies that still touch part at the speed of rounding, but for discs that gravity presses on walls."""
+    at_wall, pull = group.touching.second < 0, group.touching.normal @ np.array(group.world.gravity)
+    vx, vy, _ = np.abs(group.v.reshape(-1, 3)).T
+    rounding = 2 * max(group.still, MIN_APPROACH * 2 * (vx + vy).max())  # so that what is parted is beyond rounding
+    touches = (group.impulse[0] > 0) & ~(at_wall & (pull > group.world.min_pull))
+    before, impulse = group.v, group.impulse.copy()
+    if not group.go_on(law._replace(hop=np.where(touches, rounding, 0.0)), np.inf):
+        group.v, group.impulse = before, impulse
+
+
+def _hop(group: Group) -> Floats:
+    """Let discs that lean on each other part at the speed of a hop, but for contacts that cannot all open.
+
+    Returns these speeds, (c,) px/s.
+    """
+    hop, before, impulse = _hops(group), group.v, group.impulse.copy()
+    while hop.any():
+        cannot_open = group.solve(hop) + hop > OPENS * hop.max()
+        if not cannot_open.any() and np.abs(group.v - before).max() <= hop.sum():
+            break
+        hop = np.where(cannot_open, 0.0, hop) if (cannot_open & (hop > 0)).any() else np.zeros_like(hop)
+        group.v, group.impulse = before, impulse.copy()
+    return hop
+
+
+def _hops(group: Group) -> Floats:
+    """Return the least speeds at which contacts part, (c,) px/s, so that what presses them takes a hop time."""
+    world, touching, at_wall = group.world, group.touching, group.touching.second < 0
+    at_face = np.zeros_like(at_wall)
+    at_face[at_wall] = column(world.piece, "length")[~touching.second[at_wall]] > 0
+    pull = np.zeros_like(group.v).reshape(-1, 3)
+    pull[:, :2] = world.gravity
+    for c in np.flatnonzero(at_face):  # which carries the disc
+        into = max(0.0, pull[group.first[c], :2] @ touching.normal[c])
+        pull[group.first[c], :2] -= into * touching.normal[c]
+    pressing = group.normal @ pull.ravel()
+    hop = np.where(at_wall, hop_round_end(world, pressing), pressing * world.hop_time / 2)
+    return np.where((pressing > world.min_pull) & ~at_face, hop, 0.0)
+
+
+def _write_back(
+    group: Group, hops: Floats, residual: float, since: float, now: float, *, collects: bool
+) -> tuple[Integers, Contacts, bool]:
+    """Give discs what a sequence has left them, and report the sums of its impulses. residual: px/s, see BODY."""
+    world, touching, hit = group.world, group.touching, group.impulse[0] != 0
+    log = Log(np.zeros(len(hit) + 2 * len(group.disc), CONTACT), np.zeros(1, np.int64), collects)
+    is_hit = (group.normal[hit] != 0).any(axis=0).reshape(-1, 3).any(axis=1)
+    for i, (vx, vy, rim) in zip(group.disc[is_hit].tolist(), group.v.reshape(-1, 3)[is_hit].tolist(), strict=True):
+        move_to_now(world, i, now)
+        report_support(world, i, since, now, log)
+        disc, body = world.disc[i], world.body[i]
+        disc.vx, disc.vy = vx, vy
+        if world.is_rough:
+            world.turn[i].spin = rim / disc.radius
+        release(world, i)
+        body.last_contact = body.settled = now
+        body.residual, body.streak, body.fastest = residual, 0, 0.0
+    count, jams = 1 if residual < np.inf else MIN_STREAK, False  # a sequence without end jams discs
+    for c in np.flatnonzero(hit):
+        i, j, (impulse, rub) = int(touching.first[c]), int(touching.second[c]), group.impulse[:, c].tolist()
+        nx, ny = touching.normal[c].tolist()
+        for k, sign in ((i, -1), (j, 1)):
+            if k >= 0 and world.event[k].carrier == STATIC:
+                give(world, k, sign * (impulse * nx - rub * ny), sign * (impulse * ny + rub * nx))
+            elif k >= 0:
+                if j >= 0:
+                    world.body[k].last_disc_contact = now
+                if hops[c] > 0:
+                    lean_until(world, k, world.hop_time, now)
+                if world.has_gravity:
+                    jams |= count_slow_contacts(world, k, 0.0, now, count)
+        second = ~world.piece[~j].wall if j < 0 else world.event[j].ball
+        depth, slip = -float(touching.gap[c]), float(group.slip[c])
+        log_contact(log, now, world.event[i].ball, second, nx, ny, impulse, depth, rub, slip)
+    return group.disc[is_hit], log.row[: log.filled[0]], jams

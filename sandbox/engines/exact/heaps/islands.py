@@ -13,17 +13,17 @@ friction, discs that roll together as slowly as hops are stopped, though no cont
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from sandbox.compiled import column
 from sandbox.engines.exact.contact import JAMMED_CONTACTS
-from sandbox.engines.exact.heaps.statics import Columns, columns_of, equilibrium, loose, pushed
+from sandbox.engines.exact.heaps.statics import Columns, columns_of, equilibrium, loose
 from sandbox.engines.exact.heaps.touching import Touching, find_restless
-from sandbox.engines.exact.records import NONE, STATIC
-from sandbox.engines.exact.world import World, move_to_now, release
+from sandbox.engines.exact.world import STATIC, World, move_to_now, release
+from sandbox.engines.grid import NONE
 from sandbox.engines.laws import NEVER
 from sandbox.state import CONTACT, Bools, Contacts, Floats, Integers, no_contacts
 
@@ -32,7 +32,6 @@ RECHECK_HOPS: Final = 10  # hop times after an island was woken, until discs are
 JAM_HOPS: Final = 1  # hop times from an examination of a jam to the next, or each of its contacts would ask for one
 AT_REST: Final = 1e-6  # of gravity, the largest acceleration of a disc at rest; far above what `statics` leaves
 MAX_PEELS: Final = 30  # times that discs which give way are left out, before nothing is frozen
-SMALL_KICK: Final = 1.0  # hop speeds, by which a disc of an island can be kicked between examinations
 
 
 class Heap(NamedTuple):
@@ -53,11 +52,6 @@ class Heap(NamedTuple):
         along_tangent = np.bincount(contact, self.columns.turn * force, count)
         return np.stack([np.bincount(contact, force, count), along_tangent], axis=1)
 
-    def keys(self) -> Integers:
-        """Return a number for each column, (k,), by which it is found in another heap."""
-        first, second = (part[self.columns.contact] for part in self.touching[:2])
-        return (first << 32) + (second << 1) + (self.columns.turn < 0)
-
 
 @dataclass
 class Island:
@@ -70,10 +64,7 @@ class Island:
     heap: Heap
     force: Floats
     since: float
-    impulse: Floats = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.impulse = np.zeros_like(self.force)
+    impulse: Floats
 
 
 class Islands:
@@ -85,30 +76,10 @@ class Islands:
         self.jams_from = -NEVER
         self._islands: list[Island] = []
         self._wakes = 0  # less one for each regular examination since
-        self._last_keys, self._last_force = np.array([NONE]), np.zeros(1)  # of columns, sorted
 
-    def plan_next_check(self, now: float) -> None:
+    def _plan_next_check(self, now: float) -> None:
         """Plan the first regular examination after now."""
         self.next_check = (math.floor(now * CHECK_RATE + 1e-6) + 1) / CHECK_RATE
-
-    def begin_reports(self) -> None:
-        """Forget what islands were given while nothing was reported."""
-        for island in self._islands:
-            island.impulse[:] = 0.0
-        for absorbed in self.world.absorbed:
-            absorbed.x = absorbed.y = 0.0
-
-    def absorb(self, disc: int, x: float, y: float) -> bool:
-        """Give a kick (px/s) to a disc of an island and return True, unless it is not part of one, or wakes it."""
-        absorbed, mass = self.world.absorbed[disc], float(self.world.body[disc].mass)
-        load_x, load_y = absorbed.load_x + mass * x, absorbed.load_y + mass * y
-        is_small = math.hypot(load_x, load_y) <= SMALL_KICK * mass * self.world.hop_speed
-        if self.world.event[disc].carrier != STATIC or not is_small:
-            return False
-        absorbed.load_x, absorbed.load_y = load_x, load_y
-        absorbed.x += mass * x
-        absorbed.y += mass * y
-        return True
 
     def wake(self, disc: int, since: float, now: float) -> tuple[Integers, Contacts]:
         """Wake the island of a disc, if it is part of one; return its discs, and what must be reported."""
@@ -128,6 +99,9 @@ class Islands:
         """
         world = self.world
         resting, touching = find_restless(world, now, is_start=is_start)
+        if now >= self.next_check and not resting.any():
+            self._plan_next_check(now)
+            return np.empty(0, np.int64), no_contacts()
         report = self._close([island for island in self._islands if resting[island.heap.disc[0]]], since, now)
         load = np.stack([column(world.absorbed, "load_x"), column(world.absorbed, "load_y")], axis=1) * CHECK_RATE
         carried, force = self._carried(resting, touching, load)
@@ -142,7 +116,7 @@ class Islands:
         self.jams_from = now + JAM_HOPS * world.hop_time
         if now >= self.next_check:
             self._wakes = max(0, self._wakes - 1)
-            self.plan_next_check(now)
+            self._plan_next_check(now)
         return np.flatnonzero(frozen != was_frozen), report
 
     def report(self, since: float, now: float) -> Contacts:
@@ -174,7 +148,9 @@ class Islands:
             heap = self._heap(resting, touching)
             if not len(heap.disc):
                 break
-            a, force = self._solve(heap, load)
+            total = np.zeros_like(heap.mass)
+            total[:, :2] = heap.mass[:, :2] * self.world.gravity + load[heap.disc]
+            a, force = equilibrium(heap.columns, heap.mass, total)
             gives = np.abs(a).max(axis=1) > AT_REST * gravity
             if not gives.any():
                 gives = loose(heap.columns, heap.mass, force)
@@ -196,21 +172,6 @@ class Islands:
         mass[:, 2:] /= 2
         return Heap(number, mass, columns, touching)
 
-    def _solve(self, heap: Heap, load: Floats) -> tuple[Floats, Floats]:
-        """Return accelerations and forces of a heap under its weight and a load, (n, 2) kg px/s².
-
-        The search starts from the forces of the last time, which are those of nearly the same heap.
-        """
-        total = np.zeros_like(heap.mass)
-        total[:, :2] = heap.mass[:, :2] * self.world.gravity + load[heap.disc]
-        key, bilateral = heap.keys(), np.zeros(len(heap.columns.x), bool)
-        last = np.searchsorted(self._last_keys, key, "right") - 1
-        start = np.where(self._last_keys[last] == key, self._last_force[last], 0.0)
-        a, force = equilibrium(heap.columns, heap.mass, total, start, bilateral)
-        order = np.argsort(key)
-        self._last_keys, self._last_force = np.append(NONE, key[order]), np.append(0.0, force[order])
-        return a, force
-
     def _open(self, carried: Bools, touching: Touching, force: Floats, now: float) -> Bools:
         """Make an island of each group of discs that touch, and return which discs these are, (n,).
 
@@ -223,8 +184,8 @@ class Islands:
             if members.sum() == 1 and not (hops and self.world.event[number].carrier < 0):
                 frozen[number] = False  # walls carry it without events anyway
                 continue
-            heap = self._heap(members, touching)
-            self._islands.append(Island(heap, force[group[touching.first] == number], now))
+            carries = force[group[touching.first] == number]
+            self._islands.append(Island(self._heap(members, touching), carries, now, np.zeros_like(carries)))
         return frozen
 
     def _close(self, closed: list[Island], since: float, now: float) -> Contacts:
@@ -235,15 +196,12 @@ class Islands:
         return np.concatenate([no_contacts(), *(self._report_of(island, since, now) for island in closed)])
 
     def _pass_on(self, island: Island) -> None:
-        """Pass on what an island was given, through its contacts to the walls: pulling only as far as pushing fails."""
+        """Pass on what an island was given, through its contacts to the walls; for so short a time, they pull too."""
         heap, absorbed = island.heap, [self.world.absorbed[i] for i in island.heap.disc]
         given = np.array([(momentum.x, momentum.y) for momentum in absorbed])
-        nothing = np.zeros(len(heap.columns.x))
-        for pulls in (nothing > 0, nothing == 0):
-            if given.any():
-                _, impulse = equilibrium(heap.columns, heap.mass[:, :2], given, nothing, pulls)
-                island.impulse += heap.of_contacts(impulse)
-                given += pushed(heap.columns, impulse, len(given))
+        if given.any():
+            _, impulse = equilibrium(heap.columns, heap.mass[:, :2], given, bilateral=True)
+            island.impulse += heap.of_contacts(impulse)
         for momentum in absorbed:
             momentum.x = momentum.y = 0.0
 
@@ -264,18 +222,17 @@ def _freeze(world: World, discs: Integers, since: float, now: float) -> None:
     Their spin is lost: a couple that no contact without area has.
     """
     for i in discs.tolist():
-        disc, body, event, absorbed = world.disc[i], world.body[i], world.event[i], world.absorbed[i]
+        disc, body, event, turn = world.disc[i], world.body[i], world.event[i], world.turn[i]
+        absorbed = world.absorbed[i]
         move_to_now(world, i, now)
-        start = max(since, body.last_contact, world.turn[i].reported_until if world.is_rough else since)
+        start = max(since, body.last_contact)
         carried_for = now - start if event.carrier != NONE else 0.0
         absorbed.x = body.mass * (disc.vx + carried_for * (world.gravity[0] - body.ax))
         absorbed.y = body.mass * (disc.vy + carried_for * (world.gravity[1] - body.ay))
         disc.vx = disc.vy = body.ax = body.ay = 0.0
         disc.serial += 1
         event.carrier, body.corner = STATIC, NONE
-        if world.is_rough:
-            turn = world.turn[i]
-            turn.spin, turn.spin_rate, turn.slips_until = 0.0, 0.0, NEVER
+        turn.spin, turn.spin_rate, turn.slips_until = 0.0, 0.0, NEVER
 
 
 def _thaw(world: World, discs: Integers, now: float) -> None:

@@ -15,12 +15,13 @@ Coordinates of a disc: x, y and, with friction, r times its angle, whose mass is
 column, its normal n; with friction mu it has two, the edges n + mu t and n - mu t of the friction cone.
 """
 
+from bisect import bisect_left
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from sandbox.engines.exact.records import NONE
+from sandbox.engines.grid import NONE
 from sandbox.state import Bools, Floats, Integers
 
 STIFFNESS: Final = 1e8  # of the springs, mean mass / s²; stiffer ones would leave too few digits of the matrix
@@ -63,20 +64,19 @@ def equilibrium(
     columns: Columns,
     mass: Floats,
     load: Floats,
-    force: Floats,
-    bilateral: Bools,
+    bilateral: Bools | bool = False,
     stiffness: float | None = None,
     least: Floats | float = 0.0,
 ) -> tuple[Floats, Floats]:
-    """Return the accelerations under a load, like `load`, and the forces of the columns, like `force`.
+    """Return the accelerations under a load, like `load`, and the forces of the columns, (k,).
 
-    mass, load: (n, 2 or 3), by coordinate; force: (k,), from which the search starts; bilateral: (k,), whether the
-    column also pulls; stiffness: kg/s², of the springs, STIFFNESS times the mean mass by default. Fast if the discs are
-    sorted along a line. least: (k,), the rates at which columns open at least.
+    mass, load: (n, 2 or 3), by coordinate; bilateral: (k,), whether columns also pull; stiffness: kg/s², of the
+    springs, STIFFNESS times the mean mass by default; least: (k,), the rates at which columns open at least. Fast if
+    the discs are sorted along a line.
     """
     k = STIFFNESS * float(mass[:, 0].mean()) if stiffness is None else stiffness
     system = _System(columns, mass, load, least)
-    a, f, tolerance = np.zeros(load.size), force, CONVERGED * _largest(load)
+    a, f, tolerance = np.zeros(load.size), np.zeros(len(columns.x)), CONVERGED * _largest(load)
     for _ in range(MAX_UPDATES):
         last, a = a, _minimum(system, a, f, bilateral, k, tolerance)
         before, f = f, _forces(f, k * (system.openings(a) - least), bilateral)
@@ -87,13 +87,13 @@ def equilibrium(
     return a.reshape(load.shape), f
 
 
-def _forces(f: Floats, stretched: Floats, bilateral: Bools) -> Floats:
+def _forces(f: Floats, stretched: Floats, bilateral: Bools | bool) -> Floats:
     """Return the forces of the columns, (k,). stretched: (k,), what springs give up as the columns open."""
     push = f - stretched
     return np.where(bilateral | (push > 0), push, 0.0)
 
 
-def _minimum(system: "_System", a: Floats, f: Floats, bilateral: Bools, k: float, tolerance: float) -> Floats:
+def _minimum(system: "_System", a: Floats, f: Floats, bilateral: Bools | bool, k: float, tolerance: float) -> Floats:
     """Return the a at which the function is least for the multipliers f. tolerance: kg px/s², of the sum of forces."""
     share, pushes = 0.0, np.empty(0, bool)
     for _ in range(MAX_NEWTON):
@@ -126,11 +126,8 @@ def _zero_of(rising: Callable[[float], float], turns: list[float]) -> float:
     if rising(1.0) <= 0:
         return 1.0
     places = [0.0, *turns, 1.0]
-    first, last = 0, len(places) - 1
-    while last - first > 1:
-        middle = (first + last) // 2
-        first, last = (first, middle) if rising(places[middle]) > 0 else (middle, last)
-    low, high = places[first], places[last]
+    last = bisect_left(places, True, lo=1, hi=len(places) - 1, key=lambda place: rising(place) > 0)
+    low, high = places[last - 1], places[last]
     below, above = rising(low), rising(high)
     return low + (high - low) * below / (below - above) if below < 0 < above else high
 
@@ -193,15 +190,6 @@ def _largest(values: Floats) -> float:
     return float(np.abs(values).max(initial=0.0))
 
 
-def pushed(columns: Columns, force: Floats, count: int) -> Floats:
-    """Return what forces of the columns, (k,), do to each of the discs, of which there are `count`: (count, 2)."""
-    total, pairs = np.zeros((count, 2)), columns.second != NONE
-    push = force[:, None] * np.stack([columns.x, columns.y], axis=1)
-    np.subtract.at(total, columns.first, push)
-    np.add.at(total, columns.second[pairs], push[pairs])
-    return total
-
-
 def loose(columns: Columns, mass: Floats, force: Floats) -> Bools:
     """Return which discs can give way: (n,). force: (k,), with which the columns carry the load.
 
@@ -232,5 +220,4 @@ def _free_motions(columns: Columns, mass: Floats, presses: Bools) -> list[Floats
     turned away from it, have none next to them.
     """
     anywhere = mass * np.random.default_rng(0).standard_normal(mass.shape)
-    nothing = np.zeros(len(columns.x))
-    return [equilibrium(columns, mass, load, nothing, presses)[0] for load in (anywhere, -anywhere)]
+    return [equilibrium(columns, mass, load, presses)[0] for load in (anywhere, -anywhere)]

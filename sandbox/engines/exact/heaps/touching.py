@@ -5,10 +5,10 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from sandbox.compiled import column, kernel
-from sandbox.engines.exact.contact import SLOW_HOPS, is_jammed, is_slow
-from sandbox.engines.exact.records import NONE, STATIC
-from sandbox.engines.exact.world import Motion, World
+from sandbox.compiled import column
+from sandbox.engines.exact.contact import JAMMED_CONTACTS, SLOW_HOPS
+from sandbox.engines.exact.world import STATIC, World, motions, rotations
+from sandbox.engines.grid import NONE
 from sandbox.quantity import overlaps
 from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Bools, Floats, Integers
@@ -53,15 +53,6 @@ class Touching(NamedTuple):
         return group
 
 
-def motions(world: World, now: float) -> Any:
-    """Return where all discs are now, and how they move: a Motion of arrays, (n,) each."""
-    x, y, vx, vy, t = (column(world.disc, name) for name in ("x", "y", "vx", "vy", "t"))
-    ax: Any = column(world.body, "ax") * world.has_gravity
-    ay: Any = column(world.body, "ay") * world.has_gravity
-    dt = now - t
-    return Motion(x + dt * (vx + 0.5 * dt * ax), y + dt * (vy + 0.5 * dt * ay), vx + dt * ax, vy + dt * ay, ax, ay)
-
-
 def find_touching(world: World, m: Any, among: Bools, gap: float) -> Touching:
     """Return the contacts of some discs, (n,), with each other and with walls, up to a gap (px). m: of all discs."""
     radius, ball, disc = column(world.disc, "radius"), column(world.event, "ball"), np.flatnonzero(among)
@@ -104,40 +95,32 @@ def _unit(r: Floats, distance: Floats) -> Floats:
 def find_restless(world: World, now: float, *, is_start: bool) -> tuple[Bools, Touching]:
     """Return the discs that must be examined, with all at rest that they touch, (n,), and their contacts.
 
-    is_start: whether nothing has happened yet; then these are all that are at rest and touch something.
+    is_start: whether nothing has happened yet; then these are all that are at rest.
     """
-    n, m = len(world.disc), motions(world, now)
-    restless, fast = np.zeros(n, bool), np.hypot(m.vx, m.vy) > 3 * SLOW_HOPS * world.hop_speed  # none of these is slow
-    some = np.flatnonzero((column(world.event, "carrier") == STATIC) | ~fast)
-    restless[some] = [is_restless(world, i, now) for i in some.tolist()]
+    m = motions(world, now)
+    restless = _are_restless(world, m, now)
     if is_start:
-        still = (m.vx == 0) & (m.vy == 0)
-        restless |= still & (column(world.turn, "spin") == 0) if world.is_rough else still
+        restless |= (m.vx == 0) & (m.vy == 0) & (column(world.turn, "spin") == 0)
     slow = world.hop_speed if world.is_rough else CARRIED_HOPS * world.hop_speed
     resting = restless | ((column(world.event, "carrier") != NONE) & (np.hypot(m.vx, m.vy) < slow))
     gap = TOUCHING_HOPS * math.hypot(*world.gravity) * world.hop_time**2 / 8
     touching = find_touching(world, m, resting, gap)
-    group = touching.groups(n)
+    group = touching.groups(len(restless))
     resting &= np.isin(group, group[restless])
-    if is_start:
-        touches = np.zeros(n, bool)
-        touches[touching.first] = touches[touching.second[touching.second >= 0]] = True
-        resting &= touches
     return resting, touching.within(resting)
 
 
-@kernel
-def is_restless(world: World, i: int, now: float) -> bool:
-    """Return whether disc i must be examined: it hops though it is slow, is jammed, or carries more than its weight."""
-    if world.event[i].carrier == STATIC:
-        return world.absorbed[i].load_x != 0 or world.absorbed[i].load_y != 0
-    return is_slow(world, i, now) and (is_jammed(world, i, now) or now < world.body[i].leans_until)
+def _are_restless(world: World, m: Any, now: float) -> Bools:
+    """Return which discs must be examined: those that hop or are jammed though slow, and those that got a load, (n,).
 
-
-@kernel
-def is_any_restless(world: World, now: float) -> bool:
-    """Return whether discs must be examined."""
-    for i in range(len(world.disc)):  # noqa: SIM110  (machine code has no `any`)
-        if is_restless(world, i, now):
-            return True
-    return False
+    A disc is slow if it, and its rim, are about as slow as hops are. m: of all discs.
+    """
+    slow_since, slow_contacts, leans_until = (
+        column(world.body, name) for name in ("slow_since", "slow_contacts", "leans_until")
+    )
+    rim = np.abs(rotations(world, now)[1]) * column(world.disc, "radius")
+    is_slow = np.maximum(np.sqrt(m.vx**2 + m.vy**2), rim) < 2 * SLOW_HOPS * world.hop_speed
+    is_jammed = (now - slow_since <= world.hop_time) & (slow_contacts >= JAMMED_CONTACTS)
+    is_loaded = (column(world.absorbed, "load_x") != 0) | (column(world.absorbed, "load_y") != 0)
+    is_static = column(world.event, "carrier") == STATIC
+    return np.where(is_static, is_loaded, is_slow & (is_jammed | (now < leans_until)))
