@@ -13,9 +13,11 @@ import pymunk
 from sandbox.space.contents import (
     Contents,
     body_of,
+    corners_of,
     half_length,
     half_width,
     is_dynamic,
+    is_static,
     may_collide,
     shape_words,
 )
@@ -33,6 +35,9 @@ WITHIN: Final = 1.0  # s, in which what lasts does so for LASTING
 SHRINKS: Final = 0.99  # of the depth a step before: Pymunk pushes bodies apart, unless something holds them
 MOST: Final = 0.5  # of the steps
 MANY_MOVES: Final = 10  # steps before which the program set a body's position
+CAUGHT: Final = 0.2  # of its momentum, that a body loses at a seam
+ALONG: Final = 0.7  # cosine of the angle between two normals, below which one pushes along the other's surface
+FLUSH: Final = 0.1  # of a body's half width, within which two surfaces are one
 FRICTION_STEPS: Final = 0.05  # of the steps: with contacts in fewer, nothing rubs on a body
 MIN_STEPS: Final = 30  # since the last push
 KEPT_SPEED: Final = 0.8  # of its largest speed: slower in the end, something has slowed a body
@@ -288,6 +293,45 @@ def _contacts_within(evidence: Evidence) -> Iterator[Fault]:
             yield evidence.fault(ends, evidence.run.steps[at[0]], what, len(at))
 
 
+def _caught(evidence: Evidence) -> Iterator[Fault]:
+    """Bodies that move along static polygons until one stops them, though it only continues the others."""
+    run, slop = evidence.run, evidence.contents.space.collision_slop
+    contacts, step, old = _on_polygons(evidence)
+    way = -(old["velocity"] * contacts["normal"]).sum(axis=1) * run.dt[step]
+    is_stopped = (way > slop) & (contacts["impulse"] > CAUGHT * old["mass"] * np.hypot(*old["velocity"].T))
+    for row in np.flatnonzero(is_stopped).tolist():
+        contact, number = contacts[row], step[row]
+        beside = contacts[(step == number) & (contacts["body_b"] == contact["body_b"])]
+        others = beside[beside["shape_a"] != contact["shape_a"]]
+        is_across = bool((others["normal"] @ contact["normal"] < ALONG).all())
+        if is_across and any(_continues(evidence, contact, other) for other in others):
+            what = f"is caught where two polygons meet, at {run.steps[number].end:.3f} s"
+            yield evidence.fault([int(contact["body_b"])], run.steps[number], what)
+
+
+def _on_polygons(evidence: Evidence) -> tuple[Rows, Numbers, Rows]:
+    """Return the contacts on static polygons, with these as A; the numbers of their steps; each B before its step."""
+    run, swapped, shapes = evidence.run, evidence.run.contacts.copy(), evidence.recording.shapes.items()
+    for name in ("body", "shape", "arm"):
+        swapped[f"{name}_a"], swapped[f"{name}_b"] = run.contacts[f"{name}_b"], run.contacts[f"{name}_a"]
+    swapped["normal"] *= -1
+    contacts, step = np.append(run.contacts, swapped), np.tile(run.contact_step, 2)
+    rows = run.rows_of(step, contacts["body_b"])
+    keys = [key for key, shape in shapes if isinstance(shape, pymunk.Poly) and shape.body and is_static(shape.body)]
+    chosen = np.isin(contacts["shape_a"], np.array(keys, "u8")) & (rows < len(run.old))
+    return contacts[chosen], step[chosen], run.old[rows[chosen]]
+
+
+def _continues(evidence: Evidence, contact: Any, other: Any) -> bool:
+    """Return whether a polygon that a body touched begins where another one ends, and rises no higher."""
+    tile, floor = (evidence.recording.shapes[int(each["shape_a"])] for each in (contact, other))
+    x, y = body_of(tile).position + contact["arm_a"]
+    margin = FLUSH * evidence.half_width(int(contact["body_b"]))
+    corners = ([body_of(each).local_to_world(corner) for corner in corners_of(each)] for each in (tile, floor))
+    top, floor_top = ((np.array(each) @ other["normal"]).max() for each in corners)
+    return bool(top < floor_top + margin) and floor.point_query((x, y)).distance < margin
+
+
 def _untouched(evidence: Evidence) -> Iterator[Fault]:
     """Bodies with friction and no bounce that go on and on without a push, and hardly touch anything."""
     run, space = evidence.run, evidence.contents.space
@@ -329,6 +373,7 @@ ALWAYS: Final[Rules[Evidence]] = {
 STEP_RULES: Final[Rules[Evidence]] = {
     **ALWAYS,
     "contacts-within": _contacts_within,
+    "seams": _caught,
     "moved-by-hand": _moved,
     "friction-untouched": _untouched,
     "passed-through": _passed,

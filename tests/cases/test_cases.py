@@ -40,6 +40,7 @@ TABLE: dict[str, Case] = {
     "potted": Case("body-not-added", "its circle of radius 15 is still in the Space"),
     "shelf": Case("hangs", "sleeps, and touches nothing"),
     "ship": Case("off-centre", "middle of its shapes at (48.2, 10): 49.23 px off"),
+    "tiles": Case("seams", "is caught where two polygons meet"),
     "topdown": Case("friction-untouched", "still goes at 250 px/s"),
     "turned_wall": Case("static-moved", "px off where it was added"),
     "twice": Case("placed-twice", "so they are about (500, 700)", LATE),

@@ -143,6 +143,21 @@ def pushed() -> Diagnosis:
     return watched(space, 40, walk)
 
 
+def lands_on_tiles(step: float = 0, height: float = 150) -> Diagnosis:
+    """A box that flies and slides to the right over square tiles; from x = 400 on, they are higher by a step."""
+    space = world()
+    for k in range(20):
+        tile = body(50 * k + 25, 225 - (step if k > 7 else 0), kind=pymunk.Body.STATIC)
+        add(space, pymunk.Poly.create_box(tile, (50, 50)))
+    slider = box(space, 40, 170 - height, (30, 60), velocity=(400, 0), friction=0.1)
+    slider.moment = math.inf
+    return watched(space, 90)
+
+
+def slides_against_a_step() -> Diagnosis:
+    return lands_on_tiles(20, 0)
+
+
 def lies() -> Diagnosis:
     space = world()
     wall(space, *FLOOR)
@@ -445,6 +460,8 @@ FAULTS: Sequence[tuple[Callable[[], Diagnosis], set[str]]] = (
     (overlapping, {"overlap"}),
     (teleported, {"moved-by-hand"}),
     (pushed, {"deep-at-once"}),
+    (lands_on_tiles, {"seams"}),
+    (slides_against_a_step, set()),
     (lies, set()),
     (off_its_law, {"joint-stretched"}),
     (mouse, set()),
