@@ -1,13 +1,13 @@
-"""What a program made before and between its steps: in which lines it added objects, and polygons with dents."""
+"""What a program did before and between its steps: where it added objects and pushed bodies; polygons with dents."""
 
 import math
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 from unittest.mock import patch
 from weakref import WeakKeyDictionary
 
@@ -17,14 +17,24 @@ SANDBOX: Final = str(Path(__file__).parents[1])
 _PYMUNK: Final = str(Path(pymunk.__file__).parent)
 _EXAMPLES: Final = str(Path(_PYMUNK) / "examples")
 _STANDARD: Final = str(Path(os.__file__).parent)  # Python's library, which may hold that of packages
+_PUSHES: Final = [f"apply_{what}_at_{where}_point" for what in ("force", "impulse") for where in ("local", "world")]
 MIN_DENT: Final = 0.05  # of the square root of a hull's area, for a vertex within it
 
 
+class Push(NamedTuple):
+    """How far from the centre of gravity a body was pushed, px; how far, were the point of the other coordinates."""
+
+    lever: float
+    other_lever: float
+    call: str  # and its line
+
+
 class Origins:
-    """Remembers which line of the program added an object, and the dents of polygons."""
+    """Remembers which lines of the program added objects and pushed bodies furthest off, and the dents of polygons."""
 
     def __init__(self) -> None:
         self._lines: WeakKeyDictionary[Any, str] = WeakKeyDictionary()
+        self.pushes: WeakKeyDictionary[pymunk.Body, Push] = WeakKeyDictionary()
         self.dents: WeakKeyDictionary[pymunk.Poly, float] = WeakKeyDictionary()  # px
 
     def remember(self, objects: tuple[Any, ...]) -> None:
@@ -41,7 +51,7 @@ class Origins:
 
     @contextmanager
     def followed(self) -> Iterator[None]:
-        """Follow, within a `with` block, which polygons the program makes."""
+        """Follow, within a `with` block, which polygons the program makes, and where it pushes bodies."""
         make = pymunk.Poly.__init__
 
         def make_followed(poly: Any, body: Any, vertices: Any, *more: Any, **named: Any) -> None:
@@ -50,8 +60,24 @@ class Origins:
             if not more and "transform" not in named and (dent := _dent(poly.get_vertices(), vertices)):
                 self.dents[poly] = dent
 
-        with patch.object(pymunk.Poly, "__init__", make_followed):
+        pushes: dict[str, Any] = {name: self._followed_push(name) for name in _PUSHES}
+        with patch.object(pymunk.Poly, "__init__", make_followed), patch.multiple(pymunk.Body, **pushes):
             yield
+
+    def _followed_push(self, name: str) -> Callable[..., None]:
+        """Return a method of a body that pushes, and remembers the push."""
+        push = getattr(pymunk.Body, name)
+
+        def push_followed(body: pymunk.Body, *arguments: Any, **named: Any) -> None:
+            push(body, *arguments, **named)
+            point = named.get("point", (*arguments[1:], (0, 0))[0])
+            centre = body.center_of_gravity
+            local, world = math.dist(point, centre), math.dist(point, body.local_to_world(centre))
+            lever, other_lever = (local, world) if "local" in name else (world, local)
+            if body not in self.pushes or lever > self.pushes[body].lever:
+                self.pushes[body] = Push(lever, other_lever, f"{name} in {program_line()}")
+
+        return push_followed
 
 
 def _dent(hull: list[pymunk.Vec2d], vertices: list[tuple[float, float]]) -> float:

@@ -29,6 +29,7 @@ MIN_MOMENT_RATIO: Final = 1 / 1.5  # of what is denser in its middle
 MAX_OFF_CENTRE: Final = 0.05  # of the square root of the shapes' area
 OVERLAP: Final = 0.01  # of the smaller half width, beyond collision_slop
 FAR: Final = 3.0  # half lengths of a body, for an anchor
+MAX_LEVER: Final = 4.0  # of the reach of a body's shapes, for a point at which it is pushed
 NEAR: Final = 0.1  # of the size of a shape
 ANCHORED: Final = (pymunk.PinJoint, pymunk.SlideJoint, pymunk.DampedSpring)  # by two anchors, one on each body
 MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
@@ -159,6 +160,17 @@ def _anchor_far(contents: Contents) -> Iterator[Fault]:
                     yield contents.fault(body, what, anchor.length / size, f"{anchor.length:.4g} px")
 
 
+def _wrong_point(contents: Contents) -> Iterator[Fault]:
+    """Bodies that were pushed at points far outside of them that, in the other coordinates, are within them."""
+    for body, push in contents.origins.pushes.items():
+        corners = [(corner, shape.radius) for shape in body.shapes for corner in corners_of(shape)]
+        reach = max((math.dist(place, body.center_of_gravity) + r for place, r in corners), default=math.inf)
+        is_other = push.lever > MAX_LEVER * reach and push.other_lever < reach
+        if is_other and math.isfinite(body.moment) and body.space is contents.space:
+            what = f"{push.call}: {push.lever:.3g} px off its centre of gravity"
+            yield contents.fault(body, what, push.lever / reach)
+
+
 def _categories(contents: Contents) -> Iterator[Fault]:
     """Categories of several bits, of which others use two on their own: numbers that were meant as numbers."""
     used = {shape.filter.categories for shape in contents.solid}
@@ -250,6 +262,7 @@ RULES: Final[Rules[Contents]] = {
     "overlap": _overlaps,
 }
 END_RULES: Final[Rules[Contents]] = {  # of which a run shows more
+    "wrong-point": _wrong_point,
     "elasticity-unused": partial(unused, quantity="elasticity"),
     "friction-unused": partial(unused, quantity="friction"),
     "body-not-added": _body_not_added,

@@ -28,6 +28,7 @@ TABLE: dict[str, Case] = {
     "arm": Case("contacts-within", "though joints hold both"),
     "bounce": Case("elasticity-unused", "elasticity 0.9, but a segment of length 400 has elasticity 0"),
     "categories": Case("categories", "category 3 is 1 and 2 at once"),
+    "click": Case("wrong-point", "apply_impulse_at_local_point in"),
     "clock": Case("dt-varies", ""),
     "cup": Case("concave", "a vertex that was given is 10 px inside of what collides"),
     "dragged": Case("passed-through", "through a segment of length 300", LATE),

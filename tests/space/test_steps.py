@@ -143,6 +143,37 @@ def pushed() -> Diagnosis:
     return watched(space, 40, walk)
 
 
+def thrust(push: Callable[[pymunk.Body], None]) -> Diagnosis:
+    space = world(gravity=0)
+    rocket = box(space, 300, 200, (20, 60))
+    return watched(space, 30, lambda _: push(rocket))
+
+
+def thrust_at_a_point_of_the_space() -> Diagnosis:
+    return thrust(lambda rocket: rocket.apply_force_at_local_point((30, -400), rocket.position))
+
+
+def kicked_at_a_point_of_the_body() -> Diagnosis:
+    return thrust(lambda rocket: rocket.apply_impulse_at_world_point((0, -4), point=(0, 30)))
+
+
+def thrust_at_its_tail() -> Diagnosis:
+    return thrust(lambda rocket: rocket.apply_force_at_local_point((30, -400), (0, 30)))
+
+
+def spun_by_a_long_lever() -> Diagnosis:
+    return thrust(lambda rocket: rocket.apply_force_at_local_point((0.1, 0), (0, 1000)))
+
+
+def dumbbell_thrust_at_its_end() -> Diagnosis:
+    space, dumbbell = world(gravity=0), body(300, 200)
+    ends = [pymunk.Circle(dumbbell, 10, (x, 0)) for x in (-200, 200)]
+    for end in ends:
+        end.mass = 1
+    space.add(dumbbell, *ends)
+    return watched(space, 10, lambda _: dumbbell.apply_force_at_local_point((0, -40), (200, 0)))
+
+
 def lands_on_tiles(step: float = 0, height: float = 150) -> Diagnosis:
     """A box that flies and slides to the right over square tiles; from x = 400 on, they are higher by a step."""
     space = world()
@@ -460,6 +491,11 @@ FAULTS: Sequence[tuple[Callable[[], Diagnosis], set[str]]] = (
     (overlapping, {"overlap"}),
     (teleported, {"moved-by-hand"}),
     (pushed, {"deep-at-once"}),
+    (thrust_at_a_point_of_the_space, {"wrong-point"}),
+    (kicked_at_a_point_of_the_body, {"wrong-point"}),
+    (thrust_at_its_tail, set()),
+    (spun_by_a_long_lever, set()),
+    (dumbbell_thrust_at_its_end, set()),
     (lands_on_tiles, {"seams"}),
     (slides_against_a_step, set()),
     (lies, set()),
