@@ -154,8 +154,12 @@ def full_row_under_a_heap(count: int, heap: int, friction: float, seed: int) -> 
 @pytest.mark.wide
 @pytest.mark.parametrize(
     ("count", "heap", "friction", "seed"),
-    [(2, 4, 0.0, 0), (2, 4, 0.0, 2), (5, 7, 0.0, 1), (5, 7, 0.5, 0)],
-    ids=["balls between walls beside each other", "two", "five", "friction"],
+    [
+        pytest.param(2, 4, 0.0, 0, id="balls between walls beside each other", marks=pytest.mark.slow),
+        pytest.param(2, 4, 0.0, 2, id="two", marks=pytest.mark.slow),
+        pytest.param(5, 7, 0.0, 1, id="five"),
+        pytest.param(5, 7, 0.5, 0, id="friction"),
+    ],
 )
 def test_full_row_under_a_heap_comes_to_rest_at_bounded_cost(count: int, heap: int, friction: float, seed: int) -> None:
     """Those on top press the row together, or part it and fall back into no room at all."""

@@ -188,7 +188,7 @@ def test_too_many_balls_are_an_error(size: str, group: str, more: str, message: 
     assert str(refused.value) == f"mine.toml{message}"
 
 
-@pytest.mark.wide
+@pytest.mark.slow
 def test_no_room_is_an_error_however_small_the_balls() -> None:
     scene = scene_of("radius = 200\nposition = [400, 300]", "radius = 1e-6\ninside = [[300, 200], [500, 400]]")
     with pytest.raises(SandboxError, match=r"balls\[1\]\.count is too large: there is no room for 1$"):
