@@ -13,6 +13,7 @@ import numpy as np
 from sandbox.compiled import kernel
 from sandbox.state import Bodies, Bools, Contacts, Floats, Integers, State, States
 
+PAIRS_AT_ONCE: Final = 100_000  # of balls compared, some 10 MB
 SWEEP_MARGIN: Final = 1e-12  # relative, of coordinates along the axis: above rounding
 
 
@@ -97,28 +98,36 @@ def overlaps(position: Floats, radius: Floats, filters: Integers | None) -> Iter
     """Yield overlaps (px) and the balls of each, (k,), some pairs at a time.
 
     position: (states, n, 2) px; filters: (n, 3), as in `Bodies`; balls that pass through each other do not count.
-    Sweep and prune along the axis of the larger spread (Cohen et al. 1995): in the order of their lower ends, each ball
-    is compared with the next one, then with the next but one, and so on, until all begin where the others end.
+    Sweep and prune along the axis of the larger spread (Cohen et al. 1995): each ball is compared with the balls no
+    larger than it that are within its diameter along the axis, so that one large ball does not slow down many small.
     """
-    n = position.shape[1]
-    along = position[..., np.ptp(position, axis=1).sum(axis=0).argmax()]
-    reach = radius + SWEEP_MARGIN * np.abs(along)
-    ball = np.argsort(along - reach, axis=1, kind="stable")
-    low, high = (np.take_along_axis(ends, ball, axis=1).ravel() for ends in (along - reach, along + reach))
+    states, n = position.shape[:2]
+    along = np.take_along_axis(position, np.ptp(position, axis=1).argmax(axis=1)[:, None, None], axis=2)[..., 0]
+    ball = np.argsort(along, axis=1, kind="stable")
     x, y = np.take_along_axis(position, ball[..., None], axis=1).reshape(-1, 2).T
-    ball, first = ball.ravel(), np.arange(ball.size)
-    for k in range(1, n):
-        first = first[first % n < n - k]
-        first = first[low[first + k] < high[first]]
-        if not len(first):
-            return
-        a, b = ball[first], ball[first + k]
-        overlap = radius[a] + radius[b] - np.hypot(x[first + k] - x[first], y[first + k] - y[first])
+    along, radii, ball = np.take_along_axis(along, ball, axis=1), radius[ball].ravel(), ball.ravel()
+    apart = np.ptp(along) + 3 * radii.max()  # between the states, on one axis
+    along = ((along - along.min()) + apart * np.arange(states)[:, None]).ravel()
+    reach = 2 * radii * (1 + SWEEP_MARGIN) + SWEEP_MARGIN * apart * states
+    begin, end = np.arange(1, states * n + 1), np.searchsorted(along, along + reach, "right")
+    larger = np.flatnonzero(radii > radii.min())
+    begin[larger] = np.searchsorted(along, along[larger] - reach[larger])
+    counts = end - begin
+    for balls in np.split(np.arange(states * n), np.flatnonzero(np.diff(np.cumsum(counts) // PAIRS_AT_ONCE)) + 1):
+        count = counts[balls]
+        first = np.repeat(balls, count)
+        second = np.arange(len(first)) + np.repeat(begin[balls] + count - np.cumsum(count), count)
+        if len(larger):
+            is_counted = (radii[second] < radii[first]) | ((radii[second] == radii[first]) & (first < second))
+            first, second = first[is_counted], second[is_counted]
+        overlap = radii[first] + radii[second] - np.hypot(x[second] - x[first], y[second] - y[first])
         meets = overlap > 0
+        a, b = ball[first[meets]], ball[second[meets]]
         if filters is not None:
-            meets &= ~passing(filters, a, b)
-        if meets.any():
-            yield overlap[meets], a[meets], b[meets]
+            meets[meets] = is_met = ~passing(filters, a, b)
+            a, b = a[is_met], b[is_met]
+        if len(a):
+            yield overlap[meets], a, b
 
 
 def dot(a: Floats, b: Floats) -> Floats:
