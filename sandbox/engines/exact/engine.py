@@ -72,7 +72,7 @@ class ExactEngine(RunningEngine):
 
         Raises LimitReached if contacts are recorded and exceed MAX_LOGGED_CONTACTS, with or without end.
         """
-        since, now = self._clock.times(self._steps + np.arange(2)).tolist()
+        since, now = self._now, self._clock.time(self._steps + 1)
         while (stop := self._process_events(since, now)).reason != UP_TO_DATE or stop.time < now:
             self._check_limit()
         if self._world.has_gravity and self._contacts.recording:
