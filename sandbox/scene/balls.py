@@ -28,7 +28,7 @@ MAX_BALLS: Final = 200_000  # in a scene
 DECIMAL_ROUNDING: Final = 1e-9  # relative error that sums of decimal fractions may have
 BITS: Final = 160  # numbers as small as 2^-53 still have more of them than a float
 ONE: Final = 1 << BITS
-PRECISE: Final = Context(prec=60)  # decimals
+PRECISE: Final = Context(prec=30)  # decimals
 TERMS: Final = 70  # of the series: the next is below 2^-BITS
 PER_BALL: Final = ("positions", "velocities")  # keys that list a value for each ball of a group
 PLACEMENT_KEYS: Final = ("position", "positions", "x", "inside", "grid")
