@@ -21,6 +21,7 @@ if TYPE_CHECKING:  # each name as itself, which exports it
     from sandbox.scripting.calls import (
         advise as advise,
         compare as compare,
+        converge as converge,
         simulate as simulate,
         sweep as sweep,
         verify as verify,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:  # each name as itself, which exports it
     from sandbox.space.from_pymunk import from_space as from_space, to_space as to_space
     from sandbox.space.lint import lint as lint
     from sandbox.space.watch import watch as watch
+    from sandbox.sweeps.convergence import Convergence as Convergence
     from sandbox.state import Contacts as Contacts, State as State
 
 __version__ = "0.1.0"
@@ -48,7 +50,7 @@ _MODULES: Final = {
         "errors": "Refused SandboxError SpaceWarning",
         "run.trajectory": "Trajectory",
         "scene": "Scene dump load scenes",
-        "scripting.calls": "advise compare simulate sweep verify",
+        "scripting.calls": "advise compare converge simulate sweep verify",
         "scripting.results": "Advice Comparison Scores SweepTable",
         "scripting.simulation": "Simulation",
         "space.findings": "Finding",
@@ -56,6 +58,7 @@ _MODULES: Final = {
         "space.lint": "lint",
         "space.watch": "watch",
         "state": "Contacts State",
+        "sweeps.convergence": "Convergence",
     }.items()
     for name in names.split()
 }

@@ -18,13 +18,14 @@ from sandbox.engines import create
 from sandbox.scene.spawn import spawn
 
 VERBS = (
-    *("advise", "compare", "dump", "engines", "from_space", "lint", "load", "scenes"),
+    *("advise", "compare", "converge", "dump", "engines", "from_space", "lint", "load", "scenes"),
     *("simulate", "sweep", "to_space", "verify", "watch"),
 )
 CLASSES = (
     "Advice",
     "Comparison",
     "Contacts",
+    "Convergence",
     "Engine",
     "Finding",
     "Refused",
@@ -149,6 +150,8 @@ def advice() -> list[str]:
     ledger = comparison["pymunk"].ledger
     tables = [comparison.rows()]
     found: Advice = sandbox.advise("oblique", seconds=1)
+    orders: sandbox.Convergence = sandbox.converge("oblique", "impulse", rates=(60, 120, 240), starts=2)
+    print(orders.fit("impulse"))
     print(found.recommendation, found.best.gap_rms, [trial.changes for trial in found], len(tables))
     accepting = [name for name, support in sandbox.engines().items() if "gravity" in support.accepts]
     return [*accepting, *(scene.title for scene in sandbox.scenes().values()), *comparison.keys()]

@@ -88,7 +88,6 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-DEFAULT_RATES: Final = (60, 120, 240, 480, 960)  # of converge
 NUMBA_SETTINGS: Final = ".numba_config.yaml"  # numba reads it from the working directory
 
 
@@ -436,13 +435,14 @@ def converge(
     """
     from sandbox.engines import default_engines
     from sandbox.report.tables import print_convergence
+    from sandbox.sweeps.convergence import RATES
     from sandbox.sweeps.convergence import converge as measure_order
 
     check_outputs({"--json": json_file}, [scene])
     chosen, _ = scene_and_inputs(scene, None, seed=seed, seconds=seconds)
     names = engines or default_engines(chosen)
     with _printed_beside([json_file]), progress_bar(chosen.title or chosen.name) as progress:
-        convergence = measure_order(chosen, names, rates or DEFAULT_RATES, starts, progress)
+        convergence = measure_order(chosen, names, rates or RATES, starts, progress)
     if json_file:
         write_text(json_file, json_text(convergence.as_json()))
     if not _has_document([json_file]):

@@ -279,7 +279,8 @@ class _Block:
         """
         run, s = self.run, Singles(self.run, c, t)
         met, unsure = s.met(When.TOUCH), abs(run.pull) * s.dt**2 / 2 * (self.habit.place.cause is not None)
-        across = np.abs(cross(met.n, met.v[0] - met.v[1])) / np.abs(met.v[0] - met.v[1])
+        speed = np.abs(met.v[0] - met.v[1])
+        across = np.abs(cross(met.n, met.v[0] - met.v[1])) / np.where(speed > 0, speed, 1.0)
         deep = ~c.pair | (s.r.sum(axis=0) * (1 - across) > unsure)
         order = np.argsort(keys_of(c, run))
         order = order[((met.u * run.dt[c.k] > 4 * run.floor) & deep)[order]]

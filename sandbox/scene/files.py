@@ -111,7 +111,9 @@ def dump(scene: Scene, path: str | Path, state: State | None = None) -> None:
     With a state, its balls start in that state, to the bit but for their angles, and expectations are left out.
     Raises SandboxError if the path does not end in .toml, or if the file would not load again or cannot be written.
     """
-    if Path(path).suffix != ".toml":
+    if not isinstance(scene, Scene):
+        raise SandboxError(f"scene must be a sandbox.Scene, got {shown(scene)}")
+    if not isinstance(path, str | Path) or Path(path).suffix != ".toml":
         raise SandboxError(f"{path}: a scene file must end in .toml")
     document = _document_of(scene, state)
     too_large = len(repr(document)) > MAX_TEXT_FILE_BYTES  # checked first: to dump it would take minutes

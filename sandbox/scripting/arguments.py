@@ -24,6 +24,8 @@ class Arguments(Model):
     steps: Index | None = None
     tolerance: NotNegative | None = None
     workers: Count = 1
+    rates: tuple[Count, ...] = ()
+    starts: Count = 1
     settings: dict[str, Any] | None = None
 
 

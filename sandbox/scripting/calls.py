@@ -1,4 +1,4 @@
-"""The functions of a script: simulate, compare, advise, verify, sweep.
+"""The functions of a script: simulate, compare, advise, verify, sweep, converge.
 
 Every wrong argument raises SandboxError.
 """
@@ -19,7 +19,8 @@ from sandbox.scene.model import Scene
 from sandbox.scores import verify as scoring
 from sandbox.scripting.arguments import AnyInputs, AnyScene, Arguments, plain, replay, scene_of, several
 from sandbox.scripting.results import Advice, Comparison, Scores, SweepTable
-from sandbox.sweeps import in_order, plan
+from sandbox.sweeps import convergence, in_order, plan
+from sandbox.sweeps.convergence import Convergence
 from sandbox.sweeps.workers import run_here, run_locally
 
 
@@ -127,7 +128,9 @@ def verify(
     passes, in place of those that the scenes have.
     Raises SandboxError if an argument is wrong, or nothing is expected.
     """
-    sources = list(registry()) if engines is None else engines
+    sources = named(list(registry()) if engines is None else engines)
+    if not sources:
+        raise SandboxError(f"engines must name one or several, got {shown(engines)}")
     patience = scoring.PATIENCE if scenes is None else math.inf
     checked = Arguments(tolerance=plain(tolerance))
     return Scores(scoring.verify(scenes_to_score(scenes), sources, checked.tolerance, patience))
@@ -166,7 +169,7 @@ def sweep(
         chosen,
         [chosen.seed] if seeds is None else several("seeds", plain(seeds)),
         [chosen.rate] if rates is None else several("rates", plain(rates)),
-        list(named(engines)) if engines else default_engines(chosen),
+        default_engines(chosen) if engines is None else several("engines", named(engines)),
         {key: several(key, plain(values)) for key, values in (checked.settings or {}).items()},
         against=against,
     )
@@ -174,3 +177,23 @@ def sweep(
     outcomes = list(run_here(planned, planned.jobs) if count == 1 else run_locally(planned, planned.jobs, count))
     rows = [outcome.row for outcome in outcomes if outcome.row is not None]
     return SweepTable(planned, in_order(planned, rows), [outcome for outcome in outcomes if outcome.failure])
+
+
+def converge(
+    scene: AnyScene,
+    engines: str | Sequence[str] | None = None,
+    *,
+    rates: Iterable[int] = convergence.RATES,
+    starts: int = convergence.STARTS,
+    seed: int | None = None,
+    seconds: float | None = None,
+) -> Convergence:
+    """Run engines at several rates, from several starts each, and return how fast their errors vanish.
+
+    engines: as in `sweep`; starts: shifted by fractions of a step; seed, seconds: by default the scene's.
+    Raises SandboxError if an argument is wrong, Refused if an engine cannot run the scene.
+    """
+    chosen, _ = replay(scene, (), seconds=seconds, seed=seed)
+    names = default_engines(chosen) if engines is None else several("engines", named(engines))
+    checked = Arguments(rates=plain(rates), starts=plain(starts))
+    return convergence.converge(chosen, names, checked.rates, checked.starts)

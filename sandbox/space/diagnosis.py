@@ -73,16 +73,18 @@ class Diagnosis:
 
     def as_json(self) -> dict[str, Any]:
         """Return it as a JSON document has it."""
-        return {key: value for key, value in vars(self).items() if key != "cost"} | {
+        document = {key: value for key, value in vars(self).items() if key != "cost"} | {
             "headline": self.headline,
-            "findings": [_as_json(finding) for finding in self.findings],
+            "findings": [asdict(finding) for finding in self.findings],
             "energy": self.energy.as_json() if self.energy else None,
         }
+        return {key: _finite(value) for key, value in document.items()}
 
 
-def _as_json(finding: Finding) -> dict[str, Any]:
-    document = asdict(finding)
-    document["size"] = finding.size if math.isfinite(finding.size) else None
-    for body in document["bodies"]:
-        body["position"] = [x if math.isfinite(x) else None for x in body["position"]]
-    return document
+def _finite(value: Any) -> Any:
+    """Return what a JSON document may have: None in place of numbers that are not finite."""
+    if isinstance(value, dict):
+        return {key: _finite(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

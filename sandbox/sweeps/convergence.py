@@ -23,6 +23,8 @@ from sandbox.scene.spawn import spawn
 from sandbox.scene.units import Dimension
 from sandbox.state import Contacts, Floats, State, States
 
+RATES: Final = (60, 120, 240, 480, 960)
+STARTS: Final = 8
 MIN_RATES: Final = 3  # that a fit with a spread needs
 MAX_SPREAD: Final = 0.25  # standard error of an order; twice as much is half the distance to the next whole order
 
@@ -134,8 +136,8 @@ class Convergence:
 def converge(
     scene: Scene,
     engines: Sequence[str],
-    rates: Sequence[int],
-    starts: int,
+    rates: Sequence[int] = RATES,
+    starts: int = STARTS,
     progress: Callable[[float], object] | None = None,
 ) -> Convergence:
     """Run engines at several rates, from several starts each, and measure how far they are from the exact engine.
@@ -146,7 +148,7 @@ def converge(
     """
     rates = sorted(set(rates))
     if len(rates) < MIN_RATES:
-        raise SandboxError(f"--rates: an order needs at least {MIN_RATES} rates, such as 60,120,240, got {len(rates)}")
+        raise SandboxError(f"rates: an order needs at least {MIN_RATES} rates, such as 60,120,240, got {len(rates)}")
     scene = scene.changed(expect=())
     for engine in engines:
         create(engine, scene, spawn(scene))
@@ -209,7 +211,8 @@ def law_of(engine: str, scene: Scene, contacts: Contacts) -> Law:
         (name == "article" and meet, Law(0, "the impulse is wrong at every rate")),
         (name == "article", Law(1, late)),
         (name == TUNED and with_settings.pymunk.damping not in (None, 1), Law(0, "it damps velocities at every rate")),
-        (name == TUNED, Law(1, "; ".join(reasons) or "nothing acts, so only rounding is left")),
+        (name == TUNED and not reasons, Law(None, "nothing acts, so only rounding is left")),
+        (name == TUNED, Law(1, "; ".join(reasons))),
         (True, Law(None, "the sandbox does not know how this engine works")),
     )
     return next(law for holds, law in laws if holds)

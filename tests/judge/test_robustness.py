@@ -7,6 +7,7 @@ from event_driven import EventDriven
 from faults import FAULTS
 from verdicts import causes_of, on_states, states_of
 
+from sandbox.analysis.comparison import compare
 from sandbox.judge.causes import Cause
 from sandbox.judge.judge import Steps
 from sandbox.scene.model import Scene
@@ -94,6 +95,12 @@ def test_coincident_centres_end_in_a_verdict(places: str) -> None:
     verdict = on_states(scene, states)
     assert np.isfinite([entry.energy for entry in verdict.ledger]).all()
     assert np.isfinite([each.share for each in verdict.causes]).all()
+
+
+def test_balls_in_each_other_at_one_velocity_have_a_verdict_without_a_warning() -> None:
+    balls = "radius = 20\npositions = [[100, 100], [110, 100]]\nvelocity = [100, 0]"
+    run = compare(scene_of(balls, size="[400, 300]", more="seconds = 1"), ["pymunk", "exact"]).runs["pymunk"]
+    assert {each.cause for each in run.figures.causes} == {Cause.UNKNOWN}
 
 
 def test_a_fast_ball_among_many_at_rest_is_no_error_of_exact() -> None:

@@ -261,6 +261,19 @@ def test_the_space_of_a_scene_moves_as_the_engine_does(name: str) -> None:
     assert [body.mass for body in balls] == scene.bodies.mass.tolist()
 
 
+def test_orders_of_convergence_are_those_of_the_command(command: Command) -> None:
+    options = ("--engines", "impulse", "--rates", "60,120,240", "--starts", 2, "--seconds", 0.5)
+    _, out, _ = command("converge", "oblique", *options, "--json", "-")
+    found = sandbox.converge("oblique", "impulse", rates=np.array([60, 120, 240]), starts=2, seconds=0.5)
+    assert found.as_json() == json.loads(out)
+
+
+@pytest.mark.parametrize("call", [sandbox.verify, sandbox.sweep, sandbox.converge, sandbox.simulate])
+def test_no_engine_at_all_is_an_error(call: Callable[..., object]) -> None:
+    with pytest.raises(sandbox.SandboxError, match=r"^engines? must (name|contain) "):
+        call("oblique", [])
+
+
 @pytest.mark.wide
 def test_advice_is_that_of_the_command(command: Command) -> None:
     _, out, _ = command("compare", "head-on", "--engines", "pymunk,exact", "--advise", "--json", "-")

@@ -130,6 +130,14 @@ def test_the_end_of_a_program_is_kept(
     assert err.endswith(message)
 
 
+def test_a_space_that_is_no_number_from_the_start_is_a_json_document(working_folder: Path, command: Command) -> None:
+    write(working_folder, f"next(iter(space.bodies)).velocity = float('nan'), 0\n{STEPS}")
+    [space] = diagnoses(command, "game.py")["spaces"]
+    assert "not-finite" in rules(space)
+    assert space["energy"] is None or space["energy"]["start"] is None
+    assert "Its energy is not a number." in command("watch", "game.py")[1]
+
+
 def test_a_traceback_has_no_line_of_the_sandbox(working_folder: Path, command: Command) -> None:
     write(working_folder, "space.add(pymunk.Body())\nspace.step(1 / 60)\n")
     code, out, err = command("watch", "game.py")

@@ -134,5 +134,5 @@ def test_the_command_prints_or_writes(command: Command, tmp_path: Path, monkeypa
     assert np.shape(figures["engines"]["pymunk"]["errors"]) == (3, 2)
     code, out, err = command("converge", "fall.toml", "--rates", "60,120", "--json", "figures.json")
     assert (code, out) == (2, "")
-    assert err == "--rates: an order needs at least 3 rates, such as 60,120,240, got 2\n"
+    assert err == "rates: an order needs at least 3 rates, such as 60,120,240, got 2\n"
     assert not Path("figures.json").exists()
