@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 import pytest
-from conftest import scene_of
+from conftest import sample, scene_of
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.reference import Twins
@@ -51,7 +51,7 @@ def test_the_horizon_is_never_later_than_that_of_a_shift_of_one_ball() -> None:
     assert comparison.trusted_until == comparison.trust.horizon
 
 
-@pytest.mark.parametrize("seed", [1, 2, 4, 5])
+@pytest.mark.parametrize("seed", sample([1, 2, 4, 5], 4))
 def test_a_shift_that_the_first_contacts_absorb_hides_no_horizon(seed: int) -> None:
     """A shift of ball 0 by one unit in the last place is gone, to the bit, after some contacts of these seeds."""
     assert compare(load("article").changed(seconds=60.0, seed=seed), ["exact"]).trust.horizon is not None
@@ -136,10 +136,11 @@ def mirrored(seed: int) -> Scene:
     return scene_of(*balls, size=f"[{2 * MIRROR}, 400]", more="seconds = 3\ngravity = [0, 200]")
 
 
-def test_an_answer_without_the_scene_s_symmetry_is_never_trusted() -> None:
+@pytest.mark.parametrize(("scenes", "at_least"), [(5, 3), pytest.param(40, 6, marks=pytest.mark.wide)])
+def test_an_answer_without_the_scene_s_symmetry_is_never_trusted(scenes: int, at_least: int) -> None:
     """Rounding orders the contacts of a ball on the mirror, so that the numbers of the balls alone decide nothing."""
     unsymmetric = 0
-    for scene in map(mirrored, range(40)):
+    for scene in map(mirrored, range(scenes)):
         comparison, position = compare(scene, ["exact"]), simulate(scene, "exact").position
         left, right = position[:, 1::2], position[:, 2::2]
         off = np.abs(left - right * (-1, 1) - (2 * MIRROR, 0)).max(axis=(1, 2)) > 1.0
@@ -147,7 +148,7 @@ def test_an_answer_without_the_scene_s_symmetry_is_never_trusted() -> None:
             unsymmetric += 1
             assert comparison.trusted_until is not None
             assert comparison.trusted_until <= off.argmax() / scene.rate
-    assert unsymmetric > 5
+    assert unsymmetric >= at_least
 
 
 @pytest.mark.parametrize(

@@ -32,6 +32,7 @@ CASES = {
     "pymunk": ("pymunk", GAS),
     "pymunk, friction": ("pymunk", ROUGH),
 }
+WIDE = ("impulse, walls", "exact, friction")  # the dearest
 
 
 def play(name: str, scene: Scene, blocks: list[int], kick: int) -> list[Floats | Contacts]:
@@ -51,7 +52,10 @@ def play(name: str, scene: Scene, blocks: list[int], kick: int) -> list[Floats |
     return [np.concatenate(part) for part in zip(*parts, strict=True)]
 
 
-@pytest.mark.parametrize(("name", "scene"), CASES.values(), ids=CASES)
+@pytest.mark.parametrize(
+    ("name", "scene"),
+    [pytest.param(*case, id=key, marks=pytest.mark.wide if key in WIDE else ()) for key, case in CASES.items()],
+)
 @settings(max_examples=5)
 @given(
     blocks=st.lists(st.integers(1, 90), min_size=2, max_size=4),

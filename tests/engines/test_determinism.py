@@ -29,6 +29,7 @@ from sandbox.view.window import Window
 
 SCENES = (*bundled(), *bundled("truths"))
 SHORT = 90  # steps
+DEAREST = "truths/pyramid-falls"
 OWN = ("article", "impulse", "exact")
 HERE = Path(__file__).parent
 IMPORT = f"import json, sys; sys.path[:0] = {[str(HERE), str(HERE.parent)]}; import test_determinism as t"
@@ -105,7 +106,13 @@ def squares() -> list[float]:
     return compiled
 
 
-@pytest.mark.parametrize("name", [*bundled("truths"), *bundled_scenes()])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *(pytest.param(name, marks=pytest.mark.wide if name == DEAREST else ()) for name in bundled("truths")),
+        *bundled_scenes(),
+    ],
+)
 def test_the_results_of_our_own_engines_have_not_changed(name: str) -> None:
     """A changed hash means that users' runs change: if that is intended, the changelog must say so.
 

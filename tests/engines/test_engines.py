@@ -2,7 +2,6 @@
 
 import math
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,14 +9,13 @@ import pytest
 from conftest import scene_of
 
 from sandbox.engines import create, default_engines, refusal, registry
-from sandbox.engines.article import ArticleEngine
 from sandbox.engines.engine import RunningEngine, traits_of
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import End, Grab, Input, Move, Release
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load
 from sandbox.scene.spawn import spawn
-from sandbox.state import CONTACT, Contacts, State
+from sandbox.state import CONTACT
 
 SCENES = {name: load(name) for name in bundled()}
 ONLY_PYMUNK = "only pymunk takes settings, as in pymunk(substeps=4, iterations=30)"
@@ -161,46 +159,6 @@ def test_by_default_pymunk_runs_with_the_first_textbook_engine_that_can() -> Non
     assert default_engines(heavy) == ["pymunk", "impulse"]
     rough = scene_of("radius = 20\nposition = [100, 100]\nfriction = 0.5")
     assert default_engines(rough) == ["pymunk", "impulse"]
-
-
-class OwnClock(ArticleEngine):
-    """The article's rule with a clock of its own, which adds up steps, and with the higher ball first in contacts."""
-
-    clock = 0.0
-
-    def step(self) -> None:
-        super().step()
-        self.clock += 1 / 60
-
-    def state(self) -> State:
-        return replace(super().state(), time=self.clock)
-
-    def contacts(self) -> Contacts:
-        contacts = super().contacts()
-        contacts["time"] = self.clock
-        pairs = contacts["second"] >= 0
-        contacts["first"][pairs], contacts["second"][pairs] = contacts["second"][pairs], contacts["first"][pairs]
-        contacts["normal"][pairs] *= -1
-        return contacts
-
-
-def test_an_engine_s_own_clock_and_the_order_of_two_balls_accuse_it_of_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Sums of sixtieths are off by a few units in the last place, some above and some below the steps' ends."""
-    install(tmp_path, monkeypatch, mine=f"{__name__}:OwnClock")
-    scene = load("article").changed(seconds=3.0)
-    mine, article = (create(name, scene, spawn(scene)) for name in ("mine", "article"))
-    found: list[Contacts] = []
-    expected: list[Contacts] = []
-    for engine, contacts in ((mine, found), (article, expected)):
-        engine.record_contacts()
-        for _ in range(180):
-            engine.step()
-            engine.state()
-            contacts.append(engine.contacts())
-    assert np.concatenate(found).tobytes() == np.concatenate(expected).tobytes()
-    assert len(np.concatenate(found)) > 5
 
 
 @pytest.mark.parametrize("seed", range(5))

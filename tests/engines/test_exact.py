@@ -37,27 +37,6 @@ def test_a_contact_has_its_pair_normal_time_impulse_and_depth() -> None:
 # Walls
 
 
-@pytest.mark.parametrize("vx", [0.0, 37.0, 211.0])
-def test_round_end_under_gravity(vx: float) -> None:
-    """The oracle marches along the parabola in fine steps to the first contact, then bisects to the last bit."""
-    start, end, g, reach = np.array([298 - 0.6 * vx, 60.0]), np.array([303.0, 250.0]), np.array([30.0, 900.0]), 15.0
-
-    def gap(t: float) -> float:
-        return math.hypot(*(start + np.array([vx, 0]) * t + g * t * t / 2 - end)) - reach
-
-    low = next((t for t in np.arange(0, 1, 1e-4) if gap(t + 1e-4) < 0), None)
-    found = contacts_of(
-        box_of(wall(end, [303, 500], 10), ball(start, [vx, 0]), head="gravity = [30, 900]"), (low or 0.9) + 0.05
-    )
-    assert low is not None
-    high = low + 1e-4
-    for _ in range(60):
-        middle = (low + high) / 2
-        low, high = (low, middle) if gap(middle) < 0 else (middle, high)
-    assert found["time"][0] == pytest.approx(high, abs=1e-12)
-    assert abs(found["depth"][0]) < 1e-11
-
-
 def test_closed_polygon_keeps_its_balls() -> None:
     corners = [(400 + 180 * math.cos(k * math.tau / 7), 300 + 180 * math.sin(k * math.tau / 7)) for k in range(7)]
     walls = [wall(a, b, 1) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]

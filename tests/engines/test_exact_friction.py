@@ -38,14 +38,6 @@ def box_of(*parts: str, **more: Any) -> Scene:
 # Impacts
 
 
-def test_round_end_rubs_as_a_face_does() -> None:
-    """A third of the rim's speed remains as spin, and a third becomes speed sideways."""
-    scene = box_of(wall([400, 300], [600, 300], 5.0, thickness=4.0), ball([200, 300], [200, 0], spin=9.0))
-    state = after(scene, 1.2)
-    assert state.velocity[0] == pytest.approx([-200, -30], abs=EXACT)
-    assert state.spin[0] == pytest.approx(3, abs=EXACT)
-
-
 def test_disc_without_friction_keeps_its_spin_on_a_rough_floor() -> None:
     scene = box_of(
         ball([100, 590], [90, 0], spin=7.0, friction=0.0), ball([300, 590], spin=-5.0, friction=0.0),

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from conftest import Command, scene_of
 
-import sandbox
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.figures import Run
 from sandbox.engines import create, named
@@ -369,13 +368,16 @@ def test_contacts_count_from_when_an_engine_is_built_after_an_edit_too() -> None
     assert run.contacts["time"].tolist() == [3 / 60, 33 / 60]
 
 
-def test_a_contact_by_a_clock_that_is_ahead_is_not_after_its_step() -> None:
-    lockstep = Lockstep(load("head-on"), {"mine": finds(contact(3 / 60 + 1e-3))})
+@pytest.mark.parametrize("error", [1e-3, -1e-12])  # s, of the engine's own clock
+def test_a_contact_has_the_time_of_the_step_by_any_clock_and_the_lower_ball_first(error: float) -> None:
+    lockstep = Lockstep(load("head-on"), {"mine": finds(contact(3 / 60 + error, 1, 0))})
     runner = lockstep.engines["mine"]
     runner.record_contacts()
     for _ in range(3):
         lockstep.step()
-    assert runner.contacts()["time"] == runner.state().time == 3 / 60
+    [found] = runner.contacts()
+    assert found["time"] == runner.state().time == 3 / 60
+    assert (found["first"], found["second"], found["normal"].tolist()) == (0, 1, [-1, 0])
 
 
 def test_a_failure_after_an_edit_has_the_time_of_the_run() -> None:
@@ -573,25 +575,3 @@ def test_a_spring_is_accused_of_nothing_though_it_reports_a_touch_many_times() -
     assert {entry.cause for entry in run.figures.ledger} <= {Cause.SOFT, Cause.ROUNDING}
     assert run.figures.first_difference is None
     assert run.causes == ()
-
-
-class Still:
-    """All that an engine must have, as mypy checks below."""
-
-    def __init__(self, scene: Scene, initial: State) -> None:
-        self._scene, self._state, self._steps = scene, initial, 0
-
-    def step(self) -> None:
-        self._steps += 1
-
-    def state(self) -> State:
-        return State(self._steps / self._scene.rate, self._state.position.copy(), self._state.velocity.copy())
-
-
-def test_step_and_state_make_an_engine() -> None:
-    kind: type[sandbox.Engine] = Still
-    assert len(simulate(load("head-on"), kind, steps=3).time) == 4
-
-
-def test_a_scene_is_shown_in_one_short_line() -> None:
-    assert repr(load("plinko")) == "<Scene plinko: 200 balls, 8 s at 60 steps a second>"

@@ -77,17 +77,6 @@ def test_a_ball_bounces_between_two_pegs_for_ever() -> None:
     assert contacts["second"].tolist() == [~5, ~4] * 5
 
 
-def test_a_ball_dropped_on_a_peg_bounces_as_on_a_floor_and_at_last_falls_off() -> None:
-    """Exactly on top it is an unstable equilibrium: the hop off a round end."""
-    drop = {"radius": RADIUS, "position": (400.001, 200), "elasticity": 0.5}
-    scene = Scene(
-        arena={"size": (800, 600)}, balls=[drop], gravity=(0, 900), pegs=[{"radius": PEG, "positions": [CENTRE]}]
-    )
-    engine, (first, *_) = recorded("exact", scene, 5 * 60)
-    assert first["time"] == pytest.approx(math.sqrt(2 * 70 / 900), rel=1e-6)
-    assert engine.state().position[0, 1] > 500
-
-
 def test_no_ball_of_many_enters_a_peg() -> None:
     at = [(100 + 60 * column + 30 * (row % 2), 200 + 50 * row) for row in range(6) for column in range(10)]
     scene = Scene(

@@ -94,19 +94,6 @@ def test_a_pair_keeps_momentum_and_the_angular_momentum_of_each_about_the_point_
     assert lost == pytest.approx(expected, rel=1e-9)
 
 
-def test_the_impulse_engine_slides_a_ball_to_a_roll_at_two_thirds_of_its_speed() -> None:
-    scene = scene_of(
-        "radius = 10\nposition = [50, 590]\nvelocity = [90, 0]\nfriction = 0.5\nelasticity = 0",
-        more="gravity = [0, 600]",
-    ).changed(arena={"size": (800, 600), "friction": 0.4})
-    sliding = 90 / (3 * 0.2 * 600)  # s
-    ran = simulate(scene, "impulse", seconds=1.0)
-    assert ran.velocity[-1, 0, 0] == pytest.approx(60, abs=1e-9)
-    assert 10 * ran.spin[-1, 0] == pytest.approx(60, abs=1e-9)
-    braked = 90 * sliding - 0.2 * 600 * sliding**2 / 2
-    assert ran.position[-1, 0, 0] == pytest.approx(50 + braked + 60 * (1 - sliding), abs=0.1)
-
-
 def test_edits_keep_the_spins_of_the_others() -> None:
     state = State(0.0, np.zeros((3, 2)), np.zeros((3, 2)), np.array([1.0, 2, 3]), np.array([4.0, 5, 6]))
     added = AddBall(step=0, position=(1, 1), radius=1, spin=7).change_state(state)

@@ -170,7 +170,9 @@ def test_a_ball_shaken_against_a_wall_stays_in_the_arena(steps: int) -> None:
 
 
 @pytest.mark.parametrize("steps", sizes(2_000, slow=1_000_000))
-@pytest.mark.parametrize("name", ENGINES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.wide if name in ("impulse", "article") else ()) for name in ENGINES]
+)
 def test_a_gas_stays_in_its_box_and_memory_does_not_grow(
     name: str, steps: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

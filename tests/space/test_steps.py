@@ -5,15 +5,13 @@ from collections.abc import Callable, Sequence
 
 import pymunk
 import pytest
-from spaces import DT, add, ball, body, box, boxed, ground, record, wall, world
+from spaces import DT, add, ball, body, box, boxed, ground, wall, world
 
-from sandbox.space.contents import Contents
 from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.energy import Ledger
 from sandbox.space.findings import Finding
-from sandbox.space.origins import Origins
 from sandbox.space.rules import END_RULES
-from sandbox.space.steps import STEP_RULES, Evidence
+from sandbox.space.steps import STEP_RULES
 from sandbox.space.watch import watch
 
 FLOOR = (-500, 200), (500, 200)
@@ -391,16 +389,6 @@ def sleeping_pile() -> Diagnosis:
     return watched(space, 150)
 
 
-def gas() -> Diagnosis:
-    space = world(gravity=0)
-    boxed(space, 200, 200, elasticity=1, friction=0.1)
-    for k in range(9):
-        ball(
-            space, 40 + 50 * (k % 3), 40 + 50 * (k // 3), velocity=(37 * (k % 4) - 60, 50 - 29 * (k % 5)), elasticity=1
-        )
-    return watched(space, 60)
-
-
 def spawned_and_removed() -> Diagnosis:
     space = ground()
 
@@ -461,22 +449,6 @@ def bricks() -> Diagnosis:
     return watched(space, 60)
 
 
-def sensors() -> Diagnosis:
-    """A ball that flies fast through a sensor, a gate of its group, and a door that was opened."""
-    space = world(gravity=0)
-    wall(space, (100, -50), (100, 50)).sensor = True
-    group = pymunk.ShapeFilter(group=1)
-    wall(space, (200, -50), (200, 50), filter=group)
-    door = wall(space, (300, -50), (300, 50))
-    ball(space, 0, 0, velocity=(1900, 0), filter=group)
-
-    def open_door(number: int) -> None:
-        if not number:
-            space.remove(door)
-
-    return watched(space, 12, open_door)
-
-
 FAULTS: Sequence[tuple[Callable[[], Diagnosis], set[str]]] = (
     (ragdoll_in_itself, {"overlap", "contacts-within", "joint-stretched"}),
     (varying_steps, {"dt-varies"}),
@@ -510,8 +482,8 @@ FAULTS: Sequence[tuple[Callable[[], Diagnosis], set[str]]] = (
 
 
 HEALTHY = (
-    *(cradle, bricks, sensors, pool_table, well_solved_pyramid, ragdoll, platformer, one_way_platform, car),
-    *(sleeping_pile, gas, spawned_and_removed, wraps_round, lift),
+    *(cradle, bricks, pool_table, well_solved_pyramid, ragdoll, platformer, one_way_platform, car),
+    *(sleeping_pile, spawned_and_removed, wraps_round, lift),
 )
 
 
@@ -570,18 +542,6 @@ def test_each_rule_of_steps_has_a_fault() -> None:
     of_programs = {"contacts-within", "friction-untouched", "hangs"}  # in the small programs
     of_others = {"dt-varies", "not-finite"}  # below, and in the tests of whole Spaces
     assert set().union(*(rules for _, rules in FAULTS)) >= set(STEP_RULES) - set(END_RULES) - of_programs - of_others
-
-
-def test_the_deepest_overlap_is_how_far_a_ball_went_too_far() -> None:
-    """10 px in a step, to 93 px after its third, 3 px into a wall at 100 px; then it bounces."""
-    space = world(gravity=0)
-    wall(space, (100, -50), (100, 50), 0, elasticity=1)
-    made = ball(space, 63, 0, velocity=(600, 0), elasticity=1)
-    [overlap] = Evidence(record(space, 10), Contents(space, Origins())).overlaps
-    number, depth = overlap.worst
-    assert number == 2
-    assert depth == pytest.approx(3)
-    assert set(overlap.ends) == {made.id, space.static_body.id}
 
 
 def test_a_passage_is_named_with_its_wall_and_what_prevents_it() -> None:

@@ -195,35 +195,12 @@ def test_rounding_is_written_as_0(scene: Scene) -> None:
     assert values == {"pymunk": "0 px", "article": "0 px"}
 
 
-def test_each_line_ends_in_its_engine_s_name(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    written: list[tuple[str, Color]] = []
-
-    def note(text: str, colour: Color, height: int) -> Surface:
-        written.append((text, colour))
-        return Surface((9, 9))
-
-    monkeypatch.setattr("sandbox.view.charts.lettering", note)
-    draw(charts_of(scene, 2, steady))
-    names = [(text, tuple(colour)) for text, colour in written if text in NAMES]
-    assert names == [(name, tuple(colour)) for name, colour in zip(NAMES, (PYMUNK, ARTICLE, EXACT), strict=True)]
-
-
 def test_the_axis_of_time_doubles_when_it_is_full(scene: Scene) -> None:
     charts = charts_of(scene, 11, lambda time: steady(time) | {"article": 50.0})
     surface = draw(charts, time=11)
     momentum = charts.plot(PLACE, TEXT)
     assert rows_of(surface, momentum, column(charts, 10.9, seconds=20), ARTICLE)
     assert column(charts, 10.9, seconds=20) < max(columns_of(surface, momentum, ARTICLE))
-
-
-def test_after_a_cut_the_chart_shows_what_is_left(scene: Scene) -> None:
-    charts = charts_of(scene, 8, lambda time: steady(time) | {"article": 50.0})
-    draw(charts)
-    charts.samples.series.cut(4 * scene.rate)
-    surface = draw(charts)
-    momentum = charts.plot(PLACE, TEXT)
-    assert rows_of(surface, momentum, column(charts, 3.9), ARTICLE)
-    assert not rows_of(surface, momentum, column(charts, 7), ARTICLE)
 
 
 # Time
@@ -302,9 +279,14 @@ def test_the_histogram_has_every_ball_and_the_law_of_the_reference() -> None:
     assert "too few" in histogram_of(Session(load("article"), ["exact"]).shown, "exact").refusal
 
 
-def test_no_engine_s_name_hides_the_descenders_of_another(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_line_ends_in_its_engine_s_name_and_none_hides_the_descenders_of_another(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written: dict[str, Color] = {}
+
     def underline(text: str, colour: Color, height: int) -> Surface:
         """Return a name of which only the lowest row shows."""
+        written[text] = colour
         name = Surface((9, 22), pygame.SRCALPHA)
         name.fill(colour if text in NAMES else (0, 0, 0, 0), (0, 21, 9, 1))
         return name
@@ -312,7 +294,8 @@ def test_no_engine_s_name_hides_the_descenders_of_another(scene: Scene, monkeypa
     monkeypatch.setattr("sandbox.view.charts.lettering", underline)
     charts = charts_of(scene, 2, steady)
     beside = pygame.surfarray.array3d(draw(charts))[column(charts, 2) + 2 :]
-    for colour in (PYMUNK, ARTICLE, EXACT):
+    for name, colour in zip(NAMES, (PYMUNK, ARTICLE, EXACT), strict=True):
+        assert written[name] == colour
         assert (beside == tuple(colour)[:3]).all(axis=2).sum() == 9
 
 

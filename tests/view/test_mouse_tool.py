@@ -19,7 +19,6 @@ from window_driver import (
     pixels,
     point,
     press,
-    pull,
     run,
     slider,
     step,
@@ -225,16 +224,6 @@ def test_a_held_ball_is_released_before_the_step_changes(window: Window) -> None
     assert [one.do for one in given(window)] == ["grab", "release"]
 
 
-def throw_and_go_back(window: Window) -> list[Input]:
-    """Drag a ball for twenty steps, throw it, and go back to the middle of the drag; return all inputs."""
-    pull(window, (600, 100), (-5, 4), steps=20)
-    run(window, 10)
-    done = given(window)
-    window.playback.seek(10)
-    assert window.view.moment.held == 2
-    return done
-
-
 @pytest.mark.parametrize("lost", [Event(pygame.MOUSEBUTTONUP, button=1, pos=(5, 5)), Event(pygame.WINDOWFOCUSLOST)])
 def test_what_the_mouse_holds_is_released_while_the_picker_is_open(window: Window, lost: Event) -> None:
     mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
@@ -363,10 +352,3 @@ def test_an_arrow_that_leaves_its_pane_is_not_clipped(window: Window) -> None:
     window.draw()
     assert window.layout.pane_at((beyond[0] - 12, y)) == 1
     assert tuple(window.screen.get_at((beyond[0] - 12, y)))[:3] == (0, 0, 0)
-
-
-def test_an_edit_during_an_earlier_drag_releases_its_ball(window: Window) -> None:
-    throw_and_go_back(window)
-    window.editor.set_gravity(300.0)
-    run(window, 5)
-    assert window.view.moment.held is None
