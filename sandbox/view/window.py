@@ -204,7 +204,7 @@ class Window:
             self.scenes.picker.on_event(event)
         else:
             if event.type == pygame.MOUSEBUTTONDOWN:
-                self.notice.clear()
+                self._clear_notice()
             point = self.mouse.point
             if event.type == pygame.MOUSEWHEEL and point and self.layout.panel.collidepoint(point):
                 self.panel.scroll(event.y)
@@ -219,8 +219,13 @@ class Window:
             self.scenes.picker.on_event(event)
         elif not self.widgets.on_event(event, self._drawn_places or self._placed) and action:
             if action is not Action.ESCAPE:
-                self.notice.clear()
+                self._clear_notice()
             self.do(action)
+
+    def _clear_notice(self) -> None:
+        """Let the notice go, as something else is done; one that was not drawn yet, of an event just before, stays."""
+        if self.messages.text == self._drawn[-1]:
+            self.notice.clear()
 
     def do(self, action: Action) -> None:
         """Do an action."""

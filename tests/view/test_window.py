@@ -34,6 +34,7 @@ def test_one_escape_too_many_does_not_quit(window: Window) -> None:
     press(window, "/", "Esc", "Esc")
     assert window.running
     assert window.messages.text.endswith("Esc again quits")
+    window.draw()
     press(window, "Right", "Esc")
     assert window.running
     press(window, "Esc")
@@ -43,13 +44,16 @@ def test_one_escape_too_many_does_not_quit(window: Window) -> None:
     assert not window.running
 
 
-def test_a_notice_goes_when_something_else_is_done(window: Window) -> None:
+def test_a_notice_goes_when_something_else_is_done_once_it_was_drawn(window: Window) -> None:
     press(window, "Delete")
+    press(window, "Right")  # in the same frame
     assert "no ball is selected" in window.messages.text
+    window.draw()
     press(window, "Right")
     assert "no ball is selected" not in window.messages.text
     press(window, "F12")
     assert "saved " in window.messages.text
+    window.draw()
     press(window, "Right")
     assert "saved " not in window.messages.text
 
