@@ -189,7 +189,9 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
     a.vy -= impulse * per_a * ny
     b.vx += impulse * per_b * nx
     b.vy += impulse * per_b * ny
-    tangential, slip = 0.0, slip_on(world, i, nx, ny) + slip_on(world, j, -nx, -ny)
+    tangential, slip = 0.0, 0.0
+    if world.is_rough or log.collects:
+        slip = slip_on(world, i, nx, ny) + slip_on(world, j, -nx, -ny)
     if world.is_rough:
         limit = world.turn[i].friction * world.turn[j].friction * impulse
         tangential = friction_impulse(slip, limit, per_a + per_b)
