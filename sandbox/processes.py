@@ -4,6 +4,7 @@ import multiprocessing
 import os
 import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
@@ -67,18 +68,25 @@ class ChildProcess:
 
 @contextmanager
 def signals_blocked(*signals: signal.Signals) -> Iterator[None]:
-    """Delay signals until the end of a block; not on Windows, which cannot. Processes started in it keep them blocked.
+    """Delay signals until the end of a block. Processes started in it keep them blocked, except on Windows.
 
     A handler must not run in a function that C calls, as the exception that it raises is printed there, and lost.
+    A signal that another thread takes, such as one of numpy's, is handled by the main thread, though that blocks it.
     """
-    if sys.platform == "win32":
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+    arrived: list[int] = []
+    is_main = threading.current_thread() is threading.main_thread()
+    handlers = [signal.signal(each, lambda number, _: arrived.append(number)) for each in signals if is_main]
+    if sys.platform != "win32":
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if sys.platform != "win32":
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        for each, handler in zip(signals, handlers, strict=False):
+            signal.signal(each, handler)
+        for number in arrived:
+            signal.raise_signal(number)
 
 
 def serve(connection: "Connection[Any, Any]", answer: Callable[[Any], object]) -> None:
