@@ -23,6 +23,7 @@ from sandbox.text import printable
 TUNED: Final = "pymunk"  # the engine that a scene has settings for
 EXAMPLE: Final = f"{TUNED}(substeps=4, iterations=30)"  # of an engine with settings, in messages
 _IN_FILE: Final = re.compile(r"(.+\.py):(.*)", re.DOTALL)
+_FIRST_FOLDER: Final = len(sys.path)  # place of the folder of the latest file: installed packages come first
 _COMMA: Final = re.compile(r",(?![^\[]*\])")  # not within a list
 
 Value = float | Sequence[float]
@@ -133,6 +134,6 @@ def _module(file: Path, text: str) -> ModuleType:
     assert spec
     module = module_from_spec(spec)
     sys.modules[name] = module  # where dataclasses look for it
-    sys.path.append(str(file.parent))  # so that it can import others beside it; installed packages come first
+    sys.path.insert(_FIRST_FOLDER, str(file.parent))  # so that it can import others beside it
     exec(compile(text, file, "exec"), vars(module))
     return module

@@ -130,8 +130,12 @@ def test_a_file_runs_again_only_if_it_has_changed(loop: str, working_folder: Pat
 
 
 def test_a_file_imports_those_beside_it(loop: str, working_folder: Path) -> None:
+    """Not one of the same name beside a file that was loaded before."""
+    (working_folder / "other").mkdir()
+    (working_folder / "other" / "loop.py").write_text("def step(position, velocity, dt, scene): pass")
     (working_folder / "mine.py").write_text("from loop import step")
     scene = load("head-on")
+    simulate(scene, "other/loop.py:step", steps=1)
     mine, original = (simulate(scene, one, steps=60).position for one in ("mine.py:step", loop))
     assert np.array_equal(mine, original)
 
