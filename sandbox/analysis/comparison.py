@@ -196,7 +196,7 @@ def compare(
     fails, LimitReached if an engine reaches a limit in the first step.
     """
     steps = clock_of(scene.clock, inputs).step(scene.seconds)
-    if not engines:
+    if engines is None:
         scenes = edited_scenes(scene, [given for given in inputs if given.step < steps])
         engines = [*default_engines(*scenes), REFERENCE]
     sources = named(engines)

@@ -387,7 +387,6 @@ def sweep(
     The table has a row for each; on Ctrl-C, those that have finished. Exit code 1: some rows are missing, because their
     runs failed.
     """
-    from sandbox.engines import default_engines
     from sandbox.processes import core_count
     from sandbox.scene.files import load
     from sandbox.sweeps import Row, as_csv, in_order, plan
@@ -402,9 +401,9 @@ def sweep(
     with _printed_beside([out]):
         planned = plan(
             chosen,
-            seeds or [chosen.seed],
-            rates or [chosen.rate],
-            engines or default_engines(chosen),
+            seeds,
+            rates,
+            engines,
             settings_by_key(set_ or ()),
             against=against,
         )
@@ -433,16 +432,14 @@ def converge(
 
     Prints the error at each rate (default 60,120,240,480,960), and the order fitted to them beside that of theory.
     """
-    from sandbox.engines import default_engines
     from sandbox.report.tables import print_convergence
     from sandbox.sweeps.convergence import RATES
     from sandbox.sweeps.convergence import converge as measure_order
 
     check_outputs({"--json": json_file}, [scene])
     chosen, _ = scene_and_inputs(scene, None, seed=seed, seconds=seconds)
-    names = engines or default_engines(chosen)
     with _printed_beside([json_file]), progress_bar(chosen.title or chosen.name) as progress:
-        convergence = measure_order(chosen, names, rates or RATES, starts, progress)
+        convergence = measure_order(chosen, engines, rates or RATES, starts, progress)
     if json_file:
         write_text(json_file, json_text(convergence.as_json()))
     if not _has_document([json_file]):

@@ -51,7 +51,9 @@ KINDS: Final = "engines must be names, classes or functions"  # in messages
 
 
 def named(engines: Engines) -> dict[str, Source]:
-    """Return what each of some engines is built from, by its name. Raises SandboxError for a name that is not allowed.
+    """Return what each of some engines is built from, by its name.
+
+    Raises SandboxError for a name that is not allowed, and if there is none.
 
     >>> named(["exact", "pymunk(substeps=4)"])
     {'exact': 'exact', 'pymunk(substeps=4)': 'pymunk(substeps=4)'}
@@ -60,16 +62,17 @@ def named(engines: Engines) -> dict[str, Source]:
         engines = [engines]
     if not isinstance(engines, Iterable):
         raise SandboxError(f"{KINDS}, got {shown(engines)}")
-    if not isinstance(engines, Mapping):
-        engines = _by_name(engines)
-    for name, source in engines.items():
+    by_name = dict(engines) if isinstance(engines, Mapping) else _by_name(engines)
+    if not by_name:
+        raise SandboxError(f"engine must name one or several, got {shown(engines)}")
+    for name, source in by_name.items():
         if not isinstance(name, str) or not name or printable(name) != name:
             raise SandboxError(f"an engine must have a printable name, got {shown(name)}")
         if not isinstance(source, str) and not callable(source):
             raise SandboxError(f"{name}: must be the name of an engine, a class or a function, got {shown(source)}")
         if settings_in(name)[0] in (*_BUILT_IN, *_EXTRAS) and source != name:
             raise SandboxError(f"{name}: is the name of a built-in engine; choose another one")
-    return dict(engines)
+    return by_name
 
 
 def _by_name(sources: Iterable[Source]) -> dict[str, Source]:

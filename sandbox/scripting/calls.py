@@ -9,9 +9,9 @@ from typing import TypedDict, Unpack, overload
 
 from sandbox.analysis import comparison
 from sandbox.analysis.advice import try_settings
-from sandbox.engines import REFERENCE, Engines, Source, default_engines, named, registry
+from sandbox.engines import REFERENCE, Engines, Source, named, registry
 from sandbox.engines.specs import Value
-from sandbox.errors import SandboxError, shown
+from sandbox.errors import SandboxError
 from sandbox.run import trajectory
 from sandbox.run.trajectory import Trajectory
 from sandbox.scene.files import bundled
@@ -83,8 +83,6 @@ def simulate(
     Raises SandboxError if an argument is wrong or the trajectory too large, Refused if an engine cannot run the scene.
     """
     sources = named(engine)
-    if not sources:
-        raise SandboxError(f"engine must name one or several, got {shown(engine)}")
     if seconds is not None and steps is not None:
         raise SandboxError("seconds and steps exclude each other: a run ends after either")
     checked = Arguments(steps=plain(steps))
@@ -129,8 +127,6 @@ def verify(
     Raises SandboxError if an argument is wrong, or nothing is expected.
     """
     sources = named(list(registry()) if engines is None else engines)
-    if not sources:
-        raise SandboxError(f"engines must name one or several, got {shown(engines)}")
     patience = scoring.PATIENCE if scenes is None else math.inf
     checked = Arguments(tolerance=plain(tolerance))
     return Scores(scoring.verify(scenes_to_score(scenes), sources, checked.tolerance, patience))
@@ -167,9 +163,9 @@ def sweep(
     chosen, _ = replay(scene, (), seconds=seconds)
     planned = plan(
         chosen,
-        [chosen.seed] if seeds is None else several("seeds", plain(seeds)),
-        [chosen.rate] if rates is None else several("rates", plain(rates)),
-        default_engines(chosen) if engines is None else several("engines", named(engines)),
+        None if seeds is None else several("seeds", plain(seeds)),
+        None if rates is None else several("rates", plain(rates)),
+        engines,
         {key: several(key, plain(values)) for key, values in (checked.settings or {}).items()},
         against=against,
     )
@@ -194,6 +190,5 @@ def converge(
     Raises SandboxError if an argument is wrong, Refused if an engine cannot run the scene.
     """
     chosen, _ = replay(scene, (), seconds=seconds, seed=seed)
-    names = default_engines(chosen) if engines is None else several("engines", named(engines))
     checked = Arguments(rates=plain(rates), starts=plain(starts))
-    return convergence.converge(chosen, names, checked.rates, checked.starts)
+    return convergence.converge(chosen, engines, checked.rates, checked.starts)

@@ -13,7 +13,7 @@ import numpy as np
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.verdict import why_it_ends
-from sandbox.engines import REFERENCE, create, resolved
+from sandbox.engines import REFERENCE, Engines, create, default_engines, named, resolved
 from sandbox.engines.engine import advance
 from sandbox.engines.specs import TUNED
 from sandbox.errors import SandboxError
@@ -135,7 +135,7 @@ class Convergence:
 
 def converge(
     scene: Scene,
-    engines: Sequence[str],
+    engines: Engines | None = None,
     rates: Sequence[int] = RATES,
     starts: int = STARTS,
     progress: Callable[[float], object] | None = None,
@@ -150,7 +150,8 @@ def converge(
     if len(rates) < MIN_RATES:
         raise SandboxError(f"rates: an order needs at least {MIN_RATES} rates, such as 60,120,240, got {len(rates)}")
     scene = scene.changed(expect=())
-    for engine in engines:
+    names = list(named(default_engines(scene) if engines is None else engines))
+    for engine in names:
         create(engine, scene, spawn(scene))
     reference = compare(scene, [REFERENCE])
     until = min(float(reference.time[-1]), reference.trusted_until or np.inf)
@@ -160,18 +161,18 @@ def converge(
             f"steps at {rates[0]} per second"
         )
     cut = why_it_ends(reference) if until < scene.seconds else ""
-    laws = {engine: law_of(engine, scene, reference.runs[REFERENCE].contacts) for engine in engines}
-    scene, errors = scene.changed(seconds=until), {engine: np.empty((len(rates), starts)) for engine in engines}
-    done, work = 0, starts * sum(rates) * (1 + len(engines))
+    laws = {engine: law_of(engine, scene, reference.runs[REFERENCE].contacts) for engine in names}
+    scene, errors = scene.changed(seconds=until), {engine: np.empty((len(rates), starts)) for engine in names}
+    done, work = 0, starts * sum(rates) * (1 + len(names))
     for row, rate in enumerate(rates):
         at_rate = scene.changed(rate=rate)
         steps = at_rate.steps - 1  # the last start is almost a step later
         for column, start in enumerate(_shifted_starts(at_rate, starts)):
             exact = _positions(REFERENCE, at_rate, start, steps)
-            for engine in engines:
+            for engine in names:
                 away = _positions(engine, at_rate, start, steps) - exact
                 errors[engine][row, column] = np.sqrt(np.mean(np.sum(away**2, axis=-1)))
-            done += rate * (1 + len(engines))
+            done += rate * (1 + len(names))
             if progress:
                 progress(done / work)
     return Convergence(scene, rates, errors, laws, cut)

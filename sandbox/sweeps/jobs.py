@@ -13,7 +13,7 @@ from itertools import product
 from typing import Any, Final, NamedTuple
 
 from sandbox.analysis.comparison import compare, figure_columns
-from sandbox.engines import REFERENCE, create
+from sandbox.engines import REFERENCE, Engines, create, default_engines, named
 from sandbox.engines.article import pow_variant
 from sandbox.engines.specs import TUNED, Value, format_settings, parse_settings, settings_in, with_settings
 from sandbox.errors import EngineError, SandboxError, suggestion
@@ -85,21 +85,23 @@ class RowResult:
 
 def plan(
     scene: Scene,
-    seeds: Sequence[int],
-    rates: Sequence[int],
-    engines: Sequence[str],
+    seeds: Sequence[int] | None = None,
+    rates: Sequence[int] | None = None,
+    engines: Engines | None = None,
     settings: Mapping[str, Sequence[Value]] | None = None,
     *,
     against: str | None = None,
 ) -> Sweep:
     """Plan a job for each seed, rate, engine, and combination of the settings that the engine has.
 
-    settings: of Pymunk, and the elasticity and friction of every contact, which are those of every engine. Raises
-    SandboxError for an invalid setting, rate or seed, and if an engine cannot run the scene.
+    seeds, rates: by default the scene's; engines: by default Pymunk, and the first textbook engine that can run the
+    scene; settings: of Pymunk, and the elasticity and friction of every contact, which are those of every engine.
+    Raises SandboxError for an invalid setting, rate or seed, and if an engine cannot run the scene.
     """
-    settings = settings or {}
-    _check_keys(engines, settings)
-    tunings_of = {engine: _tunings(engine, settings) for engine in engines}
+    seeds, rates, settings = seeds or [scene.seed], rates or [scene.rate], settings or {}
+    names = list(named(default_engines(scene) if engines is None else engines))
+    _check_keys(names, settings)
+    tunings_of = {engine: _tunings(engine, settings) for engine in names}
     count = len(seeds) * len(rates) * sum(map(len, tunings_of.values()))
     if count > MAX_ROWS:
         raise SandboxError(f"a sweep of {count:,} rows is larger than the limit of {MAX_ROWS:,}")
@@ -108,12 +110,12 @@ def plan(
             job = Job(seeds[0], rate, engine, tuning)
             scene_of_job(scene, job).changed(pymunk=scene.pymunk.model_dump(exclude_unset=True) | job.values(OF_PYMUNK))
     first, against = scene.changed(seed=seeds[0]), against or REFERENCE
-    for engine in dict.fromkeys([*engines, against]):
+    for engine in dict.fromkeys([*names, against]):
         with suppress(EngineError):  # which costs its rows only
             create(engine, first, spawn(first))
     jobs = (
         Job(seed, rate, engine, tuning)
-        for seed, rate, engine in product(seeds, rates, engines)
+        for seed, rate, engine in product(seeds, rates, names)
         for tuning in tunings_of[engine]
     )
     return Sweep(scene, against, tuple(dict.fromkeys(jobs)))
