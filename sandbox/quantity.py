@@ -117,6 +117,8 @@ def overlaps(position: Floats, radius: Floats, filters: Integers | None) -> Iter
         count = counts[balls]
         first = np.repeat(balls, count)
         second = np.arange(len(first)) + np.repeat(begin[balls] + count - np.cumsum(count), count)
+        is_near = np.abs(y[second] - y[first]) < 2 * radii[first]
+        first, second = first[is_near], second[is_near]
         if len(larger):
             is_counted = (radii[second] < radii[first]) | ((radii[second] == radii[first]) & (first < second))
             first, second = first[is_counted], second[is_counted]

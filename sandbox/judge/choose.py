@@ -16,7 +16,7 @@ from sandbox.judge.observe import FITTED, Met, Singles, When
 from sandbox.judge.thresholds import DOUBTED, FEW, REFUTED
 from sandbox.state import Bools, Floats, Integers
 
-NAME: Final = "U32"
+NAME: Final = "U24"
 SAID: Final = np.dtype(  # what is said of contacts, or of islands of them
     [
         ("cause", "i8"),  # NOTHING, RIGHT, or a Cause
@@ -69,19 +69,19 @@ class Candidate(NamedTuple):
 
 
 def nothing_said(count: int) -> Said:
-    """Return that nothing explains so many contacts."""
+    """Return SAID of contacts, (count,), that nothing explains yet."""
     return np.full(count, np.array((NOTHING, "", "", "", "", np.nan, np.nan), SAID))
 
 
 def is_right(said: Said) -> Bools:
-    """Return of which the law is that of contacts, so that only the time or the place may be wrong."""
+    """Return where the law of contacts is right, so that only the time or the place may be wrong: (k,)."""
     right: Bools = np.isin(said["law"], ["", *BOUNCES])
     return right
 
 
 def is_fault(said: Said) -> Bools:
-    """Return of which a law is wrong."""
-    wrong: Bools = np.isin(said["law"], list(BY_NAME)) & ~is_right(said)
+    """Return where the law of contacts is wrong, not only the time or the place: (k,)."""
+    wrong: Bools = ~(is_right(said) | (said["law"] == UNTOUCHED))
     return wrong
 
 

@@ -36,15 +36,13 @@ def near_pairs(run: Run, step: Integers, ball: Integers, way: Floats, margin: fl
     column, row = column - column.min() + 1, row - row.min() + 1
     across, down = int(column.max()) + 2, int(row.max()) + 2
     key = (step * down + row) * across + column
-    order = np.argsort(key, kind="stable")
-    key, here, fast = key[order], np.arange(len(key)), np.flatnonzero(way > most)
-    beside = _ranges(here + 1, np.searchsorted(key, key + 1, "right"))
-    below = _ranges(np.searchsorted(key, key + across - 1, "left"), np.searchsorted(key, key + across + 1, "right"))
-    b, a = (order[np.concatenate(part)] for part in zip(beside, below, strict=True))
-    by_step = np.argsort(step, kind="stable")
-    steps = step[by_step]
-    c, d = _ranges(np.searchsorted(steps, step[fast], "left"), np.searchsorted(steps, step[fast], "right"))
-    a, b = np.concatenate([a, fast[d]]), np.concatenate([b, by_step[c]])
+    order = np.argsort(key)
+    (key, step, ball), (way, r), x = (key[order], step[order], ball[order]), (way[order], r[order]), x[order]
+    fast = np.flatnonzero(way > most)
+    beside, a = _ranges(np.arange(1, len(key) + 1), np.searchsorted(key, key + 1, "right"))
+    below, c = _ranges(np.searchsorted(key, key + across - 1, "left"), np.searchsorted(key, key + across + 1, "right"))
+    of_step, d = _ranges(np.searchsorted(step, step[fast], "left"), np.searchsorted(step, step[fast], "right"))
+    a, b = np.concatenate([a, c, fast[d]]), np.concatenate([beside, below, of_step])
     gap = np.abs(x[a] - x[b]) - r[a] - r[b]
     keep = (gap <= way[a] + way[b] + margin) & (step[a] == step[b]) & (ball[a] != ball[b])
     a, b = a[keep], b[keep]
@@ -58,7 +56,7 @@ def _ranges(begin: Integers, end: Integers) -> tuple[Integers, Integers]:
     """Return the numbers of some ranges one after another, and which range each is of."""
     size = np.maximum(end - begin, 0)
     of = np.repeat(np.arange(len(size)), size)
-    return np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size) + np.repeat(begin, size), of
+    return np.arange(len(of)) + np.repeat(begin + size - np.cumsum(size), size), of
 
 
 def near_walls(run: Run, step: Integers, ball: Integers, way: Floats, margin: float = 0.0) -> Contacts:

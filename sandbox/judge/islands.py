@@ -163,38 +163,49 @@ class IslandSteps:
             self._set(now, w, spun)
         return x, v, w
 
-    def together(self, island: int) -> Cause:
-        """Return what impulses along contacts, all at once where the balls end the step, explain of their velocities.
+    def together(self, some: Bools) -> Integers:
+        """Return the causes of islands, if impulses along contacts, all at once where balls end the step, explain them.
 
-        LATE: each is right; UNCONVERGED: some bodies still approach, or part too fast; WARM_START: a contact pulls.
-        UNKNOWN if no impulses explain the velocities, or others do as well.
+        LATE: each impulse is right; UNCONVERGED: some bodies still approach, or part too fast; WARM_START: a contact
+        pulls. UNKNOWN if no impulses explain the velocities, or others do as well. some: (islands,), which to explain.
         """
-        nodes, rows, run = np.flatnonzero(self.island == island), np.flatnonzero(self.of == island), self.run
-        dt, ends = float(self.dt[island]), np.stack([self.one[rows], self.two[rows]])
-        c = self._met(rows, *self.seen, np.full(len(rows), dt), When.END)
-        deep = np.flatnonzero(c.depth > run.floor)
-        turned = (self.seen[2] - self.w) * run.r[self.i]
-        is_rough = bool(run.scene.is_rough and np.abs(turned[nodes]).max() * dt > run.floor)
-        given = np.zeros((3, len(nodes), 1 + is_rough, len(deep)))  # what unit impulses and unit frictions change
-        for rubs in range(1 + is_rough):
-            for end, sign, inverse in zip(ends, (-1, 1), c.b.inverse, strict=True):
-                unit = sign * inverse * c.n * 1j**rubs
-                change = np.stack([unit.real, unit.imag, -2 * rubs * inverse])[:, deep]
-                given[:, np.searchsorted(nodes, end[deep]), rubs, np.arange(len(deep))] += change
-        matrix, change = given.reshape(3 * len(nodes), -1), self.seen[1] - self.free[1]
-        got = np.concatenate([change[nodes].real, change[nodes].imag, turned[nodes]])
-        solved, _, rank, _ = np.linalg.lstsq(matrix, got, rcond=None)
-        impulses, most = solved[: len(deep)], float(np.abs(got).max())
-        is_unique = 0 < rank == len(solved) < (2 + is_rough) * len(nodes)
-        if not is_unique or np.abs(matrix @ solved - got).max() * dt > 2 * run.floor + 1e-6 * most * dt:
-            return Cause.UNKNOWN
-        least = 1e-5 * np.abs(impulses).max()
-        off, tol = c.u[deep] + c.b.e[deep] * c.started[deep], 1e-3 * (most + np.abs(c.started[deep]))
-        if (np.where(impulses > least, np.abs(off), off) <= tol).all() and (impulses >= -least).all():
-            return Cause.LATE
-        if len(deep) == 1:
-            return Cause.UNKNOWN
-        return Cause.WARM_START if (impulses < -least).any() else Cause.UNCONVERGED
+        run, rows, y = self.run, np.flatnonzero(some[self.of]), self.seen[0]
+        depth = run.geometry(self.c.i[rows], self.c.j[rows], y[self.one[rows]], y[self.two[rows]])[1]
+        rows = rows[depth > run.floor]
+        of, ends = self.of[rows], (self.one[rows], self.two[rows])
+        c = self._met(rows, *self.seen, self.dt[of], When.END)
+        change, turned = self.seen[1] - self.free[1], (self.seen[2] - self.w) * run.r[self.i]
+        seen, off = np.stack([change.real, change.imag, turned], axis=1), c.u + c.b.e * c.started
+        is_rough = run.scene.is_rough & (self._most(np.abs(turned)) * self.dt > run.floor)
+        sizes = (np.bincount(each, minlength=self.count) for each in (self.island, of))
+        shape, causes = np.stack([*sizes, 1 + is_rough], axis=1), np.full(self.count, Cause.UNKNOWN, int)
+        by_island = np.argsort(self.island, kind="stable")
+        for balls, deep, parts in np.unique(shape[some], axis=0).tolist():
+            if not 0 < deep * parts < balls * (1 + parts):
+                continue
+            which = some & (shape == (balls, deep, parts)).all(axis=1)
+            nodes = by_island[which[self.island[by_island]]].reshape(-1, balls)
+            contacts = np.flatnonzero(which[of]).reshape(-1, deep)
+            given = np.zeros((len(nodes), balls, 3, parts, deep))  # what unit impulses and unit frictions change
+            at = np.arange(len(nodes))[:, None], np.arange(deep)
+            for rubs in range(parts):
+                for end, sign, inverse in zip(ends, (-1, 1), c.b.inverse, strict=True):
+                    unit = sign * inverse * c.n * 1j**rubs
+                    gives = np.stack([unit.real, unit.imag, -2 * rubs * inverse], axis=1)[contacts]
+                    node = (nodes[:, None] == end[contacts][..., None]).argmax(axis=2)
+                    given[at[0], node, :, rubs, at[1]] += gives
+            matrix, got = given.reshape(len(nodes), 3 * balls, -1), seen[nodes].reshape(len(nodes), -1)
+            solved = (np.linalg.pinv(matrix) @ got[..., None])[..., 0]
+            impulses, most, dt = solved[:, :deep], np.abs(got).max(axis=1), self.dt[which]
+            miss = np.abs((matrix @ solved[..., None])[..., 0] - got).max(axis=1)
+            fits = (np.linalg.matrix_rank(matrix) == deep * parts) & (miss * dt <= 2 * run.floor + 1e-6 * most * dt)
+            least = 1e-5 * np.abs(impulses).max(axis=1, keepdims=True)
+            tol = 1e-3 * (most[:, None] + np.abs(c.started[contacts]))
+            pulls, excess = impulses < -least, np.where(impulses > least, np.abs(off[contacts]), off[contacts])
+            right = ~(pulls | (excess > tol)).any(axis=1)
+            of_solver = np.where(pulls.any(axis=1), Cause.WARM_START, Cause.UNCONVERGED) if deep > 1 else Cause.UNKNOWN
+            causes[which] = np.where(fits, np.where(right, Cause.LATE, of_solver), Cause.UNKNOWN)
+        return causes
 
 
 def explain_islands(islands: IslandSteps, shown: Shown, tried: Bools, said: Said) -> None:
@@ -207,9 +218,9 @@ def explain_islands(islands: IslandSteps, shown: Shown, tried: Bools, said: Said
             said[won & is_pair], said[won & ~is_pair] = rule.said(is_pair=True), rule.said(is_pair=False)
     late = sum(-times if in_time else times for (in_time, *_), times in shown.items())
     if late > sum(times for (_, _, way), times in shown.items() if way.cause is not None):
-        for island in np.flatnonzero(unsaid).tolist():
-            if (cause := islands.together(island)) != Cause.UNKNOWN:
-                said["cause"][island], said["law"][island] = cause, BY_SOLVER[cause]
+        causes = islands.together(unsaid)
+        for cause, law in BY_SOLVER.items():
+            said["cause"][causes == cause], said["law"][causes == cause] = cause, law
 
 
 def _rules(shown: Shown) -> list[Rule]:

@@ -10,11 +10,11 @@ from typing import Final
 import numpy as np
 
 from sandbox.judge.causes import Cause
-from sandbox.judge.choose import ANYWHERE, NOTHING, RIGHT, Said, choose, doubt_faults, is_fault, is_right, nothing_said
+from sandbox.judge.choose import ANYWHERE, NOTHING, RIGHT, Said, choose, doubt_faults, is_right, nothing_said
 from sandbox.judge.contacts import components, due, keys_of, near_pairs, near_walls, way_of
 from sandbox.judge.flight import Habit, habit_of
 from sandbox.judge.islands import MAX_ISLANDS, IslandSteps, Shown, Way, explain_islands
-from sandbox.judge.laws import BY_NAME, PLACES
+from sandbox.judge.laws import BOUNCES, BY_NAME, PLACES
 from sandbox.judge.ledger import NO_BODY, Errors, Ledger, pairs
 from sandbox.judge.observe import Singles, When
 from sandbox.judge.run import NEVER, Contacts, Islands, Run, cross, dot
@@ -119,8 +119,8 @@ class _Block:
         acts = (self.is_due & some_act) | ((self.deepest > 0) & all_act)
         waits = self.is_due & ~some_act
         keys = keys_of(c, run)
-        ignored = self.is_due & (self.before > run.tiny) & np.isin(keys - 1, keys[waits])  # as before
-        dropped = acts & ignored & self._has_more(c, c.part(acts), 1)
+        waited = np.isin(keys - 1, keys[waits], assume_unique=True)  # in the step before
+        dropped = acts & self.is_due & (self.before > run.tiny) & waited & self._has_more(c, c.part(acts), 1)
         acts &= ~dropped
         some = c.part(acts)
         self.contacts = len(some.k)
@@ -179,18 +179,22 @@ class _Block:
         usual = is_stepped & (cause == Cause.LATE) & is_right(said)
         known = (cause == RIGHT) | clear | usual  # else another contact may have done it
         self.done[c.part(known).ends] = True
-        self.ledger.enter_islands(Islands.of_contacts(c.part(known)), touch[known], said[known])
-        rows = zip(said[known].tolist(), is_fault(said[known]).tolist(), c.pair[known].tolist(), strict=True)
-        for (number, when, law, place, _, value, _), is_wrong, is_pair in rows:  # in which ways contacts are resolved
+        c, touch, said, in_time = c.part(known), touch[known], said[known], in_time[known]
+        self.ledger.enter_islands(Islands.of_contacts(c), touch, said)
+        values = (None if np.isnan(value) else value for value in said["value"].tolist())
+        columns = (in_time, c.pair, said["cause"], said["law"], said["place"])
+        alike = Counter(zip(*(column.tolist() for column in columns), values, strict=True))
+        for (is_timely, is_pair, number, law, place, value), times in alike.items():  # how contacts are resolved
             put = place if place in PLACES and not PLACES[place].free else ""
-            parameter, fault = None if np.isnan(value) else float(f"{value:.9g}"), Cause(number) if is_wrong else None
-            self.ways[when == When.TOUCH, is_pair, Way(law if law in BY_NAME else "", parameter, put, fault)] += 1
+            fault = Cause(number) if law in BY_NAME and law not in BOUNCES else None
+            parameter = None if value is None else float(f"{value:.9g}")
+            self.ways[is_timely, is_pair, Way(law if law in BY_NAME else "", parameter, put, fault)] += times
 
     def _crowded(self, c: Contacts) -> Bools:
         """Return which contacts are of balls that may have another: with an active ball, a wall, or what they touch."""
         run, every = self.run, self.c
         some = every.part(every.all_in(self.active) | ~every.pair | (self.deepest > -run.tiny))
-        return self._has_more(c, some, np.isin(keys_of(c, run), keys_of(some, run)))
+        return self._has_more(c, some, np.isin(keys_of(c, run), keys_of(some, run), assume_unique=True))
 
     def _early(self, nodes: Integers) -> None:
         """Judge balls that nothing should have touched as contacts that came early."""
@@ -294,7 +298,7 @@ class _Block:
         side = dot((run.start + run.end)[wall] / 2 - x, met.n[order[begins]])
         beyond = np.where(is_arena, depth > run.r[ends.i], side <= 0)
         passed = np.where(ends.pair, (depth <= 0) | (ends.k + 1 < run.steps), beyond)
-        passed &= ~np.isin(keys_of(ends, run) + 1, resolved)
+        passed &= ~np.isin(keys_of(ends, run) + 1, resolved, assume_unique=True)
         rows = order[begins][passed]
         c = c.part(begins).part(passed)
         said, balls = nothing_said(len(c.k)), np.stack([c.i, c.other])

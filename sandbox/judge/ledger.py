@@ -93,7 +93,8 @@ class Ledger:
             return
         run, (k, i, island, c, one, two), of, count = self.run, islands, islands.of, len(said)
         s, dx, dv, dw = Singles(run, c, touch), *np.zeros((2, len(k)), complex), np.zeros(len(k))
-        given, rub, heat, rubbed = s.near_end()
+        met, end = s.met(When.TOUCH), s.met(When.END)
+        given, rub, heat, rubbed = s.near_end(met, end)
         left = np.where(touch < NEVER, s.dt - touch, 0.0)
         for node, change, inverse, r in zip((one, two), given, s.inverse, s.r, strict=True):
             np.add.at(dv, node, change)
@@ -118,7 +119,7 @@ class Ledger:
         both, j = np.stack([first, first], axis=1), np.full(count, NO_BODY)
         both[some], j[some] = np.stack([one[head], two[head]], axis=1), c.j[head]
         normal, should_normal = np.full((2, count), np.nan + 0j)
-        normal[some], should_normal[some] = s.met(When.END).n[head], s.met(When.TOUCH).n[head]
+        normal[some], should_normal[some] = end.n[head], met.n[head]
         normal[np.isnan(said["depth"])] = should_normal[several] = np.nan
         should, spin_should = pairs((by_gravity(run.flights(k, i)) + dv)[both]), (run.w[k, i] + dw)[both]
         should[several], spin_should[several] = np.nan, np.nan

@@ -176,12 +176,14 @@ class Singles(Bodies):
         off[~np.isfinite(off)] = np.inf
         return off
 
-    def near_end(self) -> tuple[Vectors, Floats, Floats, Floats]:
+    def near_end(self, met: Met, end: Met) -> tuple[Vectors, Floats, Floats, Floats]:
         """Return what the exact contact changes, (2, k) px/s, its friction, and what that and restitution take.
+
+        met, end: where contacts are in time, and at the end of the step.
 
         Of contacts that are not due in the step, these are 0, but restitution takes what it takes where they are found.
         """
-        met, end, has = self.met(When.TOUCH), self.met(When.END), self.touch < NEVER
+        has = self.touch < NEVER
         impulse, rub = (np.where(has, part, 0.0) for part in (met.due, met.rub))
         u = np.where(has, met.u, np.where(end.depth > 0, np.maximum(end.u, 0), 0.0))
         heat = (1 - self.e**2) * self.red * u**2 / 2

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -100,20 +101,25 @@ def _net(sums: Floats) -> None:
         sums[0, [Cause.GRAVITY, Cause.LATE]] -= both, -both
 
 
+@cache
+def _said_by(cause: int, law: str, place: str) -> tuple[int, str, str]:
+    """Return by which cause, law and place errors are said together. A wrong law is said alone."""
+    is_timed, is_pushed = cause in (Cause.LATE, Cause.EARLY), cause == Cause.POSITION_CORRECTION
+    law = "" if is_timed or (is_pushed and law in ("none", "apart")) else law
+    is_alone = is_timed or (is_pushed and place == "pushed") or law in BY_NAME
+    return cause, law, "" if is_alone else place
+
+
 def _causes(scene: Scene, errors: Errors, reach: float, flights: dict[str, str]) -> tuple[CauseOfError, ...]:
     """Return the causes, by their shares. reach: s, the mean time between contacts, for which a speed is wrong."""
     if not len(errors):
         return ()
     size = errors["displacement"] + errors["speed"] * reach
-    law, place = errors["law"].copy(), errors["place"].copy()
-    timed, pushed = np.isin(errors["cause"], [Cause.LATE, Cause.EARLY]), errors["cause"] == Cause.POSITION_CORRECTION
-    law[timed | pushed & np.isin(law, ["", "none", "apart"])] = ""
-    place[timed | pushed & (place == "pushed") | np.isin(law, list(BY_NAME))] = ""  # a wrong law is said alone
-    keys = np.stack([errors["cause"].astype(law.dtype), law, place], axis=1)
-    _, group = np.unique(keys, axis=0, return_inverse=True)
-    group = group.ravel()
+    keys = [_said_by(*key) for key in zip(*(errors[name].tolist() for name in ("cause", "law", "place")), strict=True)]
+    numbers = {key: number for number, key in enumerate(sorted(set(keys)))}
+    group = np.array([numbers[key] for key in keys])
     found, whole = [], float(size.sum()) or 1.0
-    for number in range(group.max() + 1):
+    for number in range(len(numbers)):
         rows = errors[group == number]
         values = rows["value"][np.isfinite(rows["value"])]
         parameter = float(np.median(values)) if len(values) else None
