@@ -218,23 +218,21 @@ def step(position, velocity, dt, scene):
 """
 
 
-def substeps(share: str) -> str:
-    """Return the textbook's program in four substeps. share: of a step, which each is as long as."""
-    return (
-        textbook().replace("def step", "def substep")
-        + f"""
+SUBSTEPS: Final = (
+    textbook().replace("def step", "def substep")
+    + """
 def step(position, velocity, dt, scene):
     for _ in range(4):
-        substep(position, velocity, dt{share}, scene)
+        substep(position, velocity, dt / 4, scene)
 """
-    )
+)
 
 
 PROGRAMS: Final = {
     # Nothing is wrong but the time of contacts, or not even that
     "textbook": program("Right, except that contacts are found up to a step late.", UNEQUAL, "late"),
     "substeps": program(
-        "Right, but for contacts that are a quarter of a step late.", UNEQUAL, "late", source=substeps(" / 4")
+        "Right, but for contacts that are a quarter of a step late.", UNEQUAL, "late", source=SUBSTEPS
     ),
     "moved_one_by_one": program(
         "Each ball is moved and then compared with the others, of which some have not moved yet.", EQUAL, "late early",
@@ -318,6 +316,12 @@ PROGRAMS: Final = {
         "A ball found in a wall is put on it, which discards the way that it has flown back already.", BOX, "overshoot",
         bounce=f"{BOUNCE}\nposition[i, axis] = balls.radius[i] if too_low else side - balls.radius[i]",
     ),
+    "walls_that_put_too_far": program(
+        "A ball found in a wall is mirrored at it, and put 0.3 px further away.", "bouncing", "", "placed",
+        move=FALLING + "position += velocity * dt + gravity * dt**2 / 2\nvelocity += gravity * dt",
+        bounce=f"{BOUNCE}\nplace = balls.radius[i] + 0.15 if too_low else side - balls.radius[i] - 0.15\n"
+        "position[i, axis] = 2 * place - position[i, axis]",
+    ),
     "move_undone_on_an_axis": program(
         "Where a move along an axis leads into a wall, the place on that axis is put back.",
         BOX.replace("[230, 170]", "[460, 340]"), "overshoot",
@@ -393,9 +397,6 @@ PROGRAMS: Final = {
         FALL, "placed untold", "", 2, 100, 200,
         move=FALLING + "for _ in ('update', 'draw'):\n    position += velocity * dt + gravity * dt**2 / 2\n"
         "    velocity += gravity * dt",
-    ),
-    "substeps_of_a_whole_step": program(
-        "Four substeps, each as long as a whole step.", UNEQUAL, "placed untold", "", 4, 300, 400, source=substeps(""),
     ),
 }  # fmt: skip
 FAULTS.update(PROGRAMS)

@@ -40,7 +40,7 @@ def fill(grid: Grid, ball: Records) -> None:
 
 @kernel
 def next_neighbour(grid: Grid, ball: Records, i: int, last: int, reach: float) -> int:
-    """Return the first ball after `last` whose centre is within reach (px) of ball i's, or n if there is none."""
+    """Return the next ball after `last`, by number, whose centre is within `reach` px of ball i's; else n."""
     x, y, reach, neighbour = ball[i].x, ball[i].y, reach * REACH_MARGIN, len(ball)
     cell = cell_at(grid, x, y)
     for corner in range(cell - grid.stride - 1, cell + grid.stride, grid.stride):
@@ -55,7 +55,7 @@ def next_neighbour(grid: Grid, ball: Records, i: int, last: int, reach: float) -
 
 @kernel
 def note_push(grid: Grid, ball: Records, j: int) -> None:
-    """Update the grid after ball j was pushed by a ball before it, which no other looks for any more."""
+    """Move ball j to its new cell after a ball i < j pushed it. Ball i may stay: no later ball searches for it."""
     cell = cell_at(grid, ball[j].x, ball[j].y)
     if cell != ball[j].cell:
         leave(grid, ball, j, ball[j].cell)

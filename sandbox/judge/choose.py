@@ -128,6 +128,9 @@ def _right(s: Singles, case: Case) -> Iterator[Candidate]:
         laws.append((UNTOUCHED, six_of(0 * c.due, 0 * c.due), np.ones(len(c.due), bool)))
     for law, six, may in laws:
         right = c.is_valid & may & (s.miss(c.six, six) <= s.tol + c.slack)
+        if not law and c.when in (When.TOUCH, When.END):  # no wrong law explains what only the place is wrong with
+            causes, nan = np.full(len(right), NOTHING), np.full(len(right), np.nan)
+            yield Candidate(FREE_ANYWHERE, c.when, law, ANYWHERE, causes, nan, right, c.depth)
         for place, fits in case.places if right.any() else ():
             causes = case.by_depth if place.cause is None else np.full(len(fits), place.cause)
             if law:
@@ -173,7 +176,8 @@ def _decide(candidates: list[Candidate], said: Said, rows: Integers) -> None:
     best = rank.argmin(axis=0)
     tied, named = fits & (rank == rank[best, at]), cause[best, at]
     is_doubted = support[best, at] < np.array([c.proof(len(said)) for c in candidates])[best]
-    named = np.where((tied & (cause != named)).any(axis=0) | is_doubted, Cause.UNKNOWN, named)
+    is_doubted |= (tied & (cause != named)).any(axis=0)
+    named = np.where(is_doubted & (named != NOTHING), Cause.UNKNOWN, named)
     named[(tied & (cause == RIGHT)).any(axis=0)] = RIGHT
     others = tied & (np.arange(len(candidates))[:, None] != best)
     also = np.where(others.any(axis=0), table["law"][others.argmax(axis=0)], "")

@@ -22,7 +22,7 @@ from sandbox.state import Bools, Floats, Integers
 MAX_ISLANDS: Final = 1_500  # of a block, the first ones: each takes up to 0.5 ms, all less than a second
 COMMON: Final = 3  # ways that single contacts show most, and that are tried on islands
 Ends = tuple[Vectors, Vectors, Floats]  # how balls end the step: px, px/s and rad/s
-BY_SOLVER: Final = {Cause.WARM_START: "pulls", Cause.UNCONVERGED: "approach", Cause.LATE: "together"}
+BY_SOLVER: Final = {Cause.WARM_START: "pulls", Cause.UNCONVERGED: "approach", Cause.LATE: ""}
 
 
 class Way(NamedTuple):
@@ -60,7 +60,7 @@ class Rule(NamedTuple):
             return RIGHT, "", "", "", "", np.nan, np.nan
         place = PLACES[ways[0].place]
         cause = Cause.LATE if place.cause is None else place.cause
-        return cause, "", "together" if cause == Cause.LATE else "", place.name, "", np.nan, np.nan
+        return cause, "", "", place.name, "", np.nan, np.nan
 
 
 Shown = Counter[tuple[bool, bool, Way]]  # how many single contacts are in time, of two balls, and resolved in a way
@@ -166,8 +166,9 @@ class IslandSteps:
     def together(self, some: Bools) -> Integers:
         """Return the causes of islands, if impulses along contacts, all at once where balls end the step, explain them.
 
-        LATE: each impulse is right; UNCONVERGED: some bodies still approach, or part too fast; WARM_START: a contact
-        pulls. UNKNOWN if no impulses explain the velocities, or others do as well. some: (islands,), which to explain.
+        LATE: each impulse is right; UNCONVERGED: bodies still approach, or part too slowly or too fast; WARM_START: a
+        contact pulls. UNKNOWN if no impulses explain the velocities, or others do as well. some: (islands,), which to
+        explain.
         """
         run, rows, y = self.run, np.flatnonzero(some[self.of]), self.seen[0]
         depth = run.geometry(self.c.i[rows], self.c.j[rows], y[self.one[rows]], y[self.two[rows]])[1]
@@ -221,6 +222,9 @@ def explain_islands(islands: IslandSteps, shown: Shown, tried: Bools, said: Said
         causes = islands.together(unsaid)
         for cause, law in BY_SOLVER.items():
             said["cause"][causes == cause], said["law"][causes == cause] = cause, law
+    x, c, of = islands.free[0], islands.c, islands.of
+    depth = islands.run.geometry(c.i, c.j, x[islands.one], x[islands.two])[1]
+    np.fmax.at(said["depth"], of, np.where(said["cause"][of] == Cause.LATE, depth, np.nan))
 
 
 def _rules(shown: Shown) -> list[Rule]:

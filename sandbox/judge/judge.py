@@ -238,6 +238,9 @@ class _Block:
         k, i = np.divmod(nodes, run.n)
         islands = Islands(k, i, island, c.part(inside), one[inside], two[inside])
         said = self._said_of_islands(islands, is_lone)
+        met = inside & (self.is_due | (self.deepest > -run.tiny))
+        is_single = np.bincount(island[one[met]], minlength=len(said)) <= 1
+        said["law"][is_single & (said["law"] == "several")] = "single"
         alone = is_lone[island]
         said[is_lone] = self._said_of_lone(k[alone], i[alone])
         self.ledger.enter_islands(islands, self.touch[inside], said)

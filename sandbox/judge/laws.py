@@ -252,8 +252,9 @@ def places(s: Singles, c: Met) -> list[tuple[Place, Bools]]:
         for name, (shift, may) in shifts_of(c, s.dv, s.x - s.h, s.dt).items():
             found[name] = (np.abs(off - shift) <= tol).all(axis=0) & may
     if c.when != When.SHOWN:
-        (a, b), only = dot(off, n), (np.abs(dot(off, 1j * n)) <= tol).all(axis=0) & pair  # along the normal
+        (a, b), only = dot(off, n), (np.abs(dot(off, 1j * n)) <= tol).all(axis=0)  # along the normal
         same, by_mass = np.abs(a + b) <= tol, np.abs(a + b * s.m[1] / s.m[0]) <= tol
-        found["pushed"] = only & (same | by_mass) & (c.depth > s.run.tiny)
-        found["apart"] = only & same & (np.abs(c.depth) <= s.run.tiny)
+        out_of_wall = (a < 0) & (np.abs(s.dv[0]) <= s.tol)  # as it flies on
+        found["pushed"] = only & np.where(pair, same | by_mass, out_of_wall) & (c.depth > s.run.tiny)
+        found["apart"] = only & pair & same & (np.abs(c.depth) <= s.run.tiny)
     return [(PLACES[name], fits) for name, fits in found.items() if fits.any()]

@@ -120,7 +120,7 @@ class Ledger:
         both[some], j[some] = np.stack([one[head], two[head]], axis=1), c.j[head]
         normal, should_normal = np.full((2, count), np.nan + 0j)
         normal[some], should_normal[some] = end.n[head], met.n[head]
-        normal[np.isnan(said["depth"])] = should_normal[several] = np.nan
+        normal[np.isnan(said["depth"]) | several] = should_normal[several] = np.nan
         should, spin_should = pairs((by_gravity(run.flights(k, i)) + dv)[both]), (run.w[k, i] + dw)[both]
         should[several], spin_should[several] = np.nan, np.nan
         gained = np.stack([summed(part) for part in self.gained(k, i).T], axis=1)

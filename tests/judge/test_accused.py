@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Final
 
+import numpy as np
 import pytest
 from conftest import sample
 from verdicts import causes_of, on_states, states_of
@@ -54,3 +55,11 @@ def test_what_article_does_is_named_with_its_parameter() -> None:
     assert worst.parameter == pytest.approx(1 / 20)
     assert "40 px" in worst.sentence
     assert causes_of(verdict) <= {Cause.SMALL, Cause.LATE, Cause.MISSED, Cause.OVERSHOOT, Cause.UNKNOWN}
+
+
+def test_what_pymunk_does_is_late_or_a_push_out_of_an_overlap_and_how_deep_is_said_of_islands_too() -> None:
+    scene = load("newtons-cradle")
+    errors = on_states(scene, states_of(scene, "pymunk")).errors
+    assert set(errors["cause"]) == {Cause.LATE, Cause.POSITION_CORRECTION}
+    assert set(errors["second"][errors["cause"] == Cause.POSITION_CORRECTION] < 0) == {True, False}
+    assert np.isfinite(errors["depth"]).all()
