@@ -87,7 +87,9 @@ def write_back(rows: Any, data: Any) -> None:
 
 def column(records: Records, name: str) -> NDArray[Any]:
     """Return a field of all records, in either form: (n,)."""
-    return np.array(records[name] if isinstance(records, np.ndarray) else list(map(attrgetter(name), records)))
+    if isinstance(records, np.ndarray):  # a recarray finds its fields in twice the time
+        return records.view(np.ndarray)[name].copy()
+    return np.array(list(map(attrgetter(name), records)))
 
 
 @cache

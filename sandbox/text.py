@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import math
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Final
@@ -64,8 +65,16 @@ def _cell(cell: object) -> object:
 
 
 def json_text(value: object) -> str:
-    """Return a value as JSON, as every file has it."""
-    return json.dumps(value, indent=2, allow_nan=False) + "\n"
+    """Return a value as JSON, as every file has it: a number that is not finite, which JSON does not have, is null."""
+    return json.dumps(_finite(value), indent=2, allow_nan=False) + "\n"
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def console(**options: Any) -> "Console":

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import chain, count
 from time import monotonic
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import numpy as np
 
@@ -40,8 +40,6 @@ PATIENCE: Final = 60.0  # s, time limit of an engine that is not built in for a 
 FIRST_SECONDS: Final = 0.5  # s, after which an engine's speed is known
 
 Progress = Callable[[float, str], object]  # of the fraction that is done, of a scene and an engine
-
-T = TypeVar("T", bound=float | Numbers)
 
 
 class Outcome(Enum):
@@ -101,7 +99,7 @@ class Result:
         if self.outcome is Outcome.SKIPPED:
             return {"skipped": skipped}
         judged = Judged(
-            error=_finite(self.worst.error),
+            error=self.worst.error,
             tolerance=self.worst.expect.tolerance,
             passed=self.outcome in (Outcome.MET, Outcome.CLOSE),
             missed=[miss for score in self.scores for miss in _misses(score)],
@@ -132,7 +130,7 @@ def _words(value: float | Numbers) -> str:
 
 
 def _misses(score: Score) -> Iterator[dict[str, Any]]:
-    """Yield what `--json` writes for each quantity that is missed; an infinite number is None."""
+    """Yield what `--json` writes for each quantity that is missed."""
     for each in score.missed:
         yield {
             "at": score.expect.at,
@@ -140,16 +138,11 @@ def _misses(score: Score) -> Iterator[dict[str, Any]]:
             "quantity": each.quantity.key,
             "unit": each.quantity.dimension.value,
             "expected": each.expected,
-            "found": _finite(each.measured),
-            "error": _finite(each.error),
+            "found": each.measured,
+            "error": each.error,
             "tolerance": score.expect.tolerance,
             "because": score.expect.because,
         }
-
-
-def _finite(value: T) -> T | None:
-    """Return a number or a vector for JSON, None if it is not finite."""
-    return value if np.isfinite(np.atleast_1d(value)).all() else None
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,5 @@
 """The diagnosis of a Space that a program stepped: its findings and its energy; as text and JSON."""
 
-import math
 import textwrap
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
@@ -73,18 +72,8 @@ class Diagnosis:
 
     def as_json(self) -> dict[str, Any]:
         """Return it as a JSON document has it."""
-        document = {key: value for key, value in vars(self).items() if key != "cost"} | {
+        return {key: value for key, value in vars(self).items() if key != "cost"} | {
             "headline": self.headline,
             "findings": [asdict(finding) for finding in self.findings],
             "energy": self.energy.as_json() if self.energy else None,
         }
-        return {key: _finite(value) for key, value in document.items()}
-
-
-def _finite(value: Any) -> Any:
-    """Return what a JSON document may have: None in place of numbers that are not finite."""
-    if isinstance(value, dict):
-        return {key: _finite(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
