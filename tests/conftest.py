@@ -41,6 +41,7 @@ PROGRAMS_REQUIRED, LIBRARIES_REQUIRED = _NO_SKIPS in ("programs", "all"), _NO_SK
 
 SHARING: Final = (  # files whose tests share comparisons, pages or a window, that take seconds to make
     "tests/engines/test_determinism.py",
+    "tests/engines/test_exact_islands.py",
     "tests/report/",
     "tests/slow/test_stress.py",
     "tests/sweeps/test_sweep.py",
@@ -48,12 +49,19 @@ SHARING: Final = (  # files whose tests share comparisons, pages or a window, th
 )
 
 
+COMPILING: Final = pytest.StashKey[Iterator[None]]()
+
+
 def pytest_configure(config: pytest.Config) -> None:
-    """Compile the kernels of new sources once, before several processes need them."""
+    """Compile the kernels of new sources once, while the processes that need them collect the tests."""
     starts_workers = getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput")
     if starts_workers:
-        with ProcessPoolExecutor() as pool:
-            list(pool.map(compile_engines, zip(KERNEL_ENGINES)))
+        config.stash[COMPILING] = ProcessPoolExecutor().map(compile_engines, zip(KERNEL_ENGINES))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_node_collection_finished(node: Any) -> None:
+    list(node.config.stash[COMPILING])  # no test starts before
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -143,9 +151,9 @@ def no_display(monkeypatch: pytest.MonkeyPatch) -> None:
 unfreeze = gc.unfreeze
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def _few_objects_to_collect() -> Iterator[None]:
-    """Freeze all objects once for each module, not in each window.
+    """Freeze all objects once for each process, not in each window.
 
     A window that opens looks for garbage among all objects of its process, and that of the tests has millions.
     """

@@ -136,7 +136,7 @@ def test_there_are_documents() -> None:
     assert len(EXAMPLES) > 5
 
 
-@pytest.mark.parametrize("block", [*OF_README, *sample(OF_PAGES, 6)], ids=str)
+@pytest.mark.parametrize("block", [*OF_README, *sample(OF_PAGES, 5)], ids=str)
 def test_every_command_prints_what_stands_there(
     block: Block, tmp_path: Path, command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:

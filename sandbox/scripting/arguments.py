@@ -51,14 +51,16 @@ def _inputs_of(inputs: AnyInputs, scene: Scene) -> list[Input]:
         return load_inputs(Path(inputs), scene)
     if not isinstance(inputs, Iterable) or isinstance(inputs, Mapping):
         raise SandboxError(f"inputs must be a list of inputs, or a file of them, got {shown(inputs)}")
-    return check_inputs(inputs, scene)
+    return check_inputs([plain(entry) if isinstance(entry, Mapping) else entry for entry in inputs], scene)
 
 
 def plain(value: object) -> Any:
-    """Return the numbers, arrays and vectors of any library as Python's numbers and lists, which models require."""
+    """Return numbers, arrays and vectors of any library, also within tables, as Python's, which models require."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
-    if isinstance(value, Iterable) and not isinstance(value, str | Mapping):
+    if isinstance(value, Mapping):
+        return {key: plain(each) for key, each in value.items()}
+    if isinstance(value, Iterable) and not isinstance(value, str):
         return [plain(each) for each in value]
     return value
 

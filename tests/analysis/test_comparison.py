@@ -101,7 +101,7 @@ def test_progress_is_reported_several_times_a_second(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr("sandbox.run.lockstep.advance", slow_advance)
     monkeypatch.setattr("sandbox.run.lockstep.perf_counter", lambda: times[-1])
-    scene, reported = load("article").changed(seconds=60.0), [(0.0, 0.0)]
+    scene, reported = load("article").changed(seconds=20.0), [(0.0, 0.0)]
 
     def progress(done: float) -> None:
         if done > 0.5:

@@ -64,7 +64,7 @@ def test_a_space_has_the_same_figures_in_every_view(e: float) -> None:
 
 
 def test_the_scale_of_a_dropped_ball_is_m_g_h_at_the_floor_though_no_step_ends_there() -> None:
-    for rate in (60, 61, 7, 1000):
+    for rate in (60, 61, 7):
         comparison = compare(dropped().changed(rate=rate), ["pymunk", "exact"])
         assert comparison.energy_scale == pytest.approx(2 * 900 * 300, rel=1e-9)
     assert compare(dropped(0.95), ["exact"]).runs["exact"].figures.energy_ratio == pytest.approx(0.25)  # e², one bounce

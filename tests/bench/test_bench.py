@@ -6,15 +6,13 @@ import re
 from collections.abc import Generator
 from itertools import islice
 from pathlib import Path
-from types import SimpleNamespace
 from typing import cast
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from conftest import Command
 
-from sandbox.bench import comparisons, engines, parts, window
+from sandbox.bench import parts
 from sandbox.bench.engines import plain_space
 from sandbox.bench.figure import Figure, figure
 from sandbox.bench.parts import PARTS, Benchmark, bench
@@ -45,45 +43,12 @@ def test_a_part_yields_figures_with_their_spread() -> None:
     assert dict(os.environ) == environment
 
 
-@pytest.fixture
-def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let every measurement take 1 s, and do nothing."""
-    for module in (comparisons, engines, window):
-        monkeypatch.setattr(module, "processor_time", lambda *_: 1.0)
-        monkeypatch.setattr(module, "repeats_of", lambda *_: 1)
-    for module in (engines, window):
-        monkeypatch.setattr(module, "plain_space", Mock())
-    for name in ("create", "spawn", "ExactEngine"):
-        monkeypatch.setattr(engines, name, Mock())
-    monkeypatch.setattr(engines, "gas", lambda n, *_: SimpleNamespace(bodies=range(n), rate=60))
-    monkeypatch.setattr(engines, "_collisions_per_second", lambda _: 1.0)
-    for name in ("Window", "DrawOptions", "pygame"):
-        monkeypatch.setattr(window, name, Mock())
-
-
-@pytest.mark.usefixtures("unmeasured")
-def test_no_two_figures_have_the_same_name_and_their_words_fit() -> None:
-    measured = [list(figures) for _, figures in bench()]
-    names = [figure.name for part in measured for figure in part]
-    assert len(names) == len(set(names)) > 10
-    assert max(len(figure.means) for part in measured for figure in part) <= 42  # the column's width
-
-
 def test_the_help_and_the_documents_name_every_part(command: Command) -> None:
     _, out, _ = command("bench", "--help")
     page = (Path(__file__).parents[2] / "docs" / "engines.md").read_text()
     for name in PARTS:
         assert re.search(rf"\b{name}\b", out)
         assert f"`{name}`" in page
-
-
-def test_the_finer_gas_covers_what_the_gas_of_1000_covers() -> None:
-    gas, finer = load("gas-1000"), window.finer_gas(5_000)
-    area = np.sum(gas.bodies.radius**2)
-    assert (len(finer.bodies), finer.arena.size) == (5_000, gas.arena.size)
-    assert np.sum(finer.bodies.radius**2) == pytest.approx(area)
-    speeds = [np.sqrt(np.mean(spawn(one).velocity ** 2)) / one.bodies.radius[0] for one in (gas, finer)]
-    assert speeds[0] == pytest.approx(speeds[1], rel=0.05)  # drawn at random
 
 
 def test_the_error_for_an_unknown_part_names_the_nearest() -> None:

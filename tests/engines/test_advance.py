@@ -32,7 +32,7 @@ CASES = {
     "pymunk": ("pymunk", GAS),
     "pymunk, friction": ("pymunk", ROUGH),
 }
-WIDE = ("impulse, walls", "exact, friction")  # the dearest
+WIDE = ("impulse, walls", "exact, heap", "exact, friction")  # the dearest
 
 
 def play(name: str, scene: Scene, blocks: list[int], kick: int) -> list[Floats | Contacts]:

@@ -60,6 +60,8 @@ def test_numbers_of_numpy_are_numbers() -> None:
     assert (compared.scene.seed, compared.scene.rate, len(compared.time)) == (3, 30, 16)
     table = sandbox.sweep("article", "exact", seeds=np.arange(2), seconds=0.1)
     assert [row["seed"] for row in table] == [0, 1]
+    grab = {"do": "grab", "step": np.int64(3), "ball": np.int64(0), "at": np.array([100.0, 100.0])}
+    assert len(sandbox.simulate("article", "exact", steps=5, inputs=[grab]).time) == 6
 
 
 def test_inputs_are_objects_dictionaries_or_a_file(tmp_path: Path) -> None:
