@@ -15,7 +15,7 @@ from sandbox.view.layout import Layout
 from sandbox.view.primitives import SMALLEST_TEXT, text_width
 from sandbox.view.side_panel import SidePanel
 from sandbox.view.theme import theme
-from sandbox.view.widgets import Bar, TextButton, Widget, Words
+from sandbox.view.widgets import Bar, TextButton, Widget
 from sandbox.view.widgets.fields import Field
 from sandbox.view.widgets.group import WidgetGroup
 
@@ -33,7 +33,7 @@ class Notes:
         self.field = Field("mass", lambda: self.mass, self.set_mass, "of the ball", "kg")
         self.button = TextButton("double", lambda: self.done.append("double"), refusal=lambda: self.refusal)
         self.bar = Bar("friction", "-20 %", -0.5, theme.accent)
-        self.words = [Words(f"paragraph {k}", do=partial(self.done.append, f"{k}")) for k in range(paragraphs)]
+        self.words = [TextButton(f"button {k}", partial(self.done.append, f"{k}")) for k in range(paragraphs)]
         self.refusal = ""
 
     def set_mass(self, text: str) -> None:
