@@ -45,7 +45,7 @@ class Messages:
     def _progress(self) -> str:
         """How far engines that run again still are from the current step, or nothing."""
         steps = self._playback.session.steps_behind
-        return f"catching up: {steps:,} steps to go" if steps and not self._playback.rests else ""
+        return f"catching up: {steps:,} step{'s' * (steps != 1)} to go" if steps and not self._playback.rests else ""
 
     def draw(self, surface: Surface, layout: Layout) -> None:
         """Draw what the window says, a message on a card."""
@@ -88,8 +88,10 @@ class Cards:
 
     def draw(self, surface: Surface, layout: Layout, placed: Sequence[Placed]) -> None:
         """Draw everything. placed: the widgets."""
+        titles = [layout.title(pane) for pane in range(len(layout.arenas))]
+        kept_free = [*titles, *(place for widget, place in placed if isinstance(widget, Slider))]
         self._messages.draw(surface, layout)
-        self._draw_ball(surface, layout)
+        self._draw_ball(surface, layout, kept_free)
         if self._scenes.error:
             draw_error_card(surface, layout, self._scenes.error)
         if self.help_open:
@@ -98,15 +100,14 @@ class Cards:
             self._scenes.picker.fit(surface.get_rect(), layout.text_height)
             self._scenes.picker.draw(surface)
         elif not self._mouse.holds and not self.help_open:
-            titles = [layout.title(pane) for pane in range(len(layout.arenas))]
-            self._widgets.draw_tip(surface, placed, titles, layout.text_height)
+            self._widgets.draw_tip(surface, placed, kept_free, layout.text_height)
 
-    def _draw_ball(self, surface: Surface, layout: Layout) -> None:
+    def _draw_ball(self, surface: Surface, layout: Layout, kept_free: Sequence[Rect]) -> None:
         """Draw the card of the ball under the mouse."""
         ball, point = self._mouse.ball, self._mouse.point
         if ball is not None and point and not self._mouse.holds and not self._widgets.over:
             table = ball_table(self._playback.view.panes, ball)
-            card(surface, table, point, layout.text_height, surface.get_rect())
+            card(surface, table, point, layout.text_height, surface.get_rect(), kept_free)
 
 
 SHOWN: Final = {"position": Dimension.LENGTH, "velocity": Dimension.VELOCITY, "energy": Dimension.ENERGY}

@@ -231,7 +231,8 @@ def card(
     for number, row in enumerate(lines):
         for column, text in enumerate(row):
             cell = Rect(place.x + stops[column], place.y + pad // 2 + number * line_height, place.width, line_height)
-            write(surface, text, cell.clip(place), theme.dim if number and not column else theme.ink, height)
+            is_name = number and not column and len(row) > 1
+            write(surface, text, cell.clip(place), theme.dim if is_name else theme.ink, height)
 
 
 def label(surface: Surface, text: str, near: Point, height: int, within: Rect, colours: Palette) -> None:

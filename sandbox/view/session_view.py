@@ -78,8 +78,8 @@ class Pane:
 
     @property
     def energy_text(self) -> str:
-        """How the engine's energy compares with what it should have, in words; nothing while that is not known."""
-        return "" if self.error is None else energy_in_words(self.error, self.beside)
+        """How the engine's energy compares with what it should have, in words; nothing while there is no answer."""
+        return "" if self.error is None or self.is_suspended else energy_in_words(self.error, self.beside)
 
     def draw(
         self,
@@ -234,11 +234,16 @@ class SessionView:
         return np.array([reading.state.position for reading in reversed(readings) if reading])
 
     @property
+    def _known(self) -> Moment | None:
+        """The moment shown, or one shortly before that has the reference too; None if that is further behind."""
+        moment = self._completed(self.moment)
+        return moment if abs(self.moment.time - moment.time) <= NOTED_LAG else None
+
+    @property
     def _outlined(self) -> State | None:
         """The reference's balls, of the moment shown or shortly before; None if they are not known."""
-        moment = self._completed(self.moment)
-        is_near = abs(self.moment.time - moment.time) <= NOTED_LAG and moment.balls == self.moment.balls
-        return moment.states.get(self.session.reference) if is_near else None
+        moment = self._known
+        return moment.states.get(self.session.reference) if moment and moment.balls == self.moment.balls else None
 
     @property
     def beside(self) -> str:
@@ -253,6 +258,6 @@ class SessionView:
 
     @property
     def energy_errors(self) -> dict[str, float]:
-        """By how much energies are off at the step shown, as far as that is known, %."""
-        errors = self.session.samples.error_at(self.moment.step)
+        """By how much energies are off at the step shown or shortly before, as far as that is known, %."""
+        errors = self.session.samples.error_at(self._known.step) if self._known else {}
         return {name: error for name, error in errors.items() if math.isfinite(error)}

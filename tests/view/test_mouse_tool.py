@@ -195,20 +195,26 @@ def test_a_tip_leaves_at_a_press_and_after_4_s_and_does_not_appear_in_a_drag(
     assert count() == 0
 
 
-def test_a_tip_covers_no_title_and_no_slider(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_tip_and_no_card_of_a_ball_covers_a_title_or_a_slider(
+    window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
     places: list[pygame.Rect] = []
     monkeypatch.setattr("sandbox.view.primitives.panel", lambda _, place: places.append(place))
+    press(window, "Space")
+    window.editor.select(0)  # beside which there is a slider
     for size in ((1440, 900), (1024, 640)):
         window.screen = pygame.display.set_mode(size)
         window.panel.show(Panel.SCENE)
         kept = [window.layout.title(pane) for pane in (0, 1)]
         kept += [place for widget, place in window._placed if isinstance(widget, Slider)]
-        for widget, at in window._placed:
-            hover(window, at.center)
+        shown = [(at.center, bool(widget.tip)) for widget, at in window._placed]
+        balls = [(point(window, *at), True) for at in window.view.panes[0].state.position.tolist()]
+        for at, has_card in (*shown, *balls):
+            hover(window, at)
             places.clear()
-            window.widgets.draw_tip(window.screen, window._placed, kept[:2], 14)
-            assert len(places) == bool(widget.tip)
-            assert all(place.collidelist(kept) < 0 for place in places), widget.tip
+            window.draw()
+            assert len(places) == has_card
+            assert all(place.collidelist(kept) < 0 for place in places), at
 
 
 def test_a_held_ball_is_released_before_the_step_changes(window: Window) -> None:
