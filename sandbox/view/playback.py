@@ -170,7 +170,8 @@ class Playback:
         """Wait until the reference is at the current step. Raises SandboxError if that takes too long."""
         self.session.collect(MAX_WAIT)
         if self.session.lag:
-            raise SandboxError(f"{self.session.reference} is {self.session.lag:.1f} s behind: pause until it is there")
+            what = "wait" if self.paused else "pause"
+            raise SandboxError(f"{self.session.reference} is {self.session.lag:.1f} s behind: {what} until it is there")
 
     # Going to other steps
 
