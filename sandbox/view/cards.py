@@ -10,6 +10,7 @@ from pygame import Rect, Surface
 
 from sandbox.quantity import kinetic_energy, potential_energy, spin_energy
 from sandbox.scene.units import Dimension
+from sandbox.session.samples import fall
 from sandbox.view.controls import HELP
 from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout
@@ -114,7 +115,10 @@ SHOWN: Final = {"position": Dimension.LENGTH, "velocity": Dimension.VELOCITY, "e
 
 
 def ball_table(panes: Sequence[Pane], ball: int) -> list[list[str]]:
-    """Return a ball's position, velocity, spin if balls can turn, and energy in every engine, as rows of a table."""
+    """Return a ball's position, velocity, spin if balls can turn, and energy in every engine, as rows of a table.
+
+    Potential energy is counted from the lowest place that the ball can reach, as in the chart.
+    """
     turns = panes[0].scene.turns
     spin_title = ["spin, rad/s"] if turns else []
     units = panes[0].scene.units
@@ -125,7 +129,7 @@ def ball_table(panes: Sequence[Pane], ball: int) -> list[list[str]]:
         scene, one = pane.scene, slice(ball, ball + 1)
         position, velocity, mass = pane.state.position[one], pane.state.velocity[one], scene.bodies.mass[one]
         total = kinetic_energy(velocity, mass) + spin_energy(pane.state.spin[one], scene.bodies.moment[one])
-        total += potential_energy(position, mass, scene.gravity, scene.arena.size)
+        total += potential_energy(position, mass, scene.gravity, scene.arena.size) - fall(scene)[ball]
         (x, y), (vx, vy) = units.scaled(Dimension.LENGTH, *position[0]), units.scaled(Dimension.VELOCITY, *velocity[0])
         (shown,) = units.scaled(Dimension.ENERGY, float(total))
         spin = [f"{pane.state.spin[ball]:.2f}"] if turns else []

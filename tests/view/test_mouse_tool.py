@@ -28,6 +28,7 @@ from window_driver import (
 from sandbox.run.edits import ChangeWall, SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.fields import rgb
+from sandbox.session.samples import Quantity
 from sandbox.view.cards import ball_table
 from sandbox.view.controls import Panel
 from sandbox.view.widgets.fields import Slider
@@ -240,12 +241,14 @@ def test_what_the_mouse_holds_is_released_while_the_picker_is_open(window: Windo
     press(window, "Esc")
 
 
-def test_the_card_of_a_ball_that_turns_shows_its_spin() -> None:
-    window = Window(scene_of("radius = 10\nposition = [50, 60]\nmass = 4\nspin = -3"), ["pymunk", "exact"])
-    energy = 0.5 * (4 * 10**2 / 2) * 3**2  # I = m r²/2
+def test_the_card_of_a_ball_shows_its_spin_if_it_turns_and_the_energy_that_the_chart_has_of_it() -> None:
+    ball = "radius = 10\nposition = [50, 60]\nmass = 4\nspin = -3"
+    window = Window(scene_of(ball, more="gravity = [0, 7]"), ["pymunk", "exact"])
+    energy = 0.5 * (4 * 10**2 / 2) * 3**2 + 4 * 7 * (600 - 10 - 60)  # I = m r²/2; at rest on the floor, it has none
     titles, *rows = ball_table(window.view.panes, 0)
     assert titles[3] == "spin, rad/s"
     assert rows == [[name, "50.00, 60.00", "0.00, 0.00", "-3.00", f"{energy:g}"] for name in ("pymunk", "exact")]
+    assert window.view.session.samples.of(Quantity.ENERGY)[-1] == pytest.approx(energy)
 
 
 @pytest.mark.parametrize("x", [200, 600, 790])
