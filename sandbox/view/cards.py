@@ -134,7 +134,7 @@ def ball_table(panes: Sequence[Pane], ball: int) -> list[list[str]]:
         (shown,) = units.scaled(Dimension.ENERGY, float(total))
         spin = [f"{pane.state.spin[ball]:.2f}"] if turns else []
         rows.append(
-            [pane.name, f"{x:.{places}f}, {y:.{places}f}", f"{vx:.{digits}f}, {vy:.{digits}f}", *spin, f"{shown:.6g}"]
+            [pane.name, f"{x:.{places}f}, {y:.{places}f}", f"{vx:.{digits}f}, {vy:.{digits}f}", *spin, f"{shown:,.6g}"]
         )
     return rows
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from importlib.resources import files
-from itertools import accumulate
+from itertools import accumulate, product
 from typing import Final
 
 import numpy as np
@@ -223,10 +223,11 @@ def card(
     if place.bottom > within.bottom:
         place.bottom = beside.y - pad
     place.clamp_ip(within)
-    others = [place.move(0, y - place.y) for y in (beside.y - pad - place.height, *(at.bottom for at in kept_free))]
-    sides = [Rect((x, beside.y), place.size) for x in (beside.x - pad - place.width, beside.right + pad)]
-    fits = (at for at in (place, *others, *sides) if within.contains(at) and at.collidelist(kept_free) < 0)
-    place = next(fits, place)
+    across = place.x, beside.x - pad - place.width, beside.right + pad
+    down = place.y, beside.y - pad - place.height, beside.y
+    corners = (*product(across, down), *product(across, (at.bottom for at in kept_free)))  # the nearest come first
+    places = (Rect(corner, place.size) for corner in corners)
+    place = next((at for at in places if within.contains(at) and at.collidelist(kept_free) < 0), place)
     panel(surface, place)
     for number, row in enumerate(lines):
         for column, text in enumerate(row):

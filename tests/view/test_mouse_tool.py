@@ -247,7 +247,7 @@ def test_the_card_of_a_ball_shows_its_spin_if_it_turns_and_the_energy_that_the_c
     energy = 0.5 * (4 * 10**2 / 2) * 3**2 + 4 * 7 * (600 - 10 - 60)  # I = m r²/2; at rest on the floor, it has none
     titles, *rows = ball_table(window.view.panes, 0)
     assert titles[3] == "spin, rad/s"
-    assert rows == [[name, "50.00, 60.00", "0.00, 0.00", "-3.00", f"{energy:g}"] for name in ("pymunk", "exact")]
+    assert rows == [[name, "50.00, 60.00", "0.00, 0.00", "-3.00", f"{energy:,g}"] for name in ("pymunk", "exact")]
     assert window.view.session.samples.of(Quantity.ENERGY)[-1] == pytest.approx(energy)
 
 
