@@ -135,9 +135,13 @@ class Pane:
         pygame.draw.rect(surface, colour, swatch, border_radius=3)
         line = Rect(swatch.right + height // 2, place.y, place.right - swatch.right - height // 2, place.height)
         is_off = text not in ("", AS_IT_SHOULD_BE) and not self.is_reference
-        energy, room = "the reference" if self.is_reference else text, line.width - height
-        if text_width(self.name, height, bold=True) + text_width(energy, height, bold=is_off) > room:
-            energy = text.partition(" than")[0] if is_off else ""
+        whole, room = text_width(self.name, height, bold=True), line.width - height
+        beside = {  # what may stand there, and the room that it leaves at least to the name, px
+            "the reference" if self.is_reference else text: whole,
+            text.partition(" than")[0] if is_off else "": min(whole, 4 * height),
+        }
+        fitting = (words for words, name in beside.items() if text_width(words, height, bold=is_off) + name <= room)
+        energy = next(fitting, "")
         room -= text_width(energy, height, bold=is_off)
         name, ink = shortened(self.name, max(room, 3 * height), height), theme.dim if self.is_suspended else theme.ink
         for words, hue, bold in ((name, ink, True), (energy, colour if is_off else theme.dim, is_off)):

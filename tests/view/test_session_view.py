@@ -1,17 +1,21 @@
 """Panes show every engine's balls and walls where they are."""
 
 import math
+from collections import Counter
 
 import numpy as np
 import pygame
 import pytest
 from conftest import scene_of
+from pygame import Color, Rect
 from pymunk.pygame_util import DrawOptions
 from window_driver import colour_at, pixels, point, press, run
 
 from sandbox.analysis.reference import Trust
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.scene.fields import rgb
+from sandbox.view.layout import TEXT_HEIGHT, Layout
+from sandbox.view.primitives import text_width
 from sandbox.view.run_so_far import Marks
 from sandbox.view.session_view import AS_IT_SHOULD_BE, energy_in_words
 from sandbox.view.window import Window
@@ -37,6 +41,24 @@ def test_beyond_the_horizon_an_energy_is_only_compared() -> None:
         window.view.mark(Marks(Trust(horizon)))
         window.draw()
         assert window.view.panes[0].energy_text.endswith(f" than {words}")
+
+
+def test_no_energy_is_cut_off_in_a_title(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = Counter[str]()
+
+    def note(_: object, text: str, place: Rect, __: object, height: int, *, bold: bool = False) -> int:
+        drawn[text] += 1
+        assert text.startswith("py") or text_width(text, height, bold=bold) <= place.width
+        return place.x + text_width(text, height, bold=bold)
+
+    monkeypatch.setattr("sandbox.view.session_view.write", note)
+    window.view.panes[0].error = -12.0
+    for width in range(60, 400, 5):
+        layout = Layout((width, 500), (800, 600), 1, TEXT_HEIGHT)
+        window.view.panes[0]._draw_title(window.screen, layout, 0, Color("red"))
+    assert drawn["12 % less"] > 5
+    assert drawn["12 % less than it should have"] > 5
+    assert drawn["pymunk"] > drawn["12 % less"] + drawn["12 % less than it should have"]
 
 
 def test_an_error_is_in_words() -> None:
