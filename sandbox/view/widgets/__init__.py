@@ -143,7 +143,7 @@ class TextButton(Label):
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
         """Draw the text in the middle, smaller if need be; on the accent while on, grey if it is refused."""
         on, text = self.is_on(), self.label
-        ink = theme.on_accent if on else theme.ink
+        ink = readable(theme.line, theme.raised) if self.refusal() else theme.on_accent if on else theme.ink
         draw_ground(surface, place, theme.accent if on else theme.raised, text_height, hot=hot)
         mark = text_height if self.colour else 0
         width, room = text_width(text, text_height), place.width - text_height // 2 - mark
@@ -157,8 +157,7 @@ class TextButton(Label):
                 pygame.draw.rect(surface, theme.on_accent, swatch.inflate(4, 4), border_radius=3)
             pygame.draw.rect(surface, self.colour, swatch, border_radius=2)
             line = Rect(line.x + mark, line.y, line.width - mark, line.height)
-        refused = readable(theme.line, theme.raised)
-        write(surface, text, line, refused if self.refusal() else ink, height)
+        write(surface, text, line, ink, height)
 
 
 @dataclass(eq=False)
