@@ -18,7 +18,7 @@ from sandbox.run.inputs import End, Input, load_inputs
 from sandbox.scene.model import Scene
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Panel
-from sandbox.view.layout import Layout
+from sandbox.view.layout import TEXT_HEIGHT, WIDE, Layout
 from sandbox.view.window import Window
 
 KEYSYMS: Final = {",": "comma", ".": "period", "<": "less", ">": "greater", "Enter": "Return"}  # by names of keys
@@ -39,7 +39,6 @@ class Desktop:
     folder: Path
     scene: Scene
     window: str = ""
-    has_column: bool = True  # as wide windows open with it
     _model: Window | None = None  # of the same scene, in this process
 
     def xdo(self, *arguments: object) -> str:
@@ -99,7 +98,7 @@ class Desktop:
             with pytest.MonkeyPatch.context() as patch:
                 patch.setenv("SDL_VIDEODRIVER", "dummy")
                 self._model = Window(self.scene, None)
-        self._model.panel.open = Panel.SCENE if self.has_column else None
+        self._model.panel.open = Panel.SCENE if self.size[0] >= WIDE * TEXT_HEIGHT else None
         return self._model.layout_in(self.size)
 
     def point(self, x: float, y: float, pane: int = 0) -> tuple[int, int]:
@@ -136,8 +135,8 @@ class Desktop:
 class Mirror:
     """The window's copy in this process: it knows where the widgets are."""
 
-    def __init__(self, desktop: Desktop, engines: list[str], *, has_column: bool = True) -> None:
-        """Let the sandbox save what was done, and do the same here. has_column: whether its column is open."""
+    def __init__(self, desktop: Desktop, engines: list[str]) -> None:
+        """Let the sandbox save what was done, and do the same here."""
         before = set(desktop.folder.glob("*.jsonl"))
         desktop.key("j")
         desktop.wait_for(lambda: set(desktop.folder.glob("*.jsonl")) > before)
@@ -147,7 +146,7 @@ class Mirror:
             patch.setenv("SDL_VIDEODRIVER", "dummy")
             self.window = Window(desktop.scene, engines, self.inputs)
             self.window.screen = pygame.display.set_mode(desktop.size)
-        self.window.panel.open = Panel.SCENE if has_column else None
+        self.window.panel.open = Panel.SCENE
         self.window.why.case = CaseSoFar(WorkerHere())
         self.window.playback.paused = True
         for _ in range(steps_of(self.inputs)):
