@@ -20,7 +20,7 @@ from sandbox.view.theme import Palette, palette, theme
 
 FACES: Final = files("font_source_sans_pro") / "files"
 DASHES: Final = 0.7  # of a circle, for each px of its radius
-EDGE: Final = 0.5  # px; a segment of which less is visible, as of the arena's walls after rounding, is not drawn
+EDGE: Final = 0.51  # px; a segment of which less is seen, as of an arena's walls if its size is rounded, is not drawn
 MAX_LETTERS: Final = 1000  # of a line that are drawn; no screen has room for more
 SMALLEST_TEXT: Final = 9  # px, of what is made smaller to fit
 TEXT_SCALE: Final = 3  # text is drawn larger and scaled down: at its own size, letters are spaced unevenly
