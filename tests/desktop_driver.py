@@ -6,7 +6,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 import pygame
@@ -20,8 +19,6 @@ from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Panel
 from sandbox.view.layout import TEXT_HEIGHT, WIDE, Layout
 from sandbox.view.window import Window
-
-KEYSYMS: Final = {",": "comma", ".": "period", "<": "less", ">": "greater", "Enter": "Return"}  # by names of keys
 
 
 def steps_of(inputs: list[Input]) -> int:
@@ -153,17 +150,12 @@ class Mirror:
             self.window.playback.step()
         self._desktop = desktop
 
-    def press(self, *keys: str, shift: bool = False) -> None:
-        """Press keys in both windows."""
-        self._desktop.key(*("Shift+" * shift + KEYSYMS.get(key, key) for key in keys))
-        press(self.window, *keys, shift=shift)
-
     def type(self, field: str, text: str) -> None:
         """Type a value into a field, in both windows."""
         self.click(field)
         self._desktop.xdo("type", "--delay", 30, text)
-        press(self.window, *text)
-        self.press("Enter")
+        self._desktop.key("Return")
+        press(self.window, *text, "Enter")
 
     def place_of(self, text: str) -> Rect:
         """Return the place of the widget that shows a text, or has it as its name."""

