@@ -35,7 +35,7 @@ class Messages:
     _playback: Playback
     _notice: Notice
     speeds: str = ""
-    _measured: float = 0.0  # s of the scene
+    _measured: int = 0  # steps that had been played then
 
     @property
     def text(self) -> str:
@@ -57,13 +57,13 @@ class Messages:
             speeds = shortened(self.speeds, layout.status.width, layout.text_height)
             write(surface, speeds, layout.status, theme.dim, layout.text_height)
 
-    def measure(self, fps: float, frames: int) -> None:
-        """Note how fast the run, the window and the engines have been in some frames. fps: frames a second."""
-        runners, time = self._playback.session.runners.items(), self._playback.view.moment.time
-        passed, self._measured = fps * (time - self._measured) / frames, time  # s of the scene in a second
+    def measure(self, frames: int, seconds: float) -> None:
+        """Note how fast the run, the window and the engines have been in some frames, which took some seconds."""
+        runners, played = self._playback.session.runners.items(), self._playback.steps_played
+        passed, self._measured = (played - self._measured) / self._playback.scene.rate / seconds, played
         texts = [f"{passed:.2g}\N{MULTIPLICATION SIGN} real time"] if passed > 0 else []
         steps = (f"{name} {1000 * run.step_seconds:.2g} ms" for name, run in runners if run.step_seconds is not None)
-        self.speeds = "    ".join((*texts, f"{fps:.0f} frames a second", *steps))
+        self.speeds = "    ".join((*texts, f"{frames / seconds:.0f} frames a second", *steps))
 
 
 @dataclass

@@ -149,7 +149,7 @@ class Window:
 
     def run(self) -> None:
         """Show the window until it is closed."""
-        clock = pygame.time.Clock()
+        clock, passed = pygame.time.Clock(), 0.0  # s, since speeds were measured
         before = signal.signal(signal.SIGTERM, _close)
         try:
             while self.running:
@@ -158,9 +158,12 @@ class Window:
                     self.on_event(event)
                 self._outdated = self.scenes.reload_if_edited() or self._outdated
                 idle = self.playback.rests and not events
-                self.frame(min(clock.tick(IDLE_RATE if idle else FRAME_RATE) / 1000, 4 / FRAME_RATE))
+                seconds = clock.tick(IDLE_RATE if idle else FRAME_RATE) / 1000
+                passed += seconds
+                self.frame(min(seconds, 4 / FRAME_RATE))
                 if self._frames % FRAME_RATE == 0:
-                    self.messages.measure(clock.get_fps(), FRAME_RATE)
+                    self.messages.measure(FRAME_RATE, passed)
+                    passed = 0.0
         finally:  # the window can also be closed while a kernel is waited for
             self.recorder.stop()
             self.view.session.stop()
