@@ -17,7 +17,7 @@ from sandbox.view.layout import Layout
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.notice import Notice, NoticeKind, draw_notice
 from sandbox.view.playback import Playback
-from sandbox.view.primitives import card, panel, shortened, text_width, wrapped, write
+from sandbox.view.primitives import SMALLEST_TEXT, card, panel, shortened, text_width, wrapped, write
 from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import Pane
 from sandbox.view.theme import theme
@@ -91,8 +91,8 @@ class Cards:
         """Draw everything. placed: the widgets."""
         titles = [layout.title(pane) for pane in range(len(layout.arenas))]
         kept_free = [*titles, *(place for widget, place in placed if isinstance(widget, Slider))]
+        self._draw_ball(surface, layout, [*kept_free, layout.status])
         self._messages.draw(surface, layout)
-        self._draw_ball(surface, layout, kept_free)
         if self._scenes.error:
             draw_error_card(surface, layout, self._scenes.error)
         if self.help_open:
@@ -156,12 +156,15 @@ def draw_error_card(surface: Surface, layout: Layout, error: str) -> None:
 
 
 def draw_help(surface: Surface, layout: Layout) -> None:
-    """Draw the table of keys by topics, in the largest text that fits into the window, in up to three columns."""
+    """Draw the table of keys by topics, in the largest text that fits into the window, in up to three columns.
+
+    In a small window, only as many topics are there as have room.
+    """
     window = surface.get_rect()
-    rows = [
-        row for topic, of_topic in groupby(HELP, key=itemgetter(0)) for row in ((topic, ""), *(r[1:] for r in of_topic))
-    ]
-    for height, columns in product(range(layout.text_height, 4, -1), (1, 2, 3)):
+    topics = [[(topic, ""), *(row[1:] for row in rows)] for topic, rows in groupby(HELP, key=itemgetter(0))]
+    heights = range(layout.text_height, SMALLEST_TEXT - 1, -1)
+    for count, height, columns in product(range(len(topics), 0, -1), heights, (1, 2, 3)):
+        rows = [row for topic in topics[:count] for row in topic]
         keys, does = (max(text_width(row[k], height) for row in rows if row[1]) + height for k in (0, 1))
         per_column, step = -(-len(rows) // columns), round(1.45 * height)
         place = Rect(0, 0, columns * (keys + does) + height, (per_column + 1) * step)
