@@ -81,12 +81,12 @@ def write(surface: Surface, text: str, place: Rect, colour: Color, height: int, 
 
 
 @lru_cache(maxsize=256)
-def shortened(text: str, width: int, height: int) -> str:
+def shortened(text: str, width: int, height: int, *, bold: bool = False) -> str:
     """Return as much of the start of a text as fits into a width (px), with an ellipsis if that is not all of it."""
-    if text_width(text, height) <= width:
+    if text_width(text, height, bold=bold) <= width:
         return text
     fitting = (text[:k].rstrip() + "\N{HORIZONTAL ELLIPSIS}" for k in range(len(text) - 1, 0, -1))
-    return next((cut for cut in fitting if text_width(cut, height) <= width), "\N{HORIZONTAL ELLIPSIS}")
+    return next((cut for cut in fitting if text_width(cut, height, bold=bold) <= width), "\N{HORIZONTAL ELLIPSIS}")
 
 
 @lru_cache(maxsize=256)

@@ -143,7 +143,8 @@ class Pane:
         fitting = (words for words, name in beside.items() if text_width(words, height, bold=is_off) + name <= room)
         energy = next(fitting, "")
         room -= text_width(energy, height, bold=is_off)
-        name, ink = shortened(self.name, max(room, 3 * height), height), theme.dim if self.is_suspended else theme.ink
+        name = shortened(self.name, max(room, 3 * height), height, bold=True)
+        ink = theme.dim if self.is_suspended else theme.ink
         for words, hue, bold in ((name, ink, True), (energy, colour if is_off else theme.dim, is_off)):
             left = write(surface, words, line, hue, height, bold=bold) + height
             line = Rect(left, place.y, max(0, place.right - left), place.height)

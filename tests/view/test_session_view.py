@@ -42,7 +42,10 @@ def test_beyond_the_horizon_an_energy_is_only_compared() -> None:
         assert window.view.panes[0].energy_text.endswith(f" than {words}")
 
 
-def test_no_energy_is_cut_off_in_a_title(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("name", ["pymunk", "pymunk(iterations=30, substeps=4)"])
+def test_no_energy_is_cut_off_in_a_title_but_a_long_name(
+    window: Window, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     drawn = set[str]()
 
     def note(_: object, text: str, place: Rect, __: object, height: int, *, bold: bool = False) -> int:
@@ -51,11 +54,11 @@ def test_no_energy_is_cut_off_in_a_title(window: Window, monkeypatch: pytest.Mon
         return place.x + text_width(text, height, bold=bold)
 
     monkeypatch.setattr("sandbox.view.session_view.write", note)
-    window.view.panes[0].error = -12.0
-    for width in range(60, 400, 5):
+    window.view.panes[0].error, window.view.panes[0].name = -12.0, name
+    for width in range(60, 700, 5):
         layout = Layout((width, 500), (800, 600), 1, TEXT_HEIGHT)
         window.view.panes[0]._draw_title(window.screen, layout, 0, Color("red"))
-    assert drawn >= {"", "12 % less", "12 % less than it should have", "pymunk"}
+    assert drawn >= {"", "12 % less", "12 % less than it should have", name}
 
 
 def test_an_error_is_in_words() -> None:
