@@ -6,7 +6,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 import pygame
@@ -18,10 +17,8 @@ from sandbox.run.inputs import End, Input, load_inputs
 from sandbox.scene.model import Scene
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Panel
-from sandbox.view.layout import Layout
+from sandbox.view.layout import TEXT_HEIGHT, WIDE, Layout
 from sandbox.view.window import Window
-
-KEYSYMS: Final = {",": "comma", ".": "period", "<": "less", ">": "greater", "Enter": "Return"}  # by names of keys
 
 
 def steps_of(inputs: list[Input]) -> int:
@@ -39,7 +36,6 @@ class Desktop:
     folder: Path
     scene: Scene
     window: str = ""
-    has_column: bool = True  # as wide windows open with it
     _model: Window | None = None  # of the same scene, in this process
 
     def xdo(self, *arguments: object) -> str:
@@ -99,7 +95,7 @@ class Desktop:
             with pytest.MonkeyPatch.context() as patch:
                 patch.setenv("SDL_VIDEODRIVER", "dummy")
                 self._model = Window(self.scene, None)
-        self._model.panel.open = Panel.SCENE if self.has_column else None
+        self._model.panel.open = Panel.SCENE if self.size[0] >= WIDE * TEXT_HEIGHT else None
         return self._model.layout_in(self.size)
 
     def point(self, x: float, y: float, pane: int = 0) -> tuple[int, int]:
@@ -136,8 +132,8 @@ class Desktop:
 class Mirror:
     """The window's copy in this process: it knows where the widgets are."""
 
-    def __init__(self, desktop: Desktop, engines: list[str], *, has_column: bool = True) -> None:
-        """Let the sandbox save what was done, and do the same here. has_column: whether its column is open."""
+    def __init__(self, desktop: Desktop, engines: list[str]) -> None:
+        """Let the sandbox save what was done, and do the same here."""
         before = set(desktop.folder.glob("*.jsonl"))
         desktop.key("j")
         desktop.wait_for(lambda: set(desktop.folder.glob("*.jsonl")) > before)
@@ -147,24 +143,19 @@ class Mirror:
             patch.setenv("SDL_VIDEODRIVER", "dummy")
             self.window = Window(desktop.scene, engines, self.inputs)
             self.window.screen = pygame.display.set_mode(desktop.size)
-        self.window.panel.open = Panel.SCENE if has_column else None
+        self.window.panel.open = Panel.SCENE
         self.window.why.case = CaseSoFar(WorkerHere())
         self.window.playback.paused = True
         for _ in range(steps_of(self.inputs)):
             self.window.playback.step()
         self._desktop = desktop
 
-    def press(self, *keys: str, shift: bool = False) -> None:
-        """Press keys in both windows."""
-        self._desktop.key(*("Shift+" * shift + KEYSYMS.get(key, key) for key in keys))
-        press(self.window, *keys, shift=shift)
-
     def type(self, field: str, text: str) -> None:
         """Type a value into a field, in both windows."""
         self.click(field)
         self._desktop.xdo("type", "--delay", 30, text)
-        press(self.window, *text)
-        self.press("Enter")
+        self._desktop.key("Return")
+        press(self.window, *text, "Enter")
 
     def place_of(self, text: str) -> Rect:
         """Return the place of the widget that shows a text, or has it as its name."""

@@ -53,10 +53,10 @@ class IdleWorker(CaseWorker):
         pass
 
 
-def press(window: Window, *keys: str, shift: bool = False) -> None:
+def press(window: Window, *keys: str) -> None:
     """Press keys by their names, or by what they type."""
     for key in keys:
-        event = key_event(CONTROL.get(key, f"Shift {key}" if shift else key))
+        event = key_event(CONTROL.get(key, key))
         window.on_event(event)
         window.on_event(Event(pygame.KEYUP, event.dict))
 

@@ -30,10 +30,10 @@ class Quantity(IntEnum):
     GAP = auto()
 
 
-def fall(scene: Scene) -> float:
-    """Return the energy of a fall of all balls through their radius along each axis of gravity, kg px²/s²."""
-    bodies = scene.bodies
-    return float(np.abs(scene.gravity).sum() * (bodies.mass * bodies.radius).sum())
+def fall(scene: Scene) -> Floats:
+    """Return the energy of a fall of each ball through its radius along each axis of gravity, kg px²/s²: (n,)."""
+    weight: Floats = np.abs(scene.gravity).sum() * scene.bodies.mass
+    return weight * scene.bodies.radius
 
 
 def _kinetic(state: State, scene: Scene) -> float:
@@ -104,13 +104,13 @@ class Samples:
         """Sample the engines that are there after a step, in order."""
         if self.series.wants(moment.step):
             unknown = [np.nan] * (self.series.rows.shape[1] - FIRST)
-            self.series.add(moment.step, [moment.time, fall(moment.scene), *unknown])
+            self.series.add(moment.step, [moment.time, float(fall(moment.scene).sum()), *unknown])
             self.complete(moment)
 
     def complete(self, moment: Moment) -> None:
         """Sample the engines that are there by now after a step that was added."""
         running, scene = moment.running, moment.scene
-        reference = running.get(self.reference)
+        reference, lowest = running.get(self.reference), float(fall(scene).sum())
         for table in self._table(self.series.at(moment.step)):
             for k, name in enumerate(self.engines):
                 if reading := running.get(name):
@@ -118,7 +118,7 @@ class Samples:
                     total = float(length(momentum(state.velocity, scene.bodies.mass)))
                     table[: Quantity.GAP, k] = (
                         energy - reading.work,
-                        energy - fall(scene),
+                        energy - lowest,
                         _kinetic(state, scene),
                         total,
                     )

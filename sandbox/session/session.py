@@ -314,7 +314,7 @@ class Session:
                 self._apply(self.inputs[k])
             except SandboxError as error:
                 del self.inputs[k]
-                refused.append(str(error))
+                refused.append(f"an edit is left out: {error}")
         if refused:
             raise SandboxError("\n".join(refused))
 

@@ -18,7 +18,7 @@ from sandbox.view.widgets import Widget, Words
 from sandbox.view.widgets.fields import Field
 from sandbox.view.widgets.group import rows_of
 
-HINT: Final = "Click a ball to change it; a wall, while the run is paused."
+HINT: Final = "Click a ball or a wall to change it."
 DECIMALS: Final = 3  # of numbers in px
 IF_SET: Final = "the same in every engine if you set it"
 FACTOR: Final = "its factor: a contact has the product of two"

@@ -10,13 +10,14 @@ from pygame import Rect, Surface
 
 from sandbox.quantity import kinetic_energy, potential_energy, spin_energy
 from sandbox.scene.units import Dimension
+from sandbox.session.samples import fall
 from sandbox.view.controls import HELP
 from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.notice import Notice, NoticeKind, draw_notice
 from sandbox.view.playback import Playback
-from sandbox.view.primitives import card, panel, shortened, text_width, wrapped, write
+from sandbox.view.primitives import SMALLEST_TEXT, card, panel, shortened, text_width, wrapped, write
 from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import Pane
 from sandbox.view.theme import theme
@@ -34,7 +35,7 @@ class Messages:
     _playback: Playback
     _notice: Notice
     speeds: str = ""
-    _measured: float = 0.0  # s of the scene
+    _measured: int = 0  # steps that had been played then
 
     @property
     def text(self) -> str:
@@ -45,7 +46,7 @@ class Messages:
     def _progress(self) -> str:
         """How far engines that run again still are from the current step, or nothing."""
         steps = self._playback.session.steps_behind
-        return f"catching up: {steps:,} steps to go" if steps and not self._playback.rests else ""
+        return f"catching up: {steps:,} step{'s' * (steps != 1)} to go" if steps and not self._playback.rests else ""
 
     def draw(self, surface: Surface, layout: Layout) -> None:
         """Draw what the window says, a message on a card."""
@@ -56,13 +57,13 @@ class Messages:
             speeds = shortened(self.speeds, layout.status.width, layout.text_height)
             write(surface, speeds, layout.status, theme.dim, layout.text_height)
 
-    def measure(self, fps: float, frames: int) -> None:
-        """Note how fast the run, the window and the engines have been in some frames. fps: frames a second."""
-        runners, time = self._playback.session.runners.items(), self._playback.view.moment.time
-        passed, self._measured = fps * (time - self._measured) / frames, time  # s of the scene in a second
+    def measure(self, frames: int, seconds: float) -> None:
+        """Note how fast the run, the window and the engines have been in some frames, which took some seconds."""
+        runners, played = self._playback.session.runners.items(), self._playback.steps_played
+        passed, self._measured = (played - self._measured) / self._playback.scene.rate / seconds, played
         texts = [f"{passed:.2g}\N{MULTIPLICATION SIGN} real time"] if passed > 0 else []
         steps = (f"{name} {1000 * run.step_seconds:.2g} ms" for name, run in runners if run.step_seconds is not None)
-        self.speeds = "    ".join((*texts, f"{fps:.0f} frames a second", *steps))
+        self.speeds = "    ".join((*texts, f"{frames / seconds:.0f} frames a second", *steps))
 
 
 @dataclass
@@ -88,8 +89,10 @@ class Cards:
 
     def draw(self, surface: Surface, layout: Layout, placed: Sequence[Placed]) -> None:
         """Draw everything. placed: the widgets."""
+        titles = [layout.title(pane) for pane in range(len(layout.arenas))]
+        kept_free = [*titles, *(place for widget, place in placed if isinstance(widget, Slider))]
+        self._draw_ball(surface, layout, [*kept_free, layout.status])
         self._messages.draw(surface, layout)
-        self._draw_ball(surface, layout)
         if self._scenes.error:
             draw_error_card(surface, layout, self._scenes.error)
         if self.help_open:
@@ -98,22 +101,24 @@ class Cards:
             self._scenes.picker.fit(surface.get_rect(), layout.text_height)
             self._scenes.picker.draw(surface)
         elif not self._mouse.holds and not self.help_open:
-            titles = [layout.title(pane) for pane in range(len(layout.arenas))]
-            self._widgets.draw_tip(surface, placed, titles, layout.text_height)
+            self._widgets.draw_tip(surface, placed, kept_free, layout.text_height)
 
-    def _draw_ball(self, surface: Surface, layout: Layout) -> None:
+    def _draw_ball(self, surface: Surface, layout: Layout, kept_free: Sequence[Rect]) -> None:
         """Draw the card of the ball under the mouse."""
         ball, point = self._mouse.ball, self._mouse.point
         if ball is not None and point and not self._mouse.holds and not self._widgets.over:
             table = ball_table(self._playback.view.panes, ball)
-            card(surface, table, point, layout.text_height, surface.get_rect())
+            card(surface, table, point, layout.text_height, surface.get_rect(), kept_free)
 
 
 SHOWN: Final = {"position": Dimension.LENGTH, "velocity": Dimension.VELOCITY, "energy": Dimension.ENERGY}
 
 
 def ball_table(panes: Sequence[Pane], ball: int) -> list[list[str]]:
-    """Return a ball's position, velocity, spin if balls can turn, and energy in every engine, as rows of a table."""
+    """Return a ball's position, velocity, spin if balls can turn, and energy in every engine, as rows of a table.
+
+    Potential energy is counted from the lowest place that the ball can reach, as in the chart.
+    """
     turns = panes[0].scene.turns
     spin_title = ["spin, rad/s"] if turns else []
     units = panes[0].scene.units
@@ -124,12 +129,12 @@ def ball_table(panes: Sequence[Pane], ball: int) -> list[list[str]]:
         scene, one = pane.scene, slice(ball, ball + 1)
         position, velocity, mass = pane.state.position[one], pane.state.velocity[one], scene.bodies.mass[one]
         total = kinetic_energy(velocity, mass) + spin_energy(pane.state.spin[one], scene.bodies.moment[one])
-        total += potential_energy(position, mass, scene.gravity, scene.arena.size)
+        total += potential_energy(position, mass, scene.gravity, scene.arena.size) - fall(scene)[ball]
         (x, y), (vx, vy) = units.scaled(Dimension.LENGTH, *position[0]), units.scaled(Dimension.VELOCITY, *velocity[0])
         (shown,) = units.scaled(Dimension.ENERGY, float(total))
         spin = [f"{pane.state.spin[ball]:.2f}"] if turns else []
         rows.append(
-            [pane.name, f"{x:.{places}f}, {y:.{places}f}", f"{vx:.{digits}f}, {vy:.{digits}f}", *spin, f"{shown:.6g}"]
+            [pane.name, f"{x:.{places}f}, {y:.{places}f}", f"{vx:.{digits}f}, {vy:.{digits}f}", *spin, f"{shown:,.6g}"]
         )
     return rows
 
@@ -151,12 +156,15 @@ def draw_error_card(surface: Surface, layout: Layout, error: str) -> None:
 
 
 def draw_help(surface: Surface, layout: Layout) -> None:
-    """Draw the table of keys by topics, in the largest text that fits into the window, in up to three columns."""
+    """Draw the table of keys by topics, in the largest text that fits into the window, in up to three columns.
+
+    In a small window, only as many topics are there as have room.
+    """
     window = surface.get_rect()
-    rows = [
-        row for topic, of_topic in groupby(HELP, key=itemgetter(0)) for row in ((topic, ""), *(r[1:] for r in of_topic))
-    ]
-    for height, columns in product(range(layout.text_height, 4, -1), (1, 2, 3)):
+    topics = [[(topic, ""), *(row[1:] for row in rows)] for topic, rows in groupby(HELP, key=itemgetter(0))]
+    heights = range(layout.text_height, SMALLEST_TEXT - 1, -1)
+    for count, height, columns in product(range(len(topics), 0, -1), heights, (1, 2, 3)):
+        rows = [row for topic in topics[:count] for row in topic]
         keys, does = (max(text_width(row[k], height) for row in rows if row[1]) + height for k in (0, 1))
         per_column, step = -(-len(rows) // columns), round(1.45 * height)
         place = Rect(0, 0, columns * (keys + does) + height, (per_column + 1) * step)

@@ -169,8 +169,14 @@ class CaseSoFar:
         self.is_current = False
 
     def of(self, session: Session) -> Case | None:
-        """Return the latest case, unless it is about another run than a session's, which an event can replace."""
-        return self.case if self.compared and self.compared.is_beginning_of(RunSoFar.of(session)) else None
+        """Return the latest case, unless it is about too short a part of a session's run, or about another run.
+
+        An event can replace the run.
+        """
+        compared = self.compared
+        if not compared or (compared.steps < FIRST_STEPS and not self.is_current):
+            return None
+        return self.case if compared.is_beginning_of(RunSoFar.of(session)) else None
 
     def update(self, session: Session) -> bool:
         """Note what the worker has found, and let it go on. Return whether that is news."""

@@ -279,15 +279,19 @@ class Charts:
         axes.write_names(ends, colours)
 
     def _draw_card(self, surface: Surface, place: Rect, text_height: int, point: ScreenPoint) -> None:
-        """Draw the values at a point."""
-        rows, ink = self.values_at(self.time_at(place, text_height, point[0])), chart_palette().ink
-        faint = chart_palette().ground.lerp(ink, 0.5)
-        pygame.draw.line(surface, faint, (point[0], place.y), (point[0], place.bottom))
-        card(surface, rows, point, text_height, surface.get_rect())
+        """Draw the values in the sample nearest to a point, and a line at its time."""
+        time, palette = self.time_at(place, text_height, point[0]), chart_palette()
+        x = place.x + self._column(self.plot(place, text_height), float(self.samples.times[self._row(time)]))
+        pygame.draw.line(surface, palette.ground.lerp(palette.ink, 0.5), (x, place.y), (x, place.bottom))
+        card(surface, self.values_at(time), point, text_height, surface.get_rect())
+
+    def _row(self, time: float) -> int:
+        """Return the number of the sample nearest to a time (s)."""
+        return int(np.abs(self.samples.times - time).argmin())
 
     def values_at(self, time: float) -> list[list[str]]:
         """Return the rows of a table of each engine's value in the sample nearest to a time (s)."""
-        row = int(np.abs(self.samples.times - time).argmin())
+        row = self._row(time)
         values = self.instrument.scaled(self.samples, self._units)[row]
         texts = [
             [name, self.instrument.text(values[k], self._units)]

@@ -18,13 +18,14 @@ LINE: Final = 1.6  # height of a line of text with room round it, in heights of 
 TIMELINE_SHARE: Final = 0.34  # of the window's height, for the timeline with its chart, until it is dragged
 MAX_TIMELINE_SHARE: Final = 0.75
 MIN_TRACK: Final = 20  # heights of the text, of the track with both times; else the timeline is as wide as the window
-MIN_CHART: Final = 4.5  # heights of the text; where there is less room, the chart is left out
+MIN_BAR: Final = 6  # heights of the text, of the track itself; else the buttons after it are left out, which have keys
+MIN_CHART: Final = 6.5  # heights of the text, of a heading, three lines' names and an axis; else there is no chart
 COLUMN_LETTERS: Final = 27  # the column's width, in heights of the text,
 COLUMN_SHARE: Final = 0.45  # or in that of the window, if it is less
 TIME_LETTERS: Final = 5  # width of the time, in heights of the text
 TEXT_HEIGHT: Final = 14  # px, at first
 TEXT_HEIGHTS: Final = (10, 32)  # px, the least and the largest
-WIDE: Final = 68  # width of a window that opens with its column, in heights of the text
+WIDE: Final = 68  # width from which on a window has its column without being asked, in heights of the text
 OPENS_AT: Final = (1600, 1000)  # px, the largest window that opens by itself
 DESKTOP_SHARE: Final = 0.9  # of the desktop that a new window has at most
 MIN_SIZE: Final = (480, 320)  # px, the smallest window with room for all of this
@@ -142,14 +143,16 @@ class Layout:
         """Place what is in the timeline; a picture, without controls, has only the chart there.
 
         splitter: by which the timeline's height can be dragged; transport: the buttons of time; bar: the track between
-        them; tabs: of the chart; strip: the chart.
+        them; after_bar: the buttons after it; tabs: of the chart; strip: the chart.
         """
         self.timeline, self.strip = place, place
         self.splitter = Rect(place.x, place.y - GAP, place.width, GAP if has_chart and self._side else 0)
         row = self.transport = Rect(place.x + GAP, place.y + GAP // 2, place.width - 2 * GAP, self._side)
         left = row.x + before_track + TIME_LETTERS * self.text_height + GAP
-        right = row.right - after_track - TIME_LETTERS * self.text_height
-        self.bar = Rect(left, row.y, max(1, right - left), row.height)
+        right = row.right - TIME_LETTERS * self.text_height
+        after = after_track if right - after_track - left >= MIN_BAR * self.text_height else 0
+        self.bar = Rect(left, row.y, max(1, right - after - left), row.height)
+        self.after_bar = Rect(row.right - after, row.y, after, row.height)
         self.tabs = Rect(row.x, row.bottom + GAP // 2, row.width, self._side if has_chart else 0)
         if self._side:
             tall = place.bottom - self.tabs.bottom - GAP // 2 if has_chart else 0

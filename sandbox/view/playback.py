@@ -26,12 +26,13 @@ def speed_text(speed: float) -> str:
 
 
 class Playback:
-    """Plays a session, and goes to any of its steps."""
+    """Plays a session, and goes to any of its steps. steps_played: while time passed, of all sessions."""
 
     def __init__(self, view: SessionView, notice: Notice) -> None:
         self._notice = notice
         self.paused = False
         self.speed = 1.0
+        self.steps_played = 0
         self.view = view
         self.play(view)
 
@@ -108,6 +109,7 @@ class Playback:
             with self._notice.reporting():  # an edit in a recording can be refused
                 self.session.advance()
             self._due -= 1
+            self.steps_played += 1
             if perf_counter() > deadline:
                 self._due = min(self._due, 1.0)
                 break
@@ -170,7 +172,8 @@ class Playback:
         """Wait until the reference is at the current step. Raises SandboxError if that takes too long."""
         self.session.collect(MAX_WAIT)
         if self.session.lag:
-            raise SandboxError(f"{self.session.reference} is {self.session.lag:.1f} s behind: pause until it is there")
+            what = "wait" if self.paused else "pause"
+            raise SandboxError(f"{self.session.reference} is {self.session.lag:.1f} s behind: {what} until it is there")
 
     # Going to other steps
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from importlib.resources import files
-from itertools import accumulate
+from itertools import accumulate, product
 from typing import Final
 
 import numpy as np
@@ -20,7 +20,7 @@ from sandbox.view.theme import Palette, palette, theme
 
 FACES: Final = files("font_source_sans_pro") / "files"
 DASHES: Final = 0.7  # of a circle, for each px of its radius
-EDGE: Final = 0.5  # px; a segment of which less is visible, as of the arena's walls after rounding, is not drawn
+EDGE: Final = 0.51  # px; a segment of which less is seen, as of an arena's walls if its size is rounded, is not drawn
 MAX_LETTERS: Final = 1000  # of a line that are drawn; no screen has room for more
 SMALLEST_TEXT: Final = 9  # px, of what is made smaller to fit
 TEXT_SCALE: Final = 3  # text is drawn larger and scaled down: at its own size, letters are spaced unevenly
@@ -81,12 +81,12 @@ def write(surface: Surface, text: str, place: Rect, colour: Color, height: int, 
 
 
 @lru_cache(maxsize=256)
-def shortened(text: str, width: int, height: int) -> str:
+def shortened(text: str, width: int, height: int, *, bold: bool = False) -> str:
     """Return as much of the start of a text as fits into a width (px), with an ellipsis if that is not all of it."""
-    if text_width(text, height) <= width:
+    if text_width(text, height, bold=bold) <= width:
         return text
     fitting = (text[:k].rstrip() + "\N{HORIZONTAL ELLIPSIS}" for k in range(len(text) - 1, 0, -1))
-    return next((cut for cut in fitting if text_width(cut, height) <= width), "\N{HORIZONTAL ELLIPSIS}")
+    return next((cut for cut in fitting if text_width(cut, height, bold=bold) <= width), "\N{HORIZONTAL ELLIPSIS}")
 
 
 @lru_cache(maxsize=256)
@@ -223,15 +223,17 @@ def card(
     if place.bottom > within.bottom:
         place.bottom = beside.y - pad
     place.clamp_ip(within)
-    others = [place.move(0, y - place.y) for y in (beside.y - pad - place.height, *(at.bottom for at in kept_free))]
-    sides = [Rect((x, beside.y), place.size) for x in (beside.x - pad - place.width, beside.right + pad)]
-    fits = (at for at in (place, *others, *sides) if within.contains(at) and at.collidelist(kept_free) < 0)
-    place = next(fits, place)
+    across = place.x, beside.x - pad - place.width, beside.right + pad
+    down = place.y, beside.y - pad - place.height, beside.y
+    corners = (*product(across, down), *product(across, (at.bottom for at in kept_free)))  # the nearest come first
+    places = (Rect(corner, place.size) for corner in corners)
+    place = next((at for at in places if within.contains(at) and at.collidelist(kept_free) < 0), place)
     panel(surface, place)
     for number, row in enumerate(lines):
         for column, text in enumerate(row):
             cell = Rect(place.x + stops[column], place.y + pad // 2 + number * line_height, place.width, line_height)
-            write(surface, text, cell.clip(place), theme.dim if number and not column else theme.ink, height)
+            is_name = number and not column and len(row) > 1
+            write(surface, text, cell.clip(place), theme.dim if is_name else theme.ink, height)
 
 
 def label(surface: Surface, text: str, near: Point, height: int, within: Rect, colours: Palette) -> None:

@@ -26,6 +26,7 @@ PREVIEW_HEIGHT: Final = 0.65  # of a preview's width
 ABOUT_LINES: Final = 2  # for which there is room below the previews, about the chosen scene
 MAX_FILES: Final = 200  # of a folder that are listed
 TRUTHS_TOPIC: Final = "Truths: each tests a law of physics"
+NOTHING: Final = "No scene matches “{typed}”. Backspace deletes a letter; Esc closes."
 HINT: Final = "type to search; choose with arrows and Enter, or a click; Esc closes"
 
 
@@ -146,6 +147,7 @@ class ScenePicker:
             rows += [[Words(topic, bold=True)]] if topic else []
             tiles = [Tile(entry, self._previews) for entry in group]
             rows += rows_of([*tiles, *(Words("") for _ in range(-len(tiles) % columns))], columns)
+        rows += [] if rows else [[Words(NOTHING.format(typed=self.typed))]]
         self._placed, self._height = stacked(rows, self.view.width, height, gap=height)
         self._tiles = [(widget, place) for widget, place in self._placed if isinstance(widget, Tile)]  # as found
 

@@ -78,8 +78,8 @@ class Pane:
 
     @property
     def energy_text(self) -> str:
-        """How the engine's energy compares with what it should have, in words; nothing while that is not known."""
-        return "" if self.error is None else energy_in_words(self.error, self.beside)
+        """How the engine's energy compares with what it should have, in words; nothing while there is no answer."""
+        return "" if self.error is None or self.is_suspended else energy_in_words(self.error, self.beside)
 
     def draw(
         self,
@@ -135,11 +135,16 @@ class Pane:
         pygame.draw.rect(surface, colour, swatch, border_radius=3)
         line = Rect(swatch.right + height // 2, place.y, place.right - swatch.right - height // 2, place.height)
         is_off = text not in ("", AS_IT_SHOULD_BE) and not self.is_reference
-        energy, room = "the reference" if self.is_reference else text, line.width - height
-        if text_width(self.name, height, bold=True) + text_width(energy, height, bold=is_off) > room:
-            energy = text.partition(" than")[0] if is_off else ""
+        whole, room = text_width(self.name, height, bold=True), line.width - height
+        beside = {  # what may stand there, and the room that it leaves at least to the name, px
+            "the reference" if self.is_reference else text: whole,
+            text.partition(" than")[0] if is_off else "": min(whole, 4 * height),
+        }
+        fitting = (words for words, name in beside.items() if text_width(words, height, bold=is_off) + name <= room)
+        energy = next(fitting, "")
         room -= text_width(energy, height, bold=is_off)
-        name, ink = shortened(self.name, max(room, 3 * height), height), theme.dim if self.is_suspended else theme.ink
+        name = shortened(self.name, max(room, 3 * height), height, bold=True)
+        ink = theme.dim if self.is_suspended else theme.ink
         for words, hue, bold in ((name, ink, True), (energy, colour if is_off else theme.dim, is_off)):
             left = write(surface, words, line, hue, height, bold=bold) + height
             line = Rect(left, place.y, max(0, place.right - left), place.height)
@@ -234,11 +239,16 @@ class SessionView:
         return np.array([reading.state.position for reading in reversed(readings) if reading])
 
     @property
+    def _known(self) -> Moment | None:
+        """The moment shown, or one shortly before that has the reference too; None if that is further behind."""
+        moment = self._completed(self.moment)
+        return moment if abs(self.moment.time - moment.time) <= NOTED_LAG else None
+
+    @property
     def _outlined(self) -> State | None:
         """The reference's balls, of the moment shown or shortly before; None if they are not known."""
-        moment = self._completed(self.moment)
-        is_near = abs(self.moment.time - moment.time) <= NOTED_LAG and moment.balls == self.moment.balls
-        return moment.states.get(self.session.reference) if is_near else None
+        moment = self._known
+        return moment.states.get(self.session.reference) if moment and moment.balls == self.moment.balls else None
 
     @property
     def beside(self) -> str:
@@ -253,6 +263,6 @@ class SessionView:
 
     @property
     def energy_errors(self) -> dict[str, float]:
-        """By how much energies are off at the step shown, as far as that is known, %."""
-        errors = self.session.samples.error_at(self.moment.step)
+        """By how much energies are off at the step shown or shortly before, as far as that is known, %."""
+        errors = self.session.samples.error_at(self._known.step) if self._known else {}
         return {name: error for name, error in errors.items() if math.isfinite(error)}

@@ -92,7 +92,7 @@ class Toolbars:
             self._header: layout.header,
             self._tools: layout.palette,
             self._before: layout.transport,
-            self._after: layout.transport,
+            self._after: layout.after_bar,
             self._tabs: layout.tabs,
         }
         return [widget for row, place in rows.items() for widget in row.placed(place, layout.text_height, layout.side)]

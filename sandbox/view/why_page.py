@@ -99,14 +99,13 @@ class WhyPage:
     def show_next(self, by: int) -> bool:
         """Show the next contact that differs, from the one shown or from this step; the previous if by < 0.
 
-        If this step is beyond all contacts, the nearest is shown. Return whether there is one.
+        Return whether there is one.
         """
         contacts, here = self._contacts, self._playback.session.step
         if self.contact:
             at = contacts.index(self.contact) + by
         else:
             at = sum(contact.step <= here if by > 0 else contact.step < here for contact in contacts) - (by < 0)
-            at = min(max(at, 0), len(contacts) - 1)
         is_there = 0 <= at < len(contacts)
         if is_there:
             self.show(contacts[at])

@@ -1,5 +1,6 @@
 """The window: several engines run a scene side by side, and the mouse drags their balls."""
 
+import gc
 import os
 import signal
 from collections.abc import Sequence
@@ -55,6 +56,7 @@ class Window:
 
     text_height = TEXT_HEIGHT
     running = True
+    _is_wide = False
     _outdated = True  # something other than step and messages has changed since the window was drawn
     _drawn: tuple[Moment | None, Moment | None, str] = (None, None, "")  # in the panes and charts; and message
     _drawn_places: list[Placed] | None = None  # of the widgets as they were drawn, until an event
@@ -95,8 +97,7 @@ class Window:
         self.panel = SidePanel(pages)
         self._widths = cache(self.toolbars.widths)
         self.screen = open_window(caption(scene))
-        if self.screen.get_width() >= WIDE * self.text_height:
-            self.panel.toggle()
+        self._fit_column()
 
     # The run
 
@@ -136,11 +137,19 @@ class Window:
     def _is_too_small(self) -> bool:
         return self.screen.get_size() != self.layout.window
 
+    def _fit_column(self) -> None:
+        """Show the column in a window that has become wide enough for it; hide it in one that has become narrow."""
+        is_wide = self.screen.get_width() >= WIDE * self.text_height
+        if is_wide != self._is_wide:
+            self._is_wide = is_wide
+            if is_wide != (self.panel.open is not None):
+                self.panel.toggle()
+
     # Running
 
     def run(self) -> None:
         """Show the window until it is closed."""
-        clock = pygame.time.Clock()
+        clock, passed = pygame.time.Clock(), 0.0  # s, since speeds were measured
         before = signal.signal(signal.SIGTERM, _close)
         try:
             while self.running:
@@ -149,15 +158,19 @@ class Window:
                     self.on_event(event)
                 self._outdated = self.scenes.reload_if_edited() or self._outdated
                 idle = self.playback.rests and not events
-                self.frame(min(clock.tick(IDLE_RATE if idle else FRAME_RATE) / 1000, 4 / FRAME_RATE))
+                seconds = clock.tick(IDLE_RATE if idle else FRAME_RATE) / 1000
+                passed += seconds
+                self.frame(min(seconds, 4 / FRAME_RATE))
                 if self._frames % FRAME_RATE == 0:
-                    self.messages.measure(clock.get_fps(), FRAME_RATE)
+                    self.messages.measure(FRAME_RATE, passed)
+                    passed = 0.0
         finally:  # the window can also be closed while a kernel is waited for
             self.recorder.stop()
             self.view.session.stop()
             self.why.case.stop()
             pygame.display.quit()
             signal.signal(signal.SIGTERM, before)
+            gc.unfreeze()  # what `Playback` has frozen, or Box2D would report objects that are never freed
 
     def frame(self, seconds: float) -> None:
         """Let some seconds pass, and draw what has changed."""
@@ -198,6 +211,7 @@ class Window:
         elif event.type == pygame.WINDOWSIZECHANGED:
             if self._is_too_small:
                 self.screen = pygame.display.set_mode(self.layout.window, pygame.RESIZABLE)
+            self._fit_column()
         elif event.type == pygame.DROPFILE:
             self.scenes.open_file(Path(event.file))
         elif self.scenes.picker and event.type not in RELEASES:
@@ -243,7 +257,8 @@ class Window:
         """Show the next contact that differs, or the previous one; first of all, open the page that finds them."""
         self.panel.show(Panel.WHY)
         if not self.why.show_next(by):
-            self.notice.show(f"no {'later' if by > 0 else 'earlier'} contact differs, as far as it is compared")
+            where, other_way = ("later", "<") if by > 0 else ("earlier", ">")
+            self.notice.show(f"no {where} contact differs, as far as it is compared: press {other_way}")
 
     def save_picture(self) -> None:
         """Save a picture of the window."""

@@ -93,21 +93,3 @@ def test_contacts_are_at_the_steps_that_contain_them() -> None:
         turned = before.states["pymunk"].velocity != moment.states["pymunk"].velocity
         assert turned[one.difference.first].any()
         assert moment.time - 1 / 60 < one.time <= moment.time + 1e-9
-
-
-def test_a_run_that_was_changed_is_not_the_one_that_was_compared() -> None:
-    session = session_of("article", ("pymunk",), (), 60)
-    run = RunSoFar.of(session)
-    session.advance()
-    assert run.is_beginning_of(RunSoFar.of(session))
-    session.give(SetVelocity(step=61, ball=0, velocity=(1.0, 2.0)))
-    assert run.is_beginning_of(RunSoFar.of(session))
-    session.undo()
-    session.seek(30)
-    assert run.is_beginning_of(RunSoFar.of(session))
-    session.give(SetVelocity(step=30, ball=0, velocity=(1.0, 2.0)))
-    assert not run.is_beginning_of(RunSoFar.of(session))
-    for _ in range(60):
-        session.advance()
-    assert not run.is_beginning_of(RunSoFar.of(session))
-    assert RunSoFar.of(session).is_beginning_of(RunSoFar.of(session))

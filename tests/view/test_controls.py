@@ -9,6 +9,7 @@ from window_driver import button, click, hover, key_event, pixels, press, run
 
 from sandbox.view.controls import BY_KEY, HELP, Action, Panel, Topic, action_of
 from sandbox.view.layout import MIN_SIZE
+from sandbox.view.primitives import SMALLEST_TEXT
 from sandbox.view.side_panel import LAYERS
 from sandbox.view.window import Window
 
@@ -45,9 +46,10 @@ def test_a_letter_typed_on_another_alphabet_s_keyboard_is_found_by_its_key() -> 
 def test_help_fits_is_drawn_over_everything_and_hidden_again(
     window: Window, size: tuple[int, int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    drawn: list[Rect] = []
+    drawn, heights = list[Rect](), list[int]()
     tips: list[object] = []
     monkeypatch.setattr("sandbox.view.cards.panel", lambda _, place: drawn.append(place))
+    monkeypatch.setattr("sandbox.view.cards.write", lambda *given, **_: heights.append(given[4]))
     monkeypatch.setattr("sandbox.view.widgets.group.card", lambda *given: tips.append(given))
     window.screen = pygame.display.set_mode(size)
     hover(window, button(window, Action.HELP))
@@ -55,6 +57,7 @@ def test_help_fits_is_drawn_over_everything_and_hidden_again(
         press(window, "F1")
         window.draw()
     [place] = drawn
+    assert min(heights) >= SMALLEST_TEXT
     assert window.screen.get_rect().contains(place)
     assert place.width * place.height > 0.25 * size[0] * size[1]
     assert len(tips) == 1  # only while the help is hidden

@@ -2,11 +2,10 @@
 
 from pathlib import Path
 
-import numpy as np
 import pygame
 import pytest
 from conftest import scene_of
-from window_driver import THREE_BALLS, click, colours, given, mouse, point, press, pull, run, shown, step, tool
+from window_driver import click, colours, given, mouse, point, press, pull, run, shown, step, tool
 
 from sandbox.run.edits import DeleteBall, SetGravity, SetRate
 from sandbox.run.trajectory import simulate
@@ -14,7 +13,6 @@ from sandbox.scene.files import load
 from sandbox.view.engines_page import FULL, MAX_PANES
 from sandbox.view.instruments import GAP
 from sandbox.view.notice import NoticeKind
-from sandbox.view.session_view import SessionView
 from sandbox.view.theme import chart_palette
 from sandbox.view.widgets import TextButton, Words
 from sandbox.view.widgets.fields import Field
@@ -246,17 +244,3 @@ def test_each_pane_has_the_colour_of_its_lines_in_the_charts(window: Window) -> 
             assert lines[name] in seen
             assert lines[names(window)[1 - pane]] not in seen
     assert lines["impulse"] in colours(window.screen.subsurface(window.layout.strip))
-
-
-def test_a_narrow_pane_cuts_a_long_name_and_keeps_the_energy(
-    memory_screen: None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    window = Window(scene_of(*THREE_BALLS), ["pymunk", "pymunk(iterations=30, substeps=4)"])
-    window.screen = pygame.display.set_mode((640, 480))
-    title, seen = window.layout.title(1), []
-    for share in (1.1, 1.2):  # as wide as each other
-        monkeypatch.setattr(SessionView, "energy_errors", dict.fromkeys(window.view.session.names, share))
-        window.draw()
-        seen.append(pygame.surfarray.array3d(window.screen.subsurface(title)))
-    changed = (seen[0] != seen[1]).any(axis=(1, 2))
-    assert np.flatnonzero(changed).min() > title.width // 3

@@ -68,6 +68,16 @@ def test_chart_panes_and_every_button_have_room(window: Window, size: tuple[int,
     assert layout.status.collidelist(in_rows) == -1  # messages hide no button
 
 
+def test_in_a_small_window_column_and_chart_give_way(window: Window) -> None:
+    for size, is_small in ((MIN_SIZE, True), ((1024, 640), False), ((640, 400), True)):
+        window.screen = pygame.display.set_mode(size)
+        window.on_event(pygame.event.Event(pygame.WINDOWSIZECHANGED))
+        layout = window.layout
+        assert (window.panel.open is None, layout.strip.height == 0) == (is_small, is_small)
+        assert layout.bar.width > 6 * TEXT_HEIGHT
+        assert sum(arena.width * arena.height for arena in layout.arenas) > 0.2 * size[0] * size[1]
+
+
 @pytest.mark.parametrize("size", SIZES)
 def test_buttons_do_not_move_when_the_run_goes_on(window: Window, size: tuple[int, int]) -> None:
     window.screen = pygame.display.set_mode(size)

@@ -28,6 +28,7 @@ from window_driver import (
 from sandbox.run.edits import ChangeWall, SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.fields import rgb
+from sandbox.session.samples import Quantity
 from sandbox.view.cards import ball_table
 from sandbox.view.controls import Panel
 from sandbox.view.widgets.fields import Slider
@@ -195,20 +196,26 @@ def test_a_tip_leaves_at_a_press_and_after_4_s_and_does_not_appear_in_a_drag(
     assert count() == 0
 
 
-def test_a_tip_covers_no_title_and_no_slider(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_tip_and_no_card_of_a_ball_covers_a_title_or_a_slider(
+    window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
     places: list[pygame.Rect] = []
     monkeypatch.setattr("sandbox.view.primitives.panel", lambda _, place: places.append(place))
+    press(window, "Space")
+    window.editor.select(0)  # beside which there is a slider
     for size in ((1440, 900), (1024, 640)):
         window.screen = pygame.display.set_mode(size)
         window.panel.show(Panel.SCENE)
         kept = [window.layout.title(pane) for pane in (0, 1)]
         kept += [place for widget, place in window._placed if isinstance(widget, Slider)]
-        for widget, at in window._placed:
-            hover(window, at.center)
+        shown = [(at.center, bool(widget.tip)) for widget, at in window._placed]
+        balls = [(point(window, *at), True) for at in window.view.panes[0].state.position.tolist()]
+        for at, has_card in (*shown, *balls):
+            hover(window, at)
             places.clear()
-            window.widgets.draw_tip(window.screen, window._placed, kept[:2], 14)
-            assert len(places) == bool(widget.tip)
-            assert all(place.collidelist(kept) < 0 for place in places), widget.tip
+            window.draw()
+            assert len(places) == has_card
+            assert all(place.collidelist(kept) < 0 for place in places), at
 
 
 def test_a_held_ball_is_released_before_the_step_changes(window: Window) -> None:
@@ -234,12 +241,14 @@ def test_what_the_mouse_holds_is_released_while_the_picker_is_open(window: Windo
     press(window, "Esc")
 
 
-def test_the_card_of_a_ball_that_turns_shows_its_spin() -> None:
-    window = Window(scene_of("radius = 10\nposition = [50, 60]\nmass = 4\nspin = -3"), ["pymunk", "exact"])
-    energy = 0.5 * (4 * 10**2 / 2) * 3**2  # I = m r²/2
+def test_the_card_of_a_ball_shows_its_spin_if_it_turns_and_the_energy_that_the_chart_has_of_it() -> None:
+    ball = "radius = 10\nposition = [50, 60]\nmass = 4\nspin = -3"
+    window = Window(scene_of(ball, more="gravity = [0, 7]"), ["pymunk", "exact"])
+    energy = 0.5 * (4 * 10**2 / 2) * 3**2 + 4 * 7 * (600 - 10 - 60)  # I = m r²/2; at rest on the floor, it has none
     titles, *rows = ball_table(window.view.panes, 0)
     assert titles[3] == "spin, rad/s"
-    assert rows == [[name, "50.00, 60.00", "0.00, 0.00", "-3.00", f"{energy:g}"] for name in ("pymunk", "exact")]
+    assert rows == [[name, "50.00, 60.00", "0.00, 0.00", "-3.00", f"{energy:,g}"] for name in ("pymunk", "exact")]
+    assert window.view.session.samples.of(Quantity.ENERGY)[-1] == pytest.approx(energy)
 
 
 @pytest.mark.parametrize("x", [200, 600, 790])

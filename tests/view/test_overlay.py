@@ -48,13 +48,6 @@ def test_a_velocity_arrow_ends_where_the_ball_would_be(scale: float) -> None:
     assert overlay.surface.get_at(middle) == Color("black")
 
 
-def test_a_ball_at_rest_has_no_arrow() -> None:
-    scene = scene_of("radius = 20\nposition = [200, 300]")
-    overlay = overlay_of(scene)
-    overlay.velocity()
-    assert (pygame.surfarray.array3d(overlay.surface) == GREY).all()
-
-
 def test_a_trail_runs_through_its_places_and_is_fainter_for_older_ones() -> None:
     scene = scene_of(f'radius = 5\nposition = [100, 100]\ncolors = ["{BLUE}"]')
     places = [*((x, 100) for x in range(100, 501, 100)), (500, 300)]

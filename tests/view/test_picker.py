@@ -11,7 +11,7 @@ from window_driver import SMALL_SCENE, click, colours, drag, pixels, press
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import bundled, load
 from sandbox.view.layout import MIN_SIZE
-from sandbox.view.scene_picker import TRUTHS_TOPIC, ScenePicker, Tile
+from sandbox.view.scene_picker import NOTHING, TRUTHS_TOPIC, ScenePicker, Tile
 from sandbox.view.theme import theme
 from sandbox.view.widgets import Words
 from sandbox.view.window import Window
@@ -141,9 +141,10 @@ def test_a_name_comes_before_a_title_and_a_title_before_other_text(window: Windo
 @pytest.mark.parametrize("size", [MIN_SIZE, (640, 90), (1024, 640)])
 def test_a_click_where_nothing_is_found_closes_the_picker(window: Window, size: tuple[int, int]) -> None:
     window.screen = pygame.display.set_mode(size)
-    open_picker(window)
+    picker = open_picker(window)
     press(window, *"zq")
     window.draw()
+    assert [getattr(widget, "label", "") for widget, _ in picker._placed] == [NOTHING.format(typed="zq")]
     click(window, (size[0] // 2, size[1] - 5))
     assert window.scenes.picker is None
 

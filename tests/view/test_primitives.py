@@ -39,6 +39,12 @@ def test_walls_that_extend_far_beyond_the_arena_are_drawn_where_visible(
     assert (drawn != seen(x, y)).sum() < 2500  # at the edges
 
 
+def test_the_arena_s_walls_are_not_seen_in_a_pane_whose_size_was_rounded() -> None:
+    surface, scale = Surface((122, 92)), 122 / 800  # 600 px are 91.5 px
+    capsule(surface, Color("red"), (0, 600 * scale + 5), (122, 600 * scale + 5), 5)
+    assert not pixels(surface).any()
+
+
 def test_a_wall_covers_the_area_of_its_rectangle_and_its_round_ends_with_smooth_edges() -> None:
     surface = Surface((200, 100), 0, 32).subsurface((7, 5, 150, 80))
     surface.fill("white")

@@ -6,12 +6,15 @@ import numpy as np
 import pygame
 import pytest
 from conftest import scene_of
+from pygame import Color, Rect
 from pymunk.pygame_util import DrawOptions
 from window_driver import colour_at, pixels, point, press, run
 
 from sandbox.analysis.reference import Trust
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.scene.fields import rgb
+from sandbox.view.layout import TEXT_HEIGHT, Layout
+from sandbox.view.primitives import text_width
 from sandbox.view.run_so_far import Marks
 from sandbox.view.session_view import AS_IT_SHOULD_BE, energy_in_words
 from sandbox.view.window import Window
@@ -37,6 +40,25 @@ def test_beyond_the_horizon_an_energy_is_only_compared() -> None:
         window.view.mark(Marks(Trust(horizon)))
         window.draw()
         assert window.view.panes[0].energy_text.endswith(f" than {words}")
+
+
+@pytest.mark.parametrize("name", ["pymunk", "pymunk(iterations=30, substeps=4)"])
+def test_no_energy_is_cut_off_in_a_title_but_a_long_name(
+    window: Window, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn = set[str]()
+
+    def note(_: object, text: str, place: Rect, __: object, height: int, *, bold: bool = False) -> int:
+        drawn.add(text)
+        assert text.startswith("py") or text_width(text, height, bold=bold) <= place.width
+        return place.x + text_width(text, height, bold=bold)
+
+    monkeypatch.setattr("sandbox.view.session_view.write", note)
+    window.view.panes[0].error, window.view.panes[0].name = -12.0, name
+    for width in range(60, 700, 5):
+        layout = Layout((width, 500), (800, 600), 1, TEXT_HEIGHT)
+        window.view.panes[0]._draw_title(window.screen, layout, 0, Color("red"))
+    assert drawn >= {"", "12 % less", "12 % less than it should have", name}
 
 
 def test_an_error_is_in_words() -> None:

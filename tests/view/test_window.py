@@ -112,7 +112,7 @@ def test_a_window_opens_dark_by_the_environment_and_a_key_changes_it(monkeypatch
         press(window, "F7")
 
 
-def test_a_session_that_is_replaced_is_freed_and_the_next_one_left_alone_by_the_garbage_collector(
+def test_a_session_that_is_replaced_is_freed_and_the_next_one_left_alone_until_the_window_is_closed(
     window: Window, all_objects_to_collect: None
 ) -> None:
     window.view.session.cycle = window.view.session  # type: ignore[attr-defined]
@@ -122,6 +122,9 @@ def test_a_session_that_is_replaced_is_freed_and_the_next_one_left_alone_by_the_
     assert not any(
         one is window.view.session for one in gc.get_objects()
     )  # which lists what the collector goes through
+    window.running = False
+    window.run()
+    assert not gc.get_freeze_count()
 
 
 def test_nothing_is_drawn_while_nothing_changes(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:

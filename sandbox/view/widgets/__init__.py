@@ -1,7 +1,7 @@
 """What the rows and the column are made of: what every widget can do; texts and buttons; a file for other kinds."""
 
 from collections.abc import Callable
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Final
 
 import pygame
@@ -52,18 +52,14 @@ class Widget:
 
 
 @dataclass(eq=False)
-class Pressable(Widget):
-    """A text that does something when it is pressed.
+class Label(Widget):
+    """What shows a text. said: returns the text, if it changes.
 
-    said: returns the text, if it changes. widest: the longest text that it will have in a row of the window, so that it
-    does not move its neighbours.
+    widest: the longest text that it will have in a row of the window, so that it does not move its neighbours.
     """
 
     text: str
-    do: Callable[[], object] | None = None
-    does: str = ""
     _: KW_ONLY
-    refusal: Callable[[], str] = str
     colour: Color | None = None
     width: float = 5.0
     said: Callable[[], str] | None = None
@@ -73,11 +69,6 @@ class Pressable(Widget):
     def label(self) -> str:
         """The text at present."""
         return self.said() if self.said else self.text
-
-    def press(self, place: Rect, point: tuple[int, int]) -> None:
-        """Do it, unless it is refused."""
-        if self.do and not self.refusal():
-            self.do()
 
 
 def draw_ground(surface: Surface, place: Rect, colour: Color, text_height: int, *, hot: bool) -> None:
@@ -89,12 +80,14 @@ def draw_ground(surface: Surface, place: Rect, colour: Color, text_height: int, 
 
 
 @dataclass(eq=False)
-class Words(Pressable):
+class Words(Label):
     """A text: in the column of as many lines as it needs, in a row of the window one line.
 
     colour: by default, that of all text. scale: of the text. dots: colours of the balls or the engine that it is about.
     """
 
+    _: KW_ONLY
+    does: str = ""
     bold: bool = False
     scale: float = 1.0
     dots: tuple[Color, ...] = ()
@@ -114,9 +107,7 @@ class Words(Pressable):
         return round(1.35 * self.scale * text_height)
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
-        """Draw those lines that have room, in the middle of its height; on a ground of its own if it can be pressed."""
-        if self.do:
-            draw_ground(surface, place, theme.raised, text_height, hot=hot)
+        """Draw those lines that have room, in the middle of its height."""
         height, step, gap = round(self.scale * text_height), self._step(text_height), text_height // 2
         line = Rect(place.x + gap, place.y, max(1, place.width - 2 * gap), step)
         lefts = [line.x + k * text_height for k in range(len(self.dots))]
@@ -131,10 +122,18 @@ class Words(Pressable):
 
 
 @dataclass(eq=False)
-class TextButton(Pressable):
+class TextButton(Label):
     """A button. is_on: whether what it turns on is on. colour: of a mark before the text, such as an engine's."""
 
+    do: Callable[[], object]
+    does: str = ""
     is_on: Callable[[], bool] = bool
+    refusal: Callable[[], str] = field(default=str, kw_only=True)
+
+    def press(self, place: Rect, point: tuple[int, int]) -> None:
+        """Do what it is for, unless that is refused."""
+        if not self.refusal():
+            self.do()
 
     def natural_width(self, text_height: int) -> int:
         """Return the width of its text with room round it, px."""
@@ -144,7 +143,7 @@ class TextButton(Pressable):
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
         """Draw the text in the middle, smaller if need be; on the accent while on, grey if it is refused."""
         on, text = self.is_on(), self.label
-        ink = theme.on_accent if on else theme.ink
+        ink = readable(theme.line, theme.raised) if self.refusal() else theme.on_accent if on else theme.ink
         draw_ground(surface, place, theme.accent if on else theme.raised, text_height, hot=hot)
         mark = text_height if self.colour else 0
         width, room = text_width(text, text_height), place.width - text_height // 2 - mark
@@ -158,8 +157,7 @@ class TextButton(Pressable):
                 pygame.draw.rect(surface, theme.on_accent, swatch.inflate(4, 4), border_radius=3)
             pygame.draw.rect(surface, self.colour, swatch, border_radius=2)
             line = Rect(line.x + mark, line.y, line.width - mark, line.height)
-        refused = readable(theme.line, theme.raised)
-        write(surface, text, line, refused if self.refusal() else ink, height)
+        write(surface, text, line, ink, height)
 
 
 @dataclass(eq=False)

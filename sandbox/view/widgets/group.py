@@ -12,7 +12,7 @@ from sandbox.view.layout import BETWEEN, in_rows
 from sandbox.view.primitives import card
 from sandbox.view.theme import theme
 from sandbox.view.widgets import Widget
-from sandbox.view.widgets.fields import Field, Slider
+from sandbox.view.widgets.fields import Field
 
 TIP_SECONDS: Final = 4.0  # that a tip is shown
 Placed = tuple[Widget, Rect]
@@ -90,14 +90,13 @@ class WidgetGroup:
                 widget.draw(surface, place, text_height, hot=widget in (self.over, self.field))
         surface.set_clip(None)
 
-    def draw_tip(self, surface: Surface, placed: Sequence[Placed], titles: Sequence[Rect], text_height: int) -> None:
-        """Draw the tip of the widget that the mouse is on, off sliders and titles, unless something is typed."""
+    def draw_tip(self, surface: Surface, placed: Sequence[Placed], kept_free: Sequence[Rect], text_height: int) -> None:
+        """Draw the tip of the widget that the mouse is on, unless something is typed. kept_free: see `card`."""
         hot = None if self.field else self.over
         place = next((place for widget, place in placed if widget is hot), None)
         if hot and hot.tip and place and self._tip_seconds > 0:
-            sliders = [where for widget, where in placed if isinstance(widget, Slider)]
             lines = [[line] for line in hot.tip.splitlines()]
-            card(surface, lines, place, text_height, surface.get_rect(), [*titles, *sliders, place])
+            card(surface, lines, place, text_height, surface.get_rect(), [*kept_free, place])
 
 
 def widget_at(point: tuple[int, int], placed: Sequence[Placed]) -> Widget | None:
