@@ -26,8 +26,6 @@ POW_PROBES: Final = {  # numbers whose squares only one variant of glibc's pow, 
     "no fma": (9.395, 15.889, 18.543, 18.79, 20.395, 21.457, 22.785, 27.217),
 }
 MAX_TOUCHING: Final = 1 + 1e-9  # diameters; balls further apart do not touch, however pow and sqrt round
-
-
 CODE: Final = MachineCode("article", compiling=150_000, loading=150_000, many=400)  # balls in steps; balls
 
 

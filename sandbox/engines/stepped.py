@@ -11,7 +11,7 @@ from sandbox.engines.engine import RunningEngine
 from sandbox.engines.machine_code import MachineCode
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import Bodies, Contacts, Floats, State, States
+from sandbox.state import Bodies, Contacts, Floats, State
 from sandbox.threads import checkpoint
 
 LOG_ROWS: Final = 64  # of a new engine's log
@@ -53,7 +53,6 @@ class SteppedEngine(RunningEngine):
         self._steps = 0
         self._log = empty_log(LOG_ROWS)
         self._contacts = ContactLog()
-        self._row = States.empty(1, len(world.ball))  # for `step`
         self._arrays, self._world, self._kernel, self._code = world, as_python(world), step, code
         self._runs_python = True
         self._work = len(world.ball)  # of a step
@@ -67,30 +66,22 @@ class SteppedEngine(RunningEngine):
             self._world, self._kernel, self._runs_python = self._arrays, compiled(self._kernel), False
 
     def step(self) -> None:
-        self.advance(1, *self._row)
-
-    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        states, before, done = States(position, velocity, angle, spin), self._moving(), 0
-        while done < steps:
-            checkpoint()
-            log = self._log._replace(collects=self._contacts.recording)
-            log.filled[0] = 0
-            self._kernel(self._world, (self._steps + 1) / self._rate, log)
-            if log.filled[0] > len(log.row):
-                self._put(*before)
-                self._log = empty_log(2 * len(log.row))
-                continue
-            self._steps += 1
-            before = self._moving()
-            for rows, part in zip(states, before, strict=True):
-                rows[done] = part
-            done += 1
-            if log.filled[0]:
-                contacts = log.row[: log.filled[0]].copy()
-                contacts["impulse"] *= self._impulse_unit  # engines with a unit of their own have no friction
-                self._contacts.add(contacts)
-            self._change_over(self._work)
-        velocity *= self._unit
+        checkpoint()
+        log = self._log._replace(collects=self._contacts.recording)
+        before = self._moving() if log.collects else ()
+        log.filled[0] = 0
+        self._kernel(self._world, (self._steps + 1) / self._rate, log)
+        if log.filled[0] > len(log.row):
+            self._put(*before)
+            self._log = empty_log(2 * len(log.row))
+            SteppedEngine.step(self)
+            return
+        self._steps += 1
+        if log.filled[0]:
+            contacts = log.row[: log.filled[0]].copy()
+            contacts["impulse"] *= self._impulse_unit  # engines with a unit of their own have no friction
+            self._contacts.add(contacts)
+        self._change_over(self._work)
 
     def _moving(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Return positions, velocities, angles and spins, in the kernel's units."""

@@ -17,7 +17,6 @@ from sandbox.engines.grid import NONE, enter, leave
 
 MAX_ROWS_PER_EVENT: Final = 2 * MAX_SUPPORTS + 1  # of the log: what carried two discs until then, and a contact
 
-
 # Why the event loop stops.
 UP_TO_DATE: Final = 0  # there is no event until the time it was given
 UNFINISHED: Final = 1  # it has processed many events, or the log is full

@@ -71,11 +71,6 @@ def _apply_face_friction(world: World, i: int, p: int, nx: float, ny: float, sli
 
 
 @kernel
-def _sign(value: float) -> float:
-    return math.copysign(1.0, value) if value != 0 else 0.0
-
-
-@kernel
 def _along(x: float, y: float, nx: float, ny: float, mx: float, my: float) -> tuple[float, float]:
     """Return the components of a vector along two directions n and m, which are not parallel."""
     area = nx * my - ny * mx
@@ -126,7 +121,7 @@ def _bearing(world: World, i: int, sense: float) -> tuple[float, float, float, f
     mx, my, _ = normal_to(disc, world.piece[q])
     at_n, at_m = 0.0, 0.0
     if sense != 0:
-        signed = sense * world.turn[i].friction
+        signed = math.copysign(world.turn[i].friction, sense)
         at_n, at_m = signed * world.piece[p].friction, signed * world.piece[q].friction
     gx, gy = world.gravity
     to_n, to_m = _along(gx, gy, nx - at_n * ny, ny + at_n * nx, mx - at_m * my, my + at_m * mx)
@@ -140,7 +135,7 @@ def _stop_in_corner(world: World, i: int, nx: float, ny: float, mx: float, my: f
     n, m: unit normals to its carrier and to the other face.
     """
     disc, body, turn, p, q = world.disc[i], world.body[i], world.turn[i], world.event[i].carrier, world.body[i].corner
-    at_n, at_m, friction_n, friction_m = _bearing(world, i, _sign(turn.spin))
+    at_n, at_m, friction_n, friction_m = _bearing(world, i, turn.spin)
     # Where it can neither turn on both faces nor climb either, it jams, and each face takes half of its spin.
     jams = min(at_n, at_m) < -world.min_pull
     each = body.mass * disc.radius * turn.spin / 4 if jams else 0.0
@@ -198,7 +193,7 @@ def report_support(world: World, i: int, since: float, now: float, log: Log) -> 
     if not log.collects or event.carrier < 0:
         return
     start = max(since, body.last_contact)
-    rim, turning = disc.radius * rotation(world, i, start)[1], -_sign(world.turn[i].spin_rate)
+    rim, turning = disc.radius * rotation(world, i, start)[1], -world.turn[i].spin_rate
     momentum, p = body.mass * (now - start), event.carrier
     if body.corner != NONE:
         to_n, to_m, friction_n, friction_m = _bearing(world, i, turning)

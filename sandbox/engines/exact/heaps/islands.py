@@ -1,11 +1,11 @@
 """Static islands: heaps, or parts of them, that stand still and have no events.
 
-CHECK_RATE times a second of the scene, at its start, soon after an island was woken and where discs jam, the discs that
-are slow and lean on each other are examined. Those that `statics` finds to be carried, and to have no way to give in,
-are frozen: they do not move, and at the end of each step their contacts report what they carry. What slow discs give to
-an island by their hits goes on to the walls in the same step, as does the momentum that its discs still had when they
-were frozen. (A contact that such a hit would open reports a small negative impulse.) An island is woken as a whole by a
-fast hit, by a kick, or by hits that it cannot carry.
+CHECK_RATE times a second of the scene, at its start, and where discs jam, the discs that are slow and lean on each
+other are examined. Those that `statics` finds to be carried, and to have no way to give in, are frozen: they do not
+move, and at the end of each step their contacts report what they carry. What slow discs give to an island by their hits
+goes on to the walls in the same step, as does the momentum that its discs still had when they were frozen. (A contact
+that such a hit would open reports a small negative impulse.) An island is woken as a whole by a fast hit, by a kick, or
+by hits that it cannot carry.
 
 The forces at rest are exact: those of the walls, and those of single contacts where statics determines them. That a
 heap is frozen is an approximation in two respects. Its discs are up to TOUCHING_HOPS heights of a hop apart. And with
@@ -28,8 +28,6 @@ from sandbox.engines.laws import NEVER
 from sandbox.state import CONTACT, Bools, Contacts, Floats, Integers, no_contacts
 
 CHECK_RATE: Final = 30  # 1/s, of the scene: examinations, until which a heap that has come to rest still hops
-RECHECK_HOPS: Final = 10  # hop times after an island was woken, until discs are examined; more after many
-JAM_HOPS: Final = 1  # hop times from an examination of a jam to the next, or each of its contacts would ask for one
 AT_REST: Final = 1e-6  # of gravity, the largest acceleration of a disc at rest; far above what `statics` leaves
 MAX_PEELS: Final = 30  # times that discs which give way are left out, before nothing is frozen
 
@@ -75,11 +73,6 @@ class Islands:
         self.next_check = 1 / CHECK_RATE if world.has_gravity else NEVER
         self.jams_from = -NEVER
         self._islands: list[Island] = []
-        self._wakes = 0  # less one for each regular examination since
-
-    def _plan_next_check(self, now: float) -> None:
-        """Plan the first regular examination after now."""
-        self.next_check = (math.floor(now * CHECK_RATE + 1e-6) + 1) / CHECK_RATE
 
     def wake(self, disc: int, since: float, now: float) -> tuple[Integers, Contacts]:
         """Wake the island of a disc, if it is part of one; return its discs, and what must be reported."""
@@ -88,8 +81,6 @@ class Islands:
             return np.empty(0, np.int64), no_contacts()
         report = self._close(woken, since, now)
         _thaw(self.world, woken[0].heap.disc, now)
-        self.next_check = min(self.next_check, now + RECHECK_HOPS * self.world.hop_time * (1 + self._wakes))
-        self._wakes += 1
         return woken[0].heap.disc, report
 
     def examine(self, since: float, now: float, *, is_start: bool = False) -> tuple[Integers, Contacts]:
@@ -99,9 +90,6 @@ class Islands:
         """
         world = self.world
         resting, touching = find_restless(world, now, is_start=is_start)
-        if now >= self.next_check and not resting.any():
-            self._plan_next_check(now)
-            return np.empty(0, np.int64), no_contacts()
         report = self._close([island for island in self._islands if resting[island.heap.disc[0]]], since, now)
         load = np.stack([column(world.absorbed, "load_x"), column(world.absorbed, "load_y")], axis=1) * CHECK_RATE
         carried, force = self._carried(resting, touching, load)
@@ -113,10 +101,9 @@ class Islands:
         _thaw(world, np.flatnonzero(was_frozen & ~frozen), now)
         for i in np.flatnonzero(resting):
             world.absorbed[i].load_x = world.absorbed[i].load_y = 0.0
-        self.jams_from = now + JAM_HOPS * world.hop_time
+        self.jams_from = now + world.hop_time  # or each contact of a jam would ask for one
         if now >= self.next_check:
-            self._wakes = max(0, self._wakes - 1)
-            self._plan_next_check(now)
+            self.next_check = (math.floor(now * CHECK_RATE + 1e-6) + 1) / CHECK_RATE
         return np.flatnonzero(frozen != was_frozen), report
 
     def report(self, since: float, now: float) -> Contacts:

@@ -16,8 +16,7 @@ column, its normal n; with friction mu it has two, the edges n + mu t and n - mu
 """
 
 from bisect import bisect_left
-from collections.abc import Callable
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from sandbox.state import Bools, Floats, Integers
 
 STIFFNESS: Final = 1e8  # of the springs, mean mass / s²; stiffer ones would leave too few digits of the matrix
 MAX_NEWTON: Final = 200  # steps of Newton's method, which ends after finitely many
+SHARES: Final = 2**30  # in which a step is divided, to find where the function is least along it
 MAX_UPDATES: Final = 100  # of the forces; an arch that is nearly flat needs some 50
 CONVERGED: Final = 1e-13  # of the largest load: a change of the forces that is rounding
 ROUNDING: Final = 3e-16  # of stiffness times acceleration, likewise
@@ -107,29 +107,16 @@ def _minimum(system: "_System", a: Floats, f: Floats, bilateral: Bools | bool, k
         step = system.solve(k * pushes.astype(float), rest)
         rate = system.openings(step)
 
-        away, pull, stretch = system.load - system.mass * a, f - k * opening, k * rate
-        start, slope = -(step * away).sum(), (step * system.mass * step).sum()
-
-        def derivative(t: float, line: Any = (start, slope, rate, pull, stretch)) -> float:
-            """Return the derivative of the function along the step, a share t of it on."""
-            start, slope, rate, pull, stretch = line
-            return float(start + t * slope - (rate * _forces(pull, t * stretch, bilateral)).sum())
-
-        turns = np.divide(pull, stretch, out=np.zeros_like(pull), where=stretch != 0)
-        share = _zero_of(derivative, np.sort(turns[(turns > 0) & (turns < 1)]).tolist())
+        pull, stretch = f - k * opening, k * rate / SHARES
+        start, slope = -(step * (system.load - system.mass * a)).sum(), (step * system.mass * step).sum() / SHARES
+        place = bisect_left(
+            range(SHARES),
+            True,
+            key=lambda n: start + n * slope > (rate * _forces(pull, n * stretch, bilateral)).sum(),
+        )
+        share = place / SHARES
         a = a + share * step
     return a
-
-
-def _zero_of(rising: Callable[[float], float], turns: list[float]) -> float:
-    """Return where a function that rises from a negative value at 0, straight but for turns, is zero, at most 1."""
-    if rising(1.0) <= 0:
-        return 1.0
-    places = [0.0, *turns, 1.0]
-    last = bisect_left(places, True, lo=1, hi=len(places) - 1, key=lambda place: rising(place) > 0)
-    low, high = places[last - 1], places[last]
-    below, above = rising(low), rising(high)
-    return low + (high - low) * below / (below - above) if below < 0 < above else high
 
 
 class _System:
