@@ -92,6 +92,13 @@ def column(records: Records, name: str) -> NDArray[Any]:
     return np.array(list(map(attrgetter(name), records)))
 
 
+def columns(records: Records, *names: str) -> NDArray[Any]:
+    """Return several fields of one type of all records, in either form: (len(names), n)."""
+    if isinstance(records, np.ndarray):
+        return np.array([column(records, name) for name in names])
+    return np.array(list(map(attrgetter(*names), records))).reshape(-1, len(names)).T
+
+
 @cache
 def _row(names: tuple[str, ...]) -> Any:
     return make_dataclass("Row", names, slots=True, eq=False)

@@ -8,7 +8,6 @@ import pytest
 
 from sandbox.compiled import column
 from sandbox.engines.exact import ExactEngine
-from sandbox.engines.exact.event_loop import Stop
 from sandbox.engines.machine_code import compile_engines
 from sandbox.quantity import energy
 from sandbox.scene.model import Scene
@@ -70,11 +69,11 @@ def play(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> State:
     compile_engines(["exact"])  # some scenes have 100,000 events
     calls = [0]
 
-    def bounded(exact: ExactEngine, since: float, now: float) -> Stop:
+    def bounded(exact: ExactEngine, since: float, now: float) -> None:
         calls[0] += 1
         assert calls[0] < MAX_CALLS
         assert column(exact._world.body, "streak").max() < MAX_STREAK
-        return process_events(exact, since, now)
+        process_events(exact, since, now)
 
     process_events = ExactEngine._process_events
     monkeypatch.setattr(ExactEngine, "_process_events", bounded)

@@ -5,7 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from sandbox.compiled import Function, as_python, column, compiled, write_back
+from sandbox.compiled import Function, as_python, columns, compiled, write_back
 from sandbox.engines.contact_log import ContactLog, empty_log
 from sandbox.engines.engine import RunningEngine
 from sandbox.engines.machine_code import MachineCode
@@ -56,7 +56,7 @@ class SteppedEngine(RunningEngine):
         self._arrays, self._world, self._kernel, self._code = world, as_python(world), step, code
         self._runs_python = True
         self._work = len(world.ball)  # of a step
-        self._put(initial.position, initial.velocity / unit, initial.angle, initial.spin)
+        self._put(np.stack([*initial.position.T, *initial.velocity.T / unit, initial.angle, initial.spin]))
         self._change_over(work=0)
 
     def _change_over(self, work: int) -> None:
@@ -67,36 +67,34 @@ class SteppedEngine(RunningEngine):
 
     def step(self) -> None:
         checkpoint()
-        log = self._log._replace(collects=self._contacts.recording)
-        before = self._moving() if log.collects else ()
-        log.filled[0] = 0
-        self._kernel(self._world, (self._steps + 1) / self._rate, log)
-        if log.filled[0] > len(log.row):
-            self._put(*before)
-            self._log = empty_log(2 * len(log.row))
-            SteppedEngine.step(self)
-            return
+        before = columns(self._world.ball, *_MOVING)
+        while (rows := self._run_kernel()) > len(self._log.row):
+            self._put(before)
+            self._log = empty_log(2 * len(self._log.row))
         self._steps += 1
-        if log.filled[0]:
-            contacts = log.row[: log.filled[0]].copy()
+        if rows:
+            contacts = self._log.row[:rows].copy()
             contacts["impulse"] *= self._impulse_unit  # engines with a unit of their own have no friction
             self._contacts.add(contacts)
         self._change_over(self._work)
 
-    def _moving(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return positions, velocities, angles and spins, in the kernel's units."""
-        x, y, vx, vy, angle, spin = (column(self._world.ball, name) for name in _MOVING)
-        return np.stack([x, y], axis=1), np.stack([vx, vy], axis=1), angle, spin
+    def _run_kernel(self) -> int:
+        """Take a step, and return how many rows it has for the log, which are more than the log may have."""
+        log = self._log._replace(collects=self._contacts.recording)
+        log.filled[0] = 0
+        self._kernel(self._world, (self._steps + 1) / self._rate, log)
+        return int(log.filled[0])
 
-    def _put(self, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        parts = (*position.T, *velocity.T, angle, spin)
-        for name, part in zip(_MOVING, parts, strict=True):
-            for ball, value in zip(self._world.ball, part.tolist(), strict=True):
+    def _put(self, moving: Floats) -> None:
+        """Set _MOVING of all balls: (6, n)."""
+        for name, values in zip(_MOVING, moving.tolist(), strict=True):
+            for ball, value in zip(self._world.ball, values, strict=True):
                 setattr(ball, name, value)
 
     def state(self) -> State:
-        position, velocity, angle, spin = self._moving()
-        return State(self._steps / self._rate, position, velocity * self._unit, angle, spin)
+        x, y, vx, vy, angle, spin = columns(self._world.ball, *_MOVING)
+        velocity = np.array([vx, vy]).T * self._unit
+        return State(self._steps / self._rate, np.array([x, y]).T.copy("C"), velocity, angle, spin)
 
     def record_contacts(self) -> None:
         self._contacts.recording = True

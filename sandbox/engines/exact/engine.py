@@ -17,7 +17,7 @@ from sandbox.engines.exact.heaps.collapse import resolve
 from sandbox.engines.exact.heaps.islands import Islands
 from sandbox.engines.exact.prediction import predict_each
 from sandbox.engines.exact.support import MAX_SUPPORTS, report_supports
-from sandbox.engines.exact.world import OF_DISC, World, motions, move_to_now, release, rotations
+from sandbox.engines.exact.world import OF_DISC, World, move_to_now, release, write_state
 from sandbox.engines.grid import NONE, cell_at, enter, grid_for, morton_order
 from sandbox.engines.machine_code import MachineCode
 from sandbox.errors import LimitReached
@@ -73,7 +73,8 @@ class ExactEngine(RunningEngine):
         Raises LimitReached if contacts are recorded and exceed MAX_LOGGED_CONTACTS, with or without end.
         """
         since, now = self._now, self._clock.time(self._steps + 1)
-        while (stop := self._process_events(since, now)).reason != UP_TO_DATE or stop.time < now:
+        while min(self._world.node[0].time, self._islands.next_check) <= now:
+            self._process_events(since, now)
             self._check_limit()
         if self._world.has_gravity and self._contacts.recording:
             self._log.filled[0] = 0
@@ -83,7 +84,7 @@ class ExactEngine(RunningEngine):
         self._check_limit()
         self._steps += 1
 
-    def _process_events(self, since: float, now: float) -> Stop:
+    def _process_events(self, since: float, now: float) -> None:
         """Process events until a time (s), or until something else has been done that was due before."""
         checkpoint()
         self._log.filled[0] = 0
@@ -96,7 +97,6 @@ class ExactEngine(RunningEngine):
             self._log = empty_log(2 * len(log.row))
         elif stop.reason == UP_TO_DATE and until == self._islands.next_check:
             self._do(self._islands.examine(since, until), until)
-            return stop._replace(time=-math.inf)  # what is examined may have events at once
         elif stop.reason == JAM:
             self._do(self._islands.examine(since, stop.time), stop.time)
         elif stop.reason == WAKE:
@@ -107,7 +107,6 @@ class ExactEngine(RunningEngine):
             if jams and stop.time >= self._islands.jams_from:
                 self._do(self._islands.examine(since, stop.time), stop.time)
         self._change_over(stop.events)
-        return stop
 
     def _do(self, done: Sequence[Any], now: float) -> None:
         """Predict discs anew (n,) and report contacts, as is to be done after a change to islands or a collapse."""
@@ -130,9 +129,10 @@ class ExactEngine(RunningEngine):
 
     def state(self) -> State:
         """Return a snapshot, with every ball moved to now."""
-        m, (angle, spin), disc = motions(self._world, self._now), rotations(self._world, self._now), self._disc_of_ball
-        position, velocity = np.stack([m.x, m.y], axis=1), np.stack([m.vx, m.vy], axis=1)
-        return State(self._now, position[disc], velocity[disc], angle[disc], spin[disc])
+        count = len(self._disc_of_ball)
+        state = State(self._now, np.empty((count, 2)), np.empty((count, 2)))
+        self._code(write_state)(self._world, self._now, state.position, state.velocity, state.angle, state.spin)
+        return state
 
     def record_contacts(self) -> None:
         if not self._contacts.recording:

@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from sandbox.compiled import Records, column, kernel
+from sandbox.compiled import Records, column, columns, kernel
 from sandbox.engines.grid import NONE, Grid
 from sandbox.engines.laws import NEVER
 from sandbox.state import Floats
@@ -163,11 +163,21 @@ def release(world: World, i: int) -> None:
     world.disc[i].serial += 1
 
 
+@kernel
+def write_state(world: World, now: float, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
+    """Write the state of each ball now, in scene order: (n, 2) px and px/s, (n,) rad and rad/s."""
+    for i in range(len(world.disc)):
+        m, ball = motion(world, i, now), world.event[i].ball
+        position[ball, 0], position[ball, 1] = m.x, m.y
+        velocity[ball, 0], velocity[ball, 1] = m.vx, m.vy
+        if world.is_rough:
+            angle[ball], spin[ball] = rotation(world, i, now)
+
+
 def motions(world: World, now: float) -> Any:
     """Return where all discs are now, and how they move: a Motion of arrays, (n,) each."""
-    of_disc: Any = (column(world.disc, name) for name in ("x", "y", "vx", "vy", "t"))
-    of_body: Any = (column(world.body, name) for name in ("ax", "ay"))
-    (x, y, vx, vy, t), (ax, ay) = of_disc, of_body
+    x, y, vx, vy, t = columns(world.disc, "x", "y", "vx", "vy", "t")
+    ax, ay = columns(world.body, "ax", "ay")
     dt = now - t
     if not world.has_gravity:
         return Motion(x + dt * vx, y + dt * vy, vx, vy, ax, ay)
@@ -176,6 +186,6 @@ def motions(world: World, now: float) -> Any:
 
 def rotations(world: World, now: float) -> tuple[Floats, Floats]:
     """Return the angles (rad) and the spins (rad/s) of all discs now, (n,) each."""
-    angle, spin, rate = (column(world.turn, name) for name in ("angle", "spin", "spin_rate"))
+    angle, spin, rate = columns(world.turn, "angle", "spin", "spin_rate")
     dt = now - column(world.disc, "t")
     return angle + dt * (spin + 0.5 * dt * rate), spin + dt * rate
