@@ -6,6 +6,7 @@ the same bits, so that nothing waits. With a full cache, many balls run as machi
 
 import multiprocessing
 from collections.abc import Iterable
+from functools import partial
 from importlib import import_module
 from typing import Final
 
@@ -45,13 +46,17 @@ class MachineCode:
         """Fill the cache here and now, for work that will be worth it."""
         if not has_numba() or self._is_in_cache():
             return
-        from sandbox.engines import create  # noqa: PLC0415  (it imports the engines, and these this module)
+        from sandbox.engines import can_run, create  # noqa: PLC0415  (it imports the engines, and these this module)
         from sandbox.scene.files import load  # noqa: PLC0415
         from sandbox.scene.spawn import spawn  # noqa: PLC0415
 
         self._is_cached, self._many, many = True, 0, self._many
-        scene = load("head-on")
-        create(self._name, scene, spawn(scene)).step()
+        for scene in filter(partial(can_run, self._name), map(load, ("head-on", "bouncing"))):
+            engine = create(self._name, scene, spawn(scene))
+            engine.record_contacts()
+            for _ in range(scene.steps):
+                engine.step()
+            engine.state()
         self._many = many
         marker = cache_folder() / f"{self._name}.complete"
         marker.parent.mkdir(parents=True, exist_ok=True)

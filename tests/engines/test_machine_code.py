@@ -16,9 +16,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sandbox import compiled
+from sandbox.compiled import Function
 from sandbox.engines import can_run, create
 from sandbox.engines.checked import build
 from sandbox.engines.engine import advance
+from sandbox.engines.exact import engine as exact_engine
 from sandbox.engines.machine_code import KERNEL_ENGINES, MachineCode, _all, compile_engines
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load, parse
@@ -131,6 +133,23 @@ def test_another_process_compiles_when_python_has_done_as_much_work(monkeypatch:
     process.assert_called_once()
     monkeypatch.setattr(code, "_is_cached", True)
     assert code.is_due()
+
+
+def test_a_full_cache_has_all_kernels_that_an_engine_calls(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    called = set[str]()
+
+    def compiled_and_noted(kernel: Function) -> Function:
+        called.add(kernel.__name__)
+        return compiled.compiled(kernel)
+
+    monkeypatch.setattr(exact_engine, "compiled", compiled_and_noted)
+    monkeypatch.setattr("sandbox.engines.machine_code.cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(_all["exact"], "_is_cached", False)
+    compile_engines(["exact"])
+    in_cache = called.copy()
+    run_of(load("marble-run"), "exact", 100, machine=True)
+    assert called == in_cache
+    assert "simulate" in in_cache
 
 
 def test_numba_still_knows_the_one_private_flag() -> None:
