@@ -1,6 +1,5 @@
 """The trajectory of a scene in one engine, and its files."""
 
-import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -74,22 +73,18 @@ def simulate(
     scene: Scene,
     engine: Source | Mapping[str, Source],
     *,
-    seconds: float | None = None,
     steps: int | None = None,
     inputs: Sequence[Input] = (),
 ) -> Trajectory:
-    """Run a scene in one engine, for a number of steps, or else of seconds; by default for the scene's seconds.
+    """Run a scene in one engine, for a number of steps, by default for the scene's seconds.
 
     engine: its name, such as "pymunk", or a class or a function; or a mapping from another name to one of these;
     inputs: recorded inputs to replay. Each state includes the edits of its step.
-    Raises SandboxError if the engine is unknown, the duration invalid or the trajectory too large, Refused if the
-    engine cannot run the scene.
+    Raises SandboxError if the engine is unknown or the trajectory too large, Refused if the engine cannot run the
+    scene.
     """
-    for name, length in (("seconds", seconds), ("steps", steps)):
-        if length is not None and not 0 <= length < math.inf:
-            raise SandboxError(f"{name} must be at least 0 and finite, got {length:g}")
     clock = clock_of(scene.clock, inputs)
-    steps = clock.step(scene.seconds if seconds is None else seconds) if steps is None else steps
+    steps = clock.step(scene.seconds) if steps is None else steps
     rows = _Rows(scene, steps, [given for given in inputs if given.step <= steps])
     lockstep = Lockstep(scene, engine, inputs)
     if len(lockstep.engines) != 1:
