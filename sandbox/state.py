@@ -80,11 +80,6 @@ class States(NamedTuple):
         shape = (steps, balls)
         return cls(np.empty((*shape, 2)), np.empty((*shape, 2)), np.zeros(shape), np.zeros(shape))
 
-    @classmethod
-    def of(cls, state: State) -> Self:
-        """Return arrays of one step, which share those of a state."""
-        return cls(*(getattr(state, name)[None] for name in cls._fields))
-
     def rows(self, rows: slice) -> "States":
         """Return the part of some steps, which shares the arrays."""
         return States(*(each[rows] for each in self))

@@ -111,14 +111,14 @@ def check_inputs(given: Iterable[object], scene: Scene) -> list[Input]:
     return _checked(numbered, _READER.validate_python, scene, "inputs")
 
 
-def _checked(entries: Iterable[tuple[str, Any]], read: Callable[..., Input], scene: Scene, source: str) -> list[Input]:
+def _checked(entries: Iterable[tuple[str, Any]], parse: Callable[..., Input], scene: Scene, source: str) -> list[Input]:
     """Return the inputs in entries, each with its place in messages. Raises SandboxError with every error."""
     inputs: list[Input] = []
     errors: list[str] = []
     edits = 0
     for place, entry in entries:
         try:
-            given = _read(read, entry)
+            given = _read(parse, entry)
             if inputs and given.step < inputs[-1].step:
                 raise SandboxError(f"step must be at least {inputs[-1].step}, got {given.step}")
             if isinstance(given, Start) and inputs:
@@ -141,9 +141,9 @@ def _checked(entries: Iterable[tuple[str, Any]], read: Callable[..., Input], sce
     return inputs
 
 
-def _read(read: Callable[..., Input], entry: object) -> Input:
+def _read(parse: Callable[..., Input], entry: object) -> Input:
     try:
-        return read(entry, by_alias=True, by_name=False)
+        return parse(entry, by_alias=True, by_name=False)
     except ValidationError as error:
         detail = error.errors()[0]
         kind = detail["loc"][:1]  # the value of "do", if it is valid

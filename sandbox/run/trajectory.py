@@ -87,20 +87,19 @@ def simulate(
     steps = clock.step(scene.seconds) if steps is None else steps
     rows = _Rows(scene, steps, [given for given in inputs if given.step <= steps])
     lockstep = Lockstep(scene, engine, inputs)
-    if len(lockstep.engines) != 1:
-        raise SandboxError(f"one engine is simulated at a time, got {len(lockstep.engines)}")
     [runner] = lockstep.engines.values()
     runner.record_contacts()
     contacts = [no_contacts()]
     while True:
         lockstep.apply_due()
         step, present = lockstep.steps, np.array(lockstep.balls)
-        rows.fill(lockstep.scene, present, States.of(runner.state()), step)
+        block = States.empty(min(steps - step, MAX_BLOCK_STEPS) + 1, len(present))
+        block.fill(0, runner.state())
         if step == steps:
+            rows.fill(lockstep.scene, present, block, step)
             break
-        block = States.empty(min(steps - step, MAX_BLOCK_STEPS), len(present))
-        done = lockstep.advance({runner: block}) - 1  # the last one may be edited first
-        rows.fill(lockstep.scene, present, block.rows(slice(done)), step + 1)
+        done = lockstep.advance({runner: block.rows(slice(1, None))})
+        rows.fill(lockstep.scene, present, block.rows(slice(done)), step)  # the last one may be edited first
         contacts.append(_among_all(runner.contacts(), present))
     resized = any(isinstance(given, ChangeBall) and (given.radius or given.mass) for given in lockstep.given)
     states, (radius, mass) = rows.states, rows.sizes if resized else np.fmax.reduce(rows.sizes, axis=1)
