@@ -103,10 +103,7 @@ def load_inputs(path: Path, scene: Scene) -> list[Input]:
 
 
 def check_inputs(given: Iterable[object], scene: Scene) -> list[Input]:
-    """Return inputs to replay on a scene: models of this module, or objects as in a file.
-
-    Raises SandboxError with every error: `inputs[3]: ...`.
-    """
+    """Return inputs to replay on a scene, models or objects as in a file. Raises SandboxError: `inputs[3]: ...`."""
     numbered = ((f"inputs[{k}]", entry) for k, entry in enumerate(given))
     return _checked(numbered, _READER.validate_python, scene, "inputs")
 

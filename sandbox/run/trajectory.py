@@ -2,9 +2,9 @@
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any, Final
+from typing import IO, Final
 
 import numpy as np
 
@@ -153,8 +153,7 @@ def trace_writer(path: str) -> Callable[[Trajectory, IO[bytes]], None]:
 
 
 def _write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:
-    arrays: dict[str, Any] = {field.name: getattr(trajectory, field.name) for field in fields(trajectory)}
-    np.savez_compressed(file, **arrays)
+    np.savez_compressed(file, **vars(trajectory))
 
 
 def _write_csv(trajectory: Trajectory, file: IO[bytes]) -> None:

@@ -58,8 +58,7 @@ class Simulation:
     def step(self) -> None:
         """Advance by one step of 1/rate seconds.
 
-        Raises EngineError, a SandboxError, if an engine of your own fails, LimitReached, another one, if the engine
-        ends early.
+        Raises a SandboxError: EngineError if an engine of your own fails, LimitReached if the engine ends early.
         """
         self._lockstep.step()
         self._contacts = self._runner.contacts()
