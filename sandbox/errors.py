@@ -102,11 +102,7 @@ def _bare_or_quoted(key: str) -> str:
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
-    """Return a hint for a mistyped word: the known word that is most similar, or all known words.
-
-    >>> suggestion("radios", ["mass", "radius"]), suggestion("x", ["mass", "radius"])
-    ('did you mean radius?', 'known are mass, radius')
-    """
+    """Return a hint for a mistyped word: the known word that is most similar, or all known words."""
     known = sorted(known)
     close = difflib.get_close_matches(word, known, n=1)
     return f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
