@@ -62,10 +62,7 @@ class SpaceWarning(UserWarning):
 
 
 def traceback_beyond(error: BaseException, file: str) -> str:
-    """Return the traceback of an error from the first frame on that is not in a file.
-
-    Without such a frame, as for an error in the syntax of what they read, it is only what Python says of the error.
-    """
+    """Return the traceback of an error from the first frame on that is not in a file; if there is none, the error."""
     rest = error.__traceback__
     while rest and rest.tb_frame.f_code.co_filename == file:
         rest = rest.tb_next
@@ -96,11 +93,7 @@ def shown(value: object) -> str:
 
 
 def dotted(path: KeyPath) -> str:
-    """Format a path of keys for a message.
-
-    >>> dotted(("balls", 2, "radius"))
-    'balls[2].radius'
-    """
+    """Format a path of keys for a message, such as balls[2].radius."""
     return "".join(f"[{key}]" if isinstance(key, int) else f".{_bare_or_quoted(key)}" for key in path).lstrip(".")
 
 
@@ -109,11 +102,7 @@ def _bare_or_quoted(key: str) -> str:
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
-    """Return a hint for a mistyped word: the known word that is most similar, or all known words.
-
-    >>> suggestion("radios", ["mass", "radius"]), suggestion("x", ["mass", "radius"])
-    ('did you mean radius?', 'known are mass, radius')
-    """
+    """Return a hint for a mistyped word: the known word that is most similar, or all known words."""
     known = sorted(known)
     close = difflib.get_close_matches(word, known, n=1)
     return f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"

@@ -41,11 +41,6 @@ class ChildProcess:
             sys.modules["__main__"] = main
         remote.close()
 
-    @property
-    def is_alive(self) -> bool:
-        """Whether it still runs."""
-        return self._process.is_alive()
-
     def send(self, message: object) -> None:
         """Send a message. If the process has died, `receive` notices."""
         with suppress(OSError):

@@ -66,12 +66,6 @@ def pass_through(one: Any, other: Any) -> Any:
     return in_one_group | ((one[1] & other[2]) == 0) | ((other[1] & one[2]) == 0)
 
 
-def passing(filters: Integers, first: Integers, second: Integers) -> Bools:
-    """Return which pairs of balls pass through each other: (...). filters: (n, 3), as in `Bodies`."""
-    passes: Bools = pass_through(filters.T[:, first], filters.T[:, second])
-    return passes
-
-
 def meeting(filters: Integers) -> Bools:
     """Return which balls can meet another ball: (n,). filters: (n, 3), as in `Bodies`."""
     kinds, kind, count = np.unique(filters, axis=0, return_inverse=True, return_counts=True)
@@ -126,7 +120,7 @@ def overlaps(position: Floats, radius: Floats, filters: Integers | None) -> Iter
         meets = overlap > 0
         a, b = ball[first[meets]], ball[second[meets]]
         if filters is not None:
-            meets[meets] = is_met = ~passing(filters, a, b)
+            meets[meets] = is_met = ~pass_through(filters.T[:, a], filters.T[:, b])
             a, b = a[is_met], b[is_met]
         if len(a):
             yield overlap[meets], a, b

@@ -1,6 +1,5 @@
 """Snapshots of the balls, and the contacts that an engine resolved."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple, Self
 
@@ -59,11 +58,6 @@ class State:
             if getattr(self, name) is _NOT_GIVEN:
                 object.__setattr__(self, name, np.zeros(len(self.position)))
 
-    @property
-    def nbytes(self) -> int:
-        """The size of its arrays in bytes."""
-        return self.position.nbytes + self.velocity.nbytes + self.angle.nbytes + self.spin.nbytes
-
     def copy(self) -> "State":
         """Return a state that shares no array with this one."""
         return State(self.time, *(getattr(self, name).copy() for name in States._fields))
@@ -85,16 +79,6 @@ class States(NamedTuple):
         """Return arrays that are not filled yet; the angles and spins are zeros."""
         shape = (steps, balls)
         return cls(np.empty((*shape, 2)), np.empty((*shape, 2)), np.zeros(shape), np.zeros(shape))
-
-    @classmethod
-    def of(cls, state: State) -> Self:
-        """Return arrays of one step, which share those of a state."""
-        return cls(*(getattr(state, name)[None] for name in cls._fields))
-
-    @classmethod
-    def stack(cls, states: Sequence[State]) -> Self:
-        """Return arrays with a row for each state."""
-        return cls(*(np.stack([getattr(state, name) for state in states]) for name in cls._fields))
 
     def rows(self, rows: slice) -> "States":
         """Return the part of some steps, which shares the arrays."""

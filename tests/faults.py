@@ -621,8 +621,9 @@ class PymunkTooSoft(PymunkEngine):
 def judged(engine: Any, scene: Scene) -> Verdict:
     """Run an engine, and judge its states."""
     running = create(engine, scene, spawn(scene))
-    states = [running.state()]
-    for _ in range(scene.steps):
+    states = States.empty(scene.steps + 1, len(scene.bodies))
+    states.fill(0, running.state())
+    for step in range(scene.steps):
         running.step()
-        states.append(running.state())
-    return on_states(scene, States.stack(states))
+        states.fill(step + 1, running.state())
+    return on_states(scene, states)

@@ -96,9 +96,10 @@ def test_no_scene_name_in_recorded_inputs_controls_a_terminal() -> None:
     Path("\x1b\n.jsonl").write_text("\n".join(map(json.dumps, lines)))
     with pytest.raises(SandboxError) as caught:
         load_inputs(Path("\x1b\n.jsonl"), hostile_scene())
-    messages = str(caught.value).splitlines()
-    assert len(messages) == len(lines)
+    *messages, of_surrogate = str(caught.value).splitlines()
+    assert len(messages) == len(TERMINAL_TEXTS)
     assert all(": scene must not have " in line for line in messages)
+    assert ": Invalid JSON: " in of_surrogate
     assert not controls_in(str(caught.value))
 
 

@@ -5,11 +5,11 @@ from typing import Final
 
 import numpy as np
 
+from sandbox import simulate
 from sandbox.engines import Source
 from sandbox.judge.causes import Cause
 from sandbox.judge.judge import Steps
 from sandbox.judge.summary import Verdict
-from sandbox.run.trajectory import simulate
 from sandbox.scene.model import Scene
 from sandbox.state import NO_DAMPING, PUSH, Damping, Pushes, States
 

@@ -12,6 +12,7 @@ from sandbox.analysis.energy_scale import EnergyScale
 from sandbox.analysis.expectations import overlap_in, scores
 from sandbox.analysis.figures import IMPACT, Course, Escape, Impacts, Run
 from sandbox.analysis.gas import TheoryRow, measure_gas, why_lawless, why_no_gas
+from sandbox.engines.engine import traits_of
 from sandbox.judge.causes import Cause
 from sandbox.judge.judge import Steps
 from sandbox.judge.thresholds import NEGLIGIBLE
@@ -38,7 +39,7 @@ class Measurement:
 
     def __init__(self, scene: Scene, runner: Runner, rows: int, steps: int) -> None:
         n = len(scene.bodies)
-        self.runner, self._traits, self._scene = runner, runner.traits, scene
+        self.runner, self._traits, self._scene = runner, traits_of(runner.engine), scene
         self.states = States.empty(rows, n)
         self.pushes: list[tuple[int, int, Vector]] = []
         self.start = state = runner.engine.state()

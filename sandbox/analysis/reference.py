@@ -78,13 +78,14 @@ class Twins:
     """
 
     def __init__(self, lockstep: Lockstep, engine: str) -> None:
-        scene, state = lockstep.scene, lockstep.engines[engine].state()
+        scene, runner = lockstep.scene, lockstep.engines[engine]
+        build, state = runner.build, runner.state()
         self.trust = Trust()
         self._hands, self._radius = lockstep.applied, scene.bodies.radius
-        shifted = [lockstep.new_runner(engine, _shifted(state, number)) for number in range(SHIFTED_TWINS)]
-        renumbered = lockstep.new_runner(engine, state, partial(RenumberedEngine, lockstep.builds[engine]))
-        by_event = isinstance(lockstep.engines[engine].engine, ExactEngine)
-        finer = [lockstep.new_runner(engine, state, _finer)] if by_event and any(scene.gravity) else []
+        shifted = [lockstep.new_runner(build, _shifted(state, number)) for number in range(SHIFTED_TWINS)]
+        renumbered = lockstep.new_runner(partial(RenumberedEngine, build), state)
+        by_event = isinstance(runner.engine, ExactEngine)
+        finer = [lockstep.new_runner(_finer, state)] if by_event and any(scene.gravity) else []
         self._shifted, self._finer = shifted, finer
         self._resting = RESTING * math.hypot(*scene.gravity) * (HOP_TIME if by_event else 1 / scene.rate)  # px/s
         before = np.zeros((2, 2 + len(self._radius)), bool)  # of two rows

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.judge.thresholds import DOUBLE, NEGLIGIBLE, SINGLE
-from sandbox.quantity import meeting, passing
+from sandbox.quantity import meeting, pass_through
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT, arena_faces, walls_of
 from sandbox.state import Bools, Floats, Integers, Pushes, States
@@ -194,8 +194,8 @@ class Run:
 
     def passes(self, i: Integers, j: Integers) -> Bools:
         """Return which pairs of balls pass through each other."""
-        filters = self.scene.bodies.filters
-        return passing(filters, i, j) if self.scene.bodies.are_filtered else np.zeros(len(i), bool)
+        filters = self.scene.bodies.filters.T
+        return np.asarray(pass_through(filters[:, i], filters[:, j]))
 
     def energies(self, x: Vectors, v: Vectors, w: Floats, i: Integers | slice = slice(None)) -> Floats:
         """Return the energy of balls i, of flight, height and spin: kg px²/s², in the shape of x."""

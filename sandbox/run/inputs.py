@@ -10,11 +10,10 @@ Inputs belong to steps, not to clock times, so that the same inputs give the sam
     {"step": 95, "do": "end"}
 """
 
-import json
 from collections.abc import Callable, Iterable
 from copy import copy
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, TypeVar, get_args
+from typing import Annotated, Any, Final, Literal, get_args
 
 from pydantic import Field, TypeAdapter, ValidationError
 
@@ -30,7 +29,6 @@ from sandbox.text import printable
 
 MAX_EDITS: Final = 1_000  # in a run: each takes time in proportion to the number of balls
 MAX_INPUTS_BYTES: Final = 10_000_000  # in a file: enough for an hour of dragging
-T = TypeVar("T")
 
 
 class Start(Input):
@@ -101,25 +99,23 @@ def load_inputs(path: Path, scene: Scene) -> list[Input]:
     """Read a file of inputs to replay on a scene. Raises SandboxError with every error in it: `file:line: ...`."""
     name, lines = printable(str(path)), read_text(path, MAX_INPUTS_BYTES).split("\n")
     numbered = ((f"{name}:{number}", line) for number, line in enumerate(lines, 1) if line.strip())
-    return _checked(numbered, lambda line: _read(_json_document(line)), scene, name)
+    return _checked(numbered, _READER.validate_json, scene, name)
 
 
 def check_inputs(given: Iterable[object], scene: Scene) -> list[Input]:
-    """Return inputs to replay on a scene: models of this module, or objects as in a file.
-
-    Raises SandboxError with every error: `inputs[3]: ...`.
-    """
-    return _checked(((f"inputs[{k}]", entry) for k, entry in enumerate(given)), _read, scene, "inputs")
+    """Return inputs to replay on a scene, models or objects as in a file. Raises SandboxError: `inputs[3]: ...`."""
+    numbered = ((f"inputs[{k}]", entry) for k, entry in enumerate(given))
+    return _checked(numbered, _READER.validate_python, scene, "inputs")
 
 
-def _checked(entries: Iterable[tuple[str, T]], read: Callable[[T], Input], scene: Scene, source: str) -> list[Input]:
+def _checked(entries: Iterable[tuple[str, Any]], parse: Callable[..., Input], scene: Scene, source: str) -> list[Input]:
     """Return the inputs in entries, each with its place in messages. Raises SandboxError with every error."""
     inputs: list[Input] = []
     errors: list[str] = []
     edits = 0
     for place, entry in entries:
         try:
-            given = read(entry)
+            given = _read(parse, entry)
             if inputs and given.step < inputs[-1].step:
                 raise SandboxError(f"step must be at least {inputs[-1].step}, got {given.step}")
             if isinstance(given, Start) and inputs:
@@ -142,25 +138,18 @@ def _checked(entries: Iterable[tuple[str, T]], read: Callable[[T], Input], scene
     return inputs
 
 
-def _read(document: object) -> Input:
+def _read(parse: Callable[..., Input], entry: object) -> Input:
     try:
-        return _READER.validate_python(document, by_alias=True, by_name=False)
+        return parse(entry, by_alias=True, by_name=False)
     except ValidationError as error:
-        kind = error.errors()[0]["loc"][:1]  # the value of "do", if it is valid
+        detail = error.errors()[0]
+        kind = detail["loc"][:1]  # the value of "do", if it is valid
+        if detail["type"] == "json_invalid":
+            raise SandboxError(detail["msg"]) from None
         if not kind:
             kinds = ", ".join(INPUT_KINDS)
-            raise SandboxError(f'must be an object with "do" as one of {kinds}, got {shown(document)}') from None
+            raise SandboxError(f'must be an object with "do" as one of {kinds}, got {shown(detail["input"])}') from None
         raise sandbox_error(error, INPUT_KINDS[str(kind[0])], within=kind) from None
-
-
-def _json_document(text: str) -> Any:
-    """Parse JSON. Raises SandboxError if it is not valid."""
-    try:
-        return json.loads(text)
-    except json.JSONDecodeError as error:
-        raise SandboxError(f"is not JSON: {error}") from None
-    except (ValueError, RecursionError):  # int() parses at most 4,300 digits
-        raise SandboxError("is nested too deeply, or contains a number with too many digits") from None
 
 
 def write_inputs(inputs: Iterable[Input], path: str | Path) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from sandbox.engines import Engines, Source, create, named
 from sandbox.engines.checked import CheckedEngine
-from sandbox.engines.engine import RunningEngine, SubsteppingEngine, Traits, advance, traits_of
+from sandbox.engines.engine import RunningEngine, SubsteppingEngine, advance, traits_of
 from sandbox.engines.stand_ins import StoppingEngine
 from sandbox.errors import LimitReached, Refused, SandboxError
 from sandbox.quantity import dot, energy
@@ -45,11 +45,6 @@ class Runner:
         self.start = clock.time(steps)  # s, when the engine was built
         self.step_seconds: float | None = None  # s that a step took lately, for information only
         self._earlier: list[Contacts] | None = None  # of the engines replaced; None until contacts are recorded
-
-    @property
-    def traits(self) -> Traits:
-        """How the engine is to be judged, and what it can do."""
-        return traits_of(self.engine)
 
     def replace(self, engine: RunningEngine, steps: int) -> None:
         """Continue with another engine after some steps, the last of which may have been without one."""
@@ -144,10 +139,10 @@ class Lockstep:
         self.initial = spawn(scene)
         self.steps = 0
         self.clock = copy(scene.clock)
-        self.builds: dict[str, Build] = {
-            name: partial(_build, name, source, stops) for name, source in named(engines).items()
+        self.engines = {
+            name: self.new_runner(partial(_build, name, source, stops), self.initial)
+            for name, source in named(engines).items()
         }
-        self.engines = {name: self.new_runner(name, self.initial) for name in self.builds}
         self.mouse = Mouse(scene)
         self.applied: dict[int, Applied] = {}  # what pushed balls before some of the steps so far
         self.pushes: dict[str, list[Push]] = {}  # before the last step, by engine
@@ -166,9 +161,9 @@ class Lockstep:
         self._steps_per_call = FIRST_STEPS
         self.replace_pending(inputs)
 
-    def new_runner(self, name: str, state: State, build: Build | None = None) -> Runner:
-        """Build an engine that continues from a state at this step; by default the named one."""
-        return Runner(build or self.builds[name], self.scene, state, self.clock, self.steps)
+    def new_runner(self, build: Build, state: State) -> Runner:
+        """Build an engine that continues from a state at this step."""
+        return Runner(build, self.scene, state, self.clock, self.steps)
 
     @property
     def time(self) -> float:
@@ -178,14 +173,15 @@ class Lockstep:
     def apply(self, given: Input) -> None:
         """Apply an input of the next step.
 
-        Raises SandboxError, with nothing changed, for an edit that is impossible or that an engine refuses, and for a
-        drag that one refuses. If only the expendable engine has no room for an edit, that engine is dropped.
+        Raises SandboxError, with nothing changed, for an edit or a drag that is impossible or that an engine refuses.
+        If only the expendable engine has no room for an edit, that engine is dropped.
         """
         self._check_drag(given)
         if isinstance(given, Edit):
             self._edit(given)
-        elif isinstance(given, Kick):
+        elif isinstance(given, Grab | Kick):
             check_ball(given.ball, self.scene)
+        if isinstance(given, Kick):
             self._kicks.append((given.ball, given.velocity))
         self.given.append(given)
         self.mouse.apply(given)
@@ -237,7 +233,7 @@ class Lockstep:
     def _check_drag(self, given: Input) -> None:
         if isinstance(given, Grab | Kick):
             for name, runner in self.engines.items():
-                if not runner.traits.can_be_dragged:
+                if not traits_of(runner.engine).can_be_dragged:
                     raise Refused(f"{name}: has no method kick, so its balls cannot be dragged")
 
     def replace_pending(self, inputs: Sequence[Input]) -> None:

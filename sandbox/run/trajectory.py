@@ -1,11 +1,10 @@
 """The trajectory of a scene in one engine, and its files."""
 
-import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any, Final
+from typing import IO, Final
 
 import numpy as np
 
@@ -74,38 +73,33 @@ def simulate(
     scene: Scene,
     engine: Source | Mapping[str, Source],
     *,
-    seconds: float | None = None,
     steps: int | None = None,
     inputs: Sequence[Input] = (),
 ) -> Trajectory:
-    """Run a scene in one engine, for a number of steps, or else of seconds; by default for the scene's seconds.
+    """Run a scene in one engine, for a number of steps, by default for the scene's seconds.
 
     engine: its name, such as "pymunk", or a class or a function; or a mapping from another name to one of these;
     inputs: recorded inputs to replay. Each state includes the edits of its step.
-    Raises SandboxError if the engine is unknown, the duration invalid or the trajectory too large, Refused if the
-    engine cannot run the scene.
+    Raises SandboxError if the engine is unknown or the trajectory too large, Refused if the engine cannot run the
+    scene.
     """
-    for name, length in (("seconds", seconds), ("steps", steps)):
-        if length is not None and not 0 <= length < math.inf:
-            raise SandboxError(f"{name} must be at least 0 and finite, got {length:g}")
     clock = clock_of(scene.clock, inputs)
-    steps = clock.step(scene.seconds if seconds is None else seconds) if steps is None else steps
+    steps = clock.step(scene.seconds) if steps is None else steps
     rows = _Rows(scene, steps, [given for given in inputs if given.step <= steps])
     lockstep = Lockstep(scene, engine, inputs)
-    if len(lockstep.engines) != 1:
-        raise SandboxError(f"one engine is simulated at a time, got {len(lockstep.engines)}")
     [runner] = lockstep.engines.values()
     runner.record_contacts()
     contacts = [no_contacts()]
     while True:
         lockstep.apply_due()
         step, present = lockstep.steps, np.array(lockstep.balls)
-        rows.fill(lockstep.scene, present, States.of(runner.state()), step)
+        block = States.empty(min(steps - step, MAX_BLOCK_STEPS) + 1, len(present))
+        block.fill(0, runner.state())
         if step == steps:
+            rows.fill(lockstep.scene, present, block, step)
             break
-        block = States.empty(min(steps - step, MAX_BLOCK_STEPS), len(present))
-        done = lockstep.advance({runner: block}) - 1  # the last one may be edited first
-        rows.fill(lockstep.scene, present, block.rows(slice(done)), step + 1)
+        done = lockstep.advance({runner: block.rows(slice(1, None))})
+        rows.fill(lockstep.scene, present, block.rows(slice(done)), step)  # the last one may be edited first
         contacts.append(_among_all(runner.contacts(), present))
     resized = any(isinstance(given, ChangeBall) and (given.radius or given.mass) for given in lockstep.given)
     states, (radius, mass) = rows.states, rows.sizes if resized else np.fmax.reduce(rows.sizes, axis=1)
@@ -159,8 +153,7 @@ def trace_writer(path: str) -> Callable[[Trajectory, IO[bytes]], None]:
 
 
 def _write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:
-    arrays: dict[str, Any] = {field.name: getattr(trajectory, field.name) for field in fields(trajectory)}
-    np.savez_compressed(file, **arrays)
+    np.savez_compressed(file, **vars(trajectory))
 
 
 def _write_csv(trajectory: Trajectory, file: IO[bytes]) -> None:

@@ -50,9 +50,7 @@ def compare(
     return Comparison(**vars(comparison.compare(chosen, engines, against=against, inputs=replayed)))
 
 
-class RunOptions(TypedDict, total=False):
-    """The options of `simulate`: see there."""
-
+class _RunOptions(TypedDict, total=False):
     seconds: float | None
     steps: int | None
     seed: int | None
@@ -61,10 +59,10 @@ class RunOptions(TypedDict, total=False):
 
 
 @overload
-def simulate(scene: AnyScene, engine: Source, **options: Unpack[RunOptions]) -> Trajectory: ...  # type: ignore[overload-overlap]
+def simulate(scene: AnyScene, engine: Source, **options: Unpack[_RunOptions]) -> Trajectory: ...  # type: ignore[overload-overlap]
 @overload
 def simulate(
-    scene: AnyScene, engine: Iterable[Source] | Mapping[str, Source], **options: Unpack[RunOptions]
+    scene: AnyScene, engine: Iterable[Source] | Mapping[str, Source], **options: Unpack[_RunOptions]
 ) -> dict[str, Trajectory]: ...
 def simulate(
     scene: AnyScene,

@@ -17,10 +17,7 @@ from sandbox.text import DEFAULT_WIDTH, counted, json_text, text_of
 
 
 def save(path: str | os.PathLike[str], texts: Mapping[str, Callable[[], str]]) -> None:
-    """Write the text that belongs to the ending of a path.
-
-    Raises SandboxError if it has another ending, or cannot be written.
-    """
+    """Write the text for the ending of a path. Raises SandboxError for another ending, or if it cannot be written."""
     if (ending := Path(path).suffix) not in texts:
         raise SandboxError(f"{path}: must end in {' or '.join(texts)}")
     write_text(str(path), texts[ending]())

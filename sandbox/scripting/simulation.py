@@ -4,7 +4,6 @@ from collections.abc import Iterable
 
 from sandbox.engines import Source
 from sandbox.errors import SandboxError, shown
-from sandbox.run.edits import check_ball
 from sandbox.run.inputs import Grab, Input, Kick, Move, Release, Start
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
@@ -59,8 +58,7 @@ class Simulation:
     def step(self) -> None:
         """Advance by one step of 1/rate seconds.
 
-        Raises EngineError, a SandboxError, if an engine of your own fails, LimitReached, another one, if the engine
-        ends early.
+        Raises a SandboxError: EngineError if an engine of your own fails, LimitReached if the engine ends early.
         """
         self._lockstep.step()
         self._contacts = self._runner.contacts()
@@ -71,9 +69,7 @@ class Simulation:
 
     def grab(self, ball: int, at: Iterable[float]) -> None:
         """Let the mouse grab a ball, and pull it to a point (px). Raises SandboxError if there is no such ball."""
-        given = Grab(step=self._lockstep.steps, ball=plain(ball), at=plain(at))
-        check_ball(given.ball, self.scene)
-        self._lockstep.apply(given)
+        self._lockstep.apply(Grab(step=self._lockstep.steps, ball=plain(ball), at=plain(at)))
 
     def move(self, at: Iterable[float]) -> None:
         """Pull the grabbed ball to another point (px); without one, do nothing."""

@@ -10,6 +10,7 @@ from sandbox.state import State
 MAX_RECENT: Final = 1200  # moments kept without gaps: twenty seconds at 60 steps per second
 MAX_BYTES_KEPT: Final = 12_000_000  # of recent moments, and as much again of older ones
 MOMENT_BYTES: Final = 1_500  # approximate size of a moment without its arrays, and the same again for each engine
+STATE_BYTES: Final = 48  # of a ball: its place, velocity, angle and spin
 
 
 class Reading(NamedTuple):
@@ -56,8 +57,8 @@ class Moment:
     @property
     def size(self) -> int:
         """Its approximate size in bytes."""
-        arrays = sum(reading.state.nbytes for reading in self.engines.values())
-        return arrays + 8 * len(self.balls) + MOMENT_BYTES * (1 + len(self.engines))
+        of_engine = MOMENT_BYTES + STATE_BYTES * len(self.balls)
+        return of_engine * len(self.engines) + 8 * len(self.balls) + MOMENT_BYTES
 
 
 class History:

@@ -22,7 +22,7 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import Floats, State, States
+from sandbox.state import Floats, States
 
 
 def gaps(aside: float, seconds: float) -> Floats:
@@ -256,13 +256,13 @@ def test_the_mouse_and_kicks_act_on_every_twin_however_far_behind(steps_at_once:
     scene = scene_of(ball(100, 300, 200), ball(400, 100), more="seconds = 2\ngravity = [0, 100]")
     assert compare(scene, ["exact"], inputs=inputs).trusted_until is None
     lockstep = Lockstep(scene, ["exact"], inputs)
-    twins, states = Twins(lockstep, "exact"), list[State]()
-    for step in range(1, 81):
+    twins, states, times = Twins(lockstep, "exact"), States.empty(80, 2), lockstep.clock.times(np.arange(1, 81))
+    for step in range(80):
         lockstep.step()
-        states.append(lockstep.states()["exact"])
-        if step % steps_at_once == 0 or step == 80:
-            twins.follow(States.stack(states), np.array([state.time for state in states]))
-            states.clear()
+        states.fill(step, lockstep.states()["exact"])
+    for begin in range(0, 80, steps_at_once):
+        rows = slice(begin, begin + steps_at_once)
+        twins.follow(states.rows(rows), times[rows])
     assert len(twins.runners) == 5
     for runner in twins.runners:
         assert runner.state().position == pytest.approx(lockstep.states()["exact"].position, abs=1e-9)

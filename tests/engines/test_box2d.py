@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from conftest import LIBRARIES_REQUIRED, scene_of
 
+from sandbox import simulate
 from sandbox.engines import create, registry
 from sandbox.engines.engine import RunningEngine
 from sandbox.errors import Refused, SandboxError
-from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from recorded import recorded
 
+from sandbox import simulate
 from sandbox.analysis.comparison import compare
 from sandbox.engines.exact import ExactEngine
 from sandbox.judge.causes import Cause
-from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 

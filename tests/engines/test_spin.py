@@ -8,13 +8,13 @@ import pytest
 from conftest import scene_of
 from recorded import recorded
 
+from sandbox import simulate
 from sandbox.engines import registry
 from sandbox.engines.engine import advance
 from sandbox.engines.exact import ExactEngine
 from sandbox.errors import SandboxError
 from sandbox.quantity import energy
 from sandbox.run.edits import AddBall, DeleteBall, SetVelocity
-from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn

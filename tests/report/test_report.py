@@ -7,6 +7,7 @@ import re
 import shlex
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,8 +18,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sandbox.analysis.comparison import Comparison, compare
-from sandbox.report.charts import thinned
+from sandbox.report.charts import charts, thinned
 from sandbox.report.comparison_page import MAX_PATHS_BYTES, fixed_point, page, thinning
+from sandbox.report.scales import gap_scale
 from sandbox.run.inputs import Grab, Input, Release
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import load, parse
@@ -143,6 +145,13 @@ def test_a_thinned_line_keeps_its_ends_and_extremes(values: list[float], most: i
     assert series[kept].min() == series.min()
     assert series[kept].max() == series.max()
     assert len(kept) <= most + 4
+
+
+def test_a_first_difference_is_marked_where_the_gap_begins(article: Comparison) -> None:
+    scale = gap_scale(article.scene.units)
+    begins = [scale.position(run.gap_max[run.gap_max > 1e-9][:1]) for run in article.others.values()]
+    drawn: list[Any] = charts(article)[0].figure.renderers
+    assert [mark.data_source.data["y"] for mark in drawn if getattr(mark.glyph, "size", 0) == 22] == begins
 
 
 def test_the_same_comparison_gives_the_same_bytes(text: str) -> None:

@@ -45,9 +45,8 @@ KINDS = (
     "start, grab, move, release, kick, add, change, delete, velocity, add-wall, change-wall, delete-wall, "
     "elasticity, gravity, rate, end"
 )
-UNREADABLE = "is nested too deeply, or contains a number with too many digits"
 BAD_INPUTS = {
-    "not-json": ('{"step": 0', "is not JSON: Expecting ',' delimiter: line 1 column 11 (char 10)"),
+    "not-json": ('{"step": 0', "Invalid JSON: EOF while parsing an object at line 1 column 10"),
     "not-an-object": ("[1]", f'must be an object with "do" as one of {KINDS}, got [1]'),
     "no-such-kind": ('{"do": "grabb"}', f'must be an object with "do" as one of {KINDS}, got {{"do": "grabb"}}'),
     "before-the-start": ('{"step": -1, "do": "release"}', "step must be at least 0, got -1"),
@@ -60,9 +59,9 @@ BAD_INPUTS = {
         '{"step": 0, "do": "start", "scene": "x", "seed": 0, "rate": 1}',
         "start must come before all other inputs",
     ),
-    "deep": ("[" * 100_000, UNREADABLE),
+    "deep": ("[" * 100_000, "Invalid JSON: recursion limit exceeded at line 1 column 202"),
     "deep-kind": (
-        '{"do": ' + "[" * 700 + "]" * 700 + "}",
+        '{"do": ' + "[" * 100 + "]" * 100 + "}",
         f'must be an object with "do" as one of {KINDS}, got {{"do": {"[" * 30}...',
     ),
     "no-such-wall": (
@@ -77,10 +76,7 @@ BAD_INPUTS = {
         '{"step": 9, "do": "add-wall", "from": [9, 9], "start": [9, 9], "to": [9, 99]}',
         f"start {NO_KEY}; known are do, elasticity, friction, from, joined, step, thickness, to",
     ),
-    "number-too-long": (
-        '{"step": ' + "9" * 5000 + "}",
-        UNREADABLE,
-    ),
+    "number-too-long": ('{"step": ' + "9" * 5000 + "}", "Invalid JSON: number out of range at line 1 column 4311"),
     "a-start-later-on": (
         '{"step": 3, "do": "start", "scene": "x", "seed": 0, "rate": 60}',
         "step must be 0, got 3",
