@@ -49,7 +49,7 @@ class Diagnosis:
         """Whether a rule found a fault, and whether the steps changed the energy by more than the program explains."""
         shares = self.energy.suspect if self.energy else {}
         suspect = [f"{words} {100 * share:+.0f} %" for words, share in shares.items()]
-        said = [] if self.findings else ["No rule found a fault."]
+        said = [] if self.findings or not self.steps else ["No rule found a fault."]
         if suspect:
             said.append(f"The steps changed the energy by more than the program did: {listed(suspect)}.")
         return " ".join(said)

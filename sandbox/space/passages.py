@@ -1,62 +1,109 @@
-"""Passages: bodies that went through a wall within a step, which found no contact.
+"""Passages: bodies that went through a wall.
 
 Pymunk moves bodies by their velocities, and looks for contacts where they then are. If the centre of gravity of a body
-went through a static shape that the step found no contact with, the body has passed.
+enters a static shape and leaves it on the other side, the body has passed: within a step, or as contacts push it out.
 """
 
-from collections.abc import Iterator
 from typing import Final, NamedTuple
 
 import numpy as np
 import pymunk
 
-from sandbox.space.contents import body_of, is_static, may_collide
-from sandbox.space.recording import Recording, Step
+from sandbox.space.contents import body_of, half_width, is_dynamic, is_static, may_collide
+from sandbox.space.recording import Recording, Rows, Step
 from sandbox.space.rules import off_its_place
 
 MIN_WAY: Final = 2.0  # px in a step
 OFF_COURSE: Final = 0.5  # of its way: what moved it further than that is not its velocity
+Place = tuple[float, float]
 
 
 class Passage(NamedTuple):
-    """A shape that passed a wall in a step, by a way of so many px."""
+    """A shape that passed a wall, and entered it in a step, by a way of so many px, from a place."""
 
     step: Step
     shape: pymunk.Shape
     wall: pymunk.Shape
     way: float
+    start: Place
 
 
-def passages_of(step: Step, space: pymunk.Space, recording: Recording) -> Iterator[Passage]:
-    """Yield the passages of a step that was just done.
+class Passages:
+    """Looks for passages after each step of a Space. dynamic, kinematic: those of bodies of these types."""
 
-    Not judged: bodies that something else than their velocity moved; shapes that a filter, a joint or a handler may let
-    through.
-    """
-    way = step.new["position"] - step.old["position"]
-    length, off_course = np.hypot(*way.T), np.hypot(*(way - step.old["velocity"] * step.dt).T)
-    for row in np.flatnonzero((length > MIN_WAY) & (off_course < OFF_COURSE * length)).tolist():
-        body = recording.bodies.get(int(step.new["id"][row]))
-        start, end = (tuple(rows["position"][row].tolist()) for rows in (step.old, step.new))
-        for shape in body.shapes if body and body.space else ():
-            if not shape.sensor and shape.point_query(end).distance <= 0:  # its centre of gravity is within it
-                walls = [hit.shape for hit in space.segment_query(start, end, 0, shape.filter) if hit.shape]
-                passed = [wall for wall in walls if _stops(wall, shape, space) and not _touched(step, shape, wall)]
-                for wall in passed:
-                    if all(wall.point_query(place).distance > 0 for place in (start, end)):
-                        yield Passage(step, shape, wall, float(length[row]))
+    def __init__(self, space: pymunk.Space, recording: Recording) -> None:
+        self._space, self._recording = space, recording
+        self.dynamic: list[Passage] = []
+        self.kinematic: dict[pymunk.Body, Passage] = {}  # the first of each
+        self._entered: dict[tuple[pymunk.Shape, pymunk.Shape], Passage] = {}
+
+    def look(self, step: Step) -> None:
+        """Look at a step that was just done.
+
+        Not judged: dynamic bodies that something else than their velocity moved; shapes that a filter, a joint or a
+        handler may let through.
+        """
+        way, from_before = (step.new["position"] - rows["position"] for rows in (step.old, step.was))
+        length, off_course = np.hypot(*way.T), np.hypot(*(way - step.old["velocity"] * step.dt).T)
+        is_moved = (length > MIN_WAY) & (off_course < OFF_COURSE * length)
+        for row in np.flatnonzero(is_moved & np.isfinite(step.old["mass"])).tolist():
+            self._enter(step, row, length[row])
+        for row in np.flatnonzero(np.isinf(step.old["mass"]) & from_before.any(axis=1)).tolist():
+            self._enter_kinematic(step, row, float(np.hypot(*from_before[row])))
+        for passage in list(self._entered.values()):
+            self._leave(step, passage)
+
+    def _enter(self, step: Step, row: int, way: float) -> None:
+        start = _place(step.old, row)
+        for shape, walls in self._met(step, row, start):
+            for wall in walls:
+                if self._stops(wall, shape) and wall.point_query(start).distance > 0:
+                    self._entered.setdefault((shape, wall), Passage(step, shape, wall, way, start))
+
+    def _enter_kinematic(self, step: Step, row: int, way: float) -> None:
+        """Remember a kinematic body that goes into a wall by steps that are no jumps."""
+        start = _place(step.was, row)
+        for shape, walls in self._met(step, row, start):
+            solid = [wall for wall in walls if not wall.sensor and is_static(body_of(wall))]
+            if solid and way < half_width(shape) and not is_static(body_of(shape)):
+                self.kinematic.setdefault(body_of(shape), Passage(step, shape, solid[0], way, start))
+
+    def _met(self, step: Step, row: int, start: Place) -> list[tuple[pymunk.Shape, list[pymunk.Shape]]]:
+        """Return the shapes of a body that its centre of gravity is within, and what that met from a place on."""
+        body, end = self._recording.bodies.get(int(step.new["id"][row])), _place(step.new, row)
+        shapes = [shape for shape in body.shapes if not shape.sensor] if body and body.space else []
+        centred = [shape for shape in shapes if shape.point_query(end).distance <= 0]
+        hits = {shape: self._space.segment_query(start, end, 0, shape.filter) for shape in centred}
+        return [(shape, [hit.shape for hit in hits[shape] if hit.shape]) for shape in centred]
+
+    def _leave(self, step: Step, passage: Passage) -> None:
+        """Decide whether a shape that entered a wall has passed it, once the two no longer touch."""
+        shape, wall = passage.shape, passage.wall
+        body = shape.body
+        rows = np.flatnonzero(step.new["id"] == body.id).tolist() if body and shape.space and wall.space else []
+        is_placed = passage.step is not step and any((step.was["position"] != step.old["position"])[rows].ravel())
+        if not rows or is_placed:
+            del self._entered[shape, wall]
+        elif not _touched(step, shape, wall) and wall.point_query(end := _place(step.new, rows[0])).distance > 0:
+            del self._entered[shape, wall]
+            if wall.segment_query(passage.start, end):
+                self.dynamic.append(passage)
+
+    def _stops(self, wall: pymunk.Shape, shape: pymunk.Shape) -> bool:
+        """Return whether a static shape stops another one if they meet, and no callback can prevent it."""
+        types = {shape.collision_type, wall.collision_type}
+        may_be_ignored = any(
+            (handler.begin or handler.pre_solve) and types >= {kind for kind in kinds if kind is not None}
+            for kinds, handler in self._space._handlers.items()
+        )
+        if wall.sensor or may_be_ignored or not is_static(body_of(wall)):
+            return False
+        return is_dynamic(body_of(shape)) and may_collide(shape, wall) and not off_its_place(wall)
 
 
-def _stops(wall: pymunk.Shape, shape: pymunk.Shape, space: pymunk.Space) -> bool:
-    """Return whether a static shape stops another one if they meet, and no callback of the program can prevent it."""
-    types = {shape.collision_type, wall.collision_type}
-    may_be_ignored = any(
-        (handler.begin or handler.pre_solve) and types >= {kind for kind in kinds if kind is not None}
-        for kinds, handler in space._handlers.items()
-    )
-    if wall.sensor or may_be_ignored or not is_static(body_of(wall)):
-        return False
-    return may_collide(shape, wall) and not off_its_place(wall)
+def _place(rows: Rows, row: int) -> Place:
+    x, y = rows["position"][row].tolist()
+    return x, y
 
 
 def _touched(step: Step, shape: pymunk.Shape, wall: pymunk.Shape) -> bool:

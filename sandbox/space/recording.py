@@ -244,8 +244,9 @@ def finite(value: Floats) -> Floats:
 def energies(bodies: Rows, gravity: tuple[float, float]) -> tuple[float, float]:
     """Return the kinetic and the potential energy of bodies, kg px²/s²."""
     mass, v = finite(bodies["mass"]), bodies["velocity"]
-    kinetic = (mass * dot(v, v) + finite(bodies["moment"]) * bodies["spin"] ** 2) / 2
-    return float(kinetic.sum()), -float((mass * dot(bodies["position"], np.array(gravity))).sum())
+    with np.errstate(all="ignore"):
+        kinetic = (mass * dot(v, v) + finite(bodies["moment"]) * bodies["spin"] ** 2) / 2
+        return float(kinetic.sum()), -float((mass * dot(bodies["position"], np.array(gravity))).sum())
 
 
 class Run:

@@ -3,7 +3,10 @@
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
+from dis import Instruction, get_instructions
 from functools import partial
+from pathlib import Path
+from types import CodeType
 from typing import Final
 
 import numpy as np
@@ -34,6 +37,8 @@ NEAR: Final = 0.1  # of the size of a shape
 ANCHORED: Final = (pymunk.PinJoint, pymunk.SlideJoint, pymunk.DampedSpring)  # by two anchors, one on each body
 MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
 ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "sensor", "surface_velocity")
+LIMITS: Final = {pymunk.DampedSpring: "force_func", pymunk.DampedRotarySpring: "torque_func"}  # of springs
+COMPARISONS: Final = ("COMPARE_OP", "CONTAINS_OP", "IS_OP", "UNARY_NOT")  # instructions of Python
 OF_OLD_SHAPES: Final = ("group", "layers")  # before Pymunk 5
 OF_OLD_BODIES: Final = ("velocity_limit", "angular_velocity_limit")
 
@@ -210,6 +215,38 @@ def unused(contents: Contents, quantity: str, touched: Mapping[pymunk.Shape, flo
             yield contents.fault(shape, detail, value)._replace(since=touched[shape] if touched else None)
 
 
+def _ignored_returns(contents: Contents) -> Iterator[Fault]:
+    """Callbacks that return False or a comparison, by which they decided on a contact before Pymunk 7."""
+    for handler in contents.space._handlers.values():
+        for name in ("begin", "pre_solve"):
+            code = getattr(getattr(handler, name), "__code__", None)
+            if code and "process_collision" not in code.co_names and any(map(_decides, *_last_two(code))):
+                where = f"{name}={code.co_name}, in line {code.co_firstlineno} of {Path(code.co_filename).name}"
+                yield Fault(None, figure=where)
+
+
+def _last_two(code: CodeType) -> tuple[list[Instruction], list[Instruction]]:
+    """Return all instructions of a function, and the one after each."""
+    instructions = list(get_instructions(code))
+    return instructions, instructions[1:]
+
+
+def _decides(before: Instruction, last: Instruction) -> bool:
+    """Return whether two instructions return False or a comparison."""
+    is_false = before.opname == "LOAD_CONST" and before.argval is False
+    is_returned = last.opname == "RETURN_VALUE" and (is_false or before.opname in COMPARISONS)
+    return is_returned or (last.opname == "RETURN_CONST" and last.argval is False)
+
+
+def _not_finite(contents: Contents) -> Iterator[Fault]:
+    for body in contents.bodies:
+        if not all(map(math.isfinite, (*body.position, *body.velocity, body.angle, body.angular_velocity))):
+            places = f"position {_pair(body.position)}, velocity {_pair(body.velocity)}"
+            yield contents.fault(
+                body, f"{places}, angle {body.angle:.4g}, angular velocity {body.angular_velocity:.4g}"
+            )
+
+
 def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
     for shape in filter(contents.is_new, contents.shapes):
         for name in filter(vars(shape).__contains__, OF_OLD_SHAPES):
@@ -220,6 +257,10 @@ def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
     for body, _ in contents.new_bodies:
         for name in filter(vars(body).__contains__, cures):
             yield contents.fault(body, f"body.{name} was set; write {cures[name]}")
+    for joint in contents.new_joints:
+        if isinstance(joint, tuple(LIMITS)) and math.isfinite(joint.max_force):
+            what = f"max_force of its {type(joint).__name__} was set; write a {LIMITS[type(joint)]} that limits it"
+            yield contents.fault(joint.b if is_dynamic(joint.b) else joint.a, what)
 
 
 def _overlaps(contents: Contents) -> Iterator[Fault]:
@@ -262,6 +303,8 @@ RULES: Final[Rules[Contents]] = {
     "overlap": _overlaps,
 }
 END_RULES: Final[Rules[Contents]] = {  # of which a run shows more
+    "not-finite": _not_finite,
+    "callback-returns": _ignored_returns,
     "wrong-point": _wrong_point,
     "elasticity-unused": partial(unused, quantity="elasticity"),
     "friction-unused": partial(unused, quantity="friction"),

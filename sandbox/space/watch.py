@@ -20,7 +20,7 @@ from sandbox.space.energy import ledger_of
 from sandbox.space.findings import Finding
 from sandbox.space.lint import Linter
 from sandbox.space.origins import Origins, program_line
-from sandbox.space.passages import Passage, passages_of
+from sandbox.space.passages import Passages
 from sandbox.space.recording import Recording, original_step
 from sandbox.space.rules import END_RULES, RULES
 from sandbox.space.steps import ALWAYS, STEP_RULES, Evidence
@@ -41,7 +41,7 @@ class Trial:
         self.changed = True  # something was added since the last step
         self._linter = Linter(space, origins)
         self._recording = Recording(space)
-        self._passed: list[Passage] = []
+        self._passages = Passages(space, self._recording)
         self._looked_at = 0
         self._most = [0, 0, 0]  # bodies, shapes and joints at one time
 
@@ -51,7 +51,7 @@ class Trial:
         self._look()
         self._recording.record(self._step, dt)
         if 0 < dt < math.inf and (step := self._recording.steps[-1]).is_finite:
-            self._passed += passages_of(step, self.space, self._recording)
+            self._passages.look(step)
         self.steps += 1
         self.time += dt if math.isfinite(dt) else 0.0
 
@@ -70,10 +70,14 @@ class Trial:
 
     def diagnosis(self, number: int) -> Diagnosis:
         """Return the diagnosis of what was recorded."""
+        with np.errstate(all="ignore"):  # what is thrown about has energies that overflow
+            return self._diagnosis(number)
+
+    def _diagnosis(self, number: int) -> Diagnosis:
         contents, energy, figures = Contents(self.space, self._linter.origins), None, {}
         found = {rule: list(find(contents)) for rule, find in END_RULES.items()}
         if self._recording.steps:
-            evidence = Evidence(self._recording, contents, self._passed)
+            evidence = Evidence(self._recording, contents, self._passages)
             rules = STEP_RULES if evidence.run.steps else ALWAYS
             found |= {rule: list(find(evidence)) for rule, find in rules.items()}
             energy, figures = ledger_of(evidence.run), evidence.figures()
@@ -186,13 +190,14 @@ class Trials:
 
     def stop(self) -> None:
         """End the program as Ctrl-C would; a program that goes on in spite of that is ended at once."""
-        self.out_of_time = True
+        is_first, self.out_of_time = not self.out_of_time, True
         self._raised += 1
         if self._raised > MAX_RAISED:
             self.finish()
         if threading.current_thread() is threading.main_thread():
             raise KeyboardInterrupt
-        interrupt_main_thread()
+        if is_first:  # a second interrupt would come while the main thread writes the diagnosis
+            interrupt_main_thread()
         raise SystemExit
 
 

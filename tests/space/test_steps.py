@@ -141,6 +141,44 @@ def pushed() -> Diagnosis:
     return watched(space, 40, walk)
 
 
+def pushed_out_behind() -> Diagnosis:
+    """A ball is 6 px past the middle of a thin wall at the end of a step, which pushes it out on that side."""
+    space = world(gravity=0)
+    wall(space, (40, -100), (40, 100), 2)
+    ball(space, 12, 0, velocity=(2040, 0))
+    return watched(space, 30)
+
+
+def slow_steps() -> Diagnosis:
+    """Steps of a second, in the first two of which a ball of 20 px falls by 900 px, through the floor."""
+    space = ground()
+    ball(space, 0, 100)
+    return watched(space, 5, dt=lambda _: 1.0)
+
+
+def spring(stiffness: float) -> Diagnosis:
+    """Two balls of 1 kg, of reduced mass m = 1/2 kg: springs of more than 4 m/dt² = 7,200 kg/s² throw them about."""
+    space = world(gravity=0)
+    a, b = ball(space, 0, 0), ball(space, 60, 0)
+    space.add(pymunk.DampedSpring(a, b, (0, 0), (0, 0), 55, stiffness, 0))
+    return watched(space, 60)
+
+
+def stiff_spring() -> Diagnosis:
+    return spring(8_000)
+
+
+def firm_spring() -> Diagnosis:
+    return spring(6_900)
+
+
+def walks_through_a_wall() -> Diagnosis:
+    space, player = ground(), body(0, 100, (120, 0), pymunk.Body.KINEMATIC)
+    wall(space, (60, 0), (60, 195))
+    add(space, pymunk.Poly.create_box(player, (20, 40)))
+    return watched(space, 60)
+
+
 def thrust(push: Callable[[pymunk.Body], None]) -> Diagnosis:
     space = world(gravity=0)
     rocket = box(space, 300, 200, (20, 60))
@@ -456,13 +494,18 @@ FAULTS: Sequence[tuple[Callable[[], Diagnosis], set[str]]] = (
     (box_through_a_box, {"passed-through"}),
     (heavy_chain, {"joint-stretched"}),
     (pendulum, set()),
-    (crushed, {"sinks-in"}),
+    (crushed, {"sinks-in", "passed-through"}),
     (carried, set()),
     (shot, {"deep-at-once"}),
     (lands_flat, {"deep-at-once"}),
     (overlapping, {"overlap"}),
     (teleported, {"moved-by-hand"}),
-    (pushed, {"deep-at-once"}),
+    (pushed, {"passed-through"}),
+    (pushed_out_behind, {"passed-through"}),
+    (slow_steps, {"dt-large", "passed-through"}),
+    (stiff_spring, {"spring"}),
+    (firm_spring, set()),
+    (walks_through_a_wall, {"kinematic-through"}),
     (thrust_at_a_point_of_the_space, {"wrong-point"}),
     (kicked_at_a_point_of_the_body, {"wrong-point"}),
     (thrust_at_its_tail, set()),
