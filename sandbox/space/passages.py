@@ -4,12 +4,14 @@ Pymunk moves bodies by their velocities, and looks for contacts where they then 
 enters a static shape and leaves it on the other side, the body has passed: within a step, or as contacts push it out.
 """
 
+import math
+from collections.abc import Iterator
 from typing import Final, NamedTuple
 
 import numpy as np
 import pymunk
 
-from sandbox.space.contents import body_of, half_width, is_dynamic, is_static, may_collide
+from sandbox.space.contents import body_of, half_width, is_static, may_collide
 from sandbox.space.recording import Recording, Rows, Step
 from sandbox.space.rules import off_its_place
 
@@ -41,40 +43,32 @@ class Passages:
         """Look at a step that was just done.
 
         Not judged: dynamic bodies that something else than their velocity moved; shapes that a filter, a joint or a
-        handler may let through.
+        handler may let through; jumps of kinematic bodies.
         """
-        way, from_before = (step.new["position"] - rows["position"] for rows in (step.old, step.was))
+        way, since_before = (step.new["position"] - rows["position"] for rows in (step.old, step.was))
         length, off_course = np.hypot(*way.T), np.hypot(*(way - step.old["velocity"] * step.dt).T)
-        is_moved = (length > MIN_WAY) & (off_course < OFF_COURSE * length)
-        for row in np.flatnonzero(is_moved & np.isfinite(step.old["mass"])).tolist():
-            self._enter(step, row, length[row])
-        for row in np.flatnonzero(np.isinf(step.old["mass"]) & from_before.any(axis=1)).tolist():
-            self._enter_kinematic(step, row, float(np.hypot(*from_before[row])))
+        is_moved, is_dynamic = (length > MIN_WAY) & (off_course < OFF_COURSE * length), np.isfinite(step.old["mass"])
+        for row in np.flatnonzero(is_moved & is_dynamic).tolist():
+            for met in self._met(step, row, step.old):
+                if self._stops(met.wall, met.shape) and met.wall.point_query(met.start).distance > 0:
+                    self._entered.setdefault((met.shape, met.wall), met)
+        for row in np.flatnonzero(since_before.any(axis=1) & ~is_dynamic).tolist():
+            for met in self._met(step, row, step.was):
+                bodies = body_of(met.shape), body_of(met.wall)
+                if met.way < half_width(met.shape) and [*map(is_static, bodies)] == [False, True]:
+                    self.kinematic.setdefault(bodies[0], met)
         for passage in list(self._entered.values()):
             self._leave(step, passage)
 
-    def _enter(self, step: Step, row: int, way: float) -> None:
-        start = _place(step.old, row)
-        for shape, walls in self._met(step, row, start):
-            for wall in walls:
-                if self._stops(wall, shape) and wall.point_query(start).distance > 0:
-                    self._entered.setdefault((shape, wall), Passage(step, shape, wall, way, start))
-
-    def _enter_kinematic(self, step: Step, row: int, way: float) -> None:
-        """Remember a kinematic body that goes into a wall by steps that are no jumps."""
-        start = _place(step.was, row)
-        for shape, walls in self._met(step, row, start):
-            solid = [wall for wall in walls if not wall.sensor and is_static(body_of(wall))]
-            if solid and way < half_width(shape) and not is_static(body_of(shape)):
-                self.kinematic.setdefault(body_of(shape), Passage(step, shape, solid[0], way, start))
-
-    def _met(self, step: Step, row: int, start: Place) -> list[tuple[pymunk.Shape, list[pymunk.Shape]]]:
-        """Return the shapes of a body that its centre of gravity is within, and what that met from a place on."""
-        body, end = self._recording.bodies.get(int(step.new["id"][row])), _place(step.new, row)
-        shapes = [shape for shape in body.shapes if not shape.sensor] if body and body.space else []
-        centred = [shape for shape in shapes if shape.point_query(end).distance <= 0]
-        hits = {shape: self._space.segment_query(start, end, 0, shape.filter) for shape in centred}
-        return [(shape, [hit.shape for hit in hits[shape] if hit.shape]) for shape in centred]
+    def _met(self, step: Step, row: int, before: Rows) -> Iterator[Passage]:
+        """Yield what the centre of gravity of a body met by a step, for each shape that it is within."""
+        body = self._recording.bodies.get(int(step.new["id"][row]))
+        start, end = _place(before, row), _place(step.new, row)
+        for shape in body.shapes if body and body.space else ():
+            if not shape.sensor and shape.point_query(end).distance <= 0:
+                for hit in self._space.segment_query(start, end, 0, shape.filter):
+                    if hit.shape and not hit.shape.sensor:
+                        yield Passage(step, shape, hit.shape, math.dist(start, end), start)
 
     def _leave(self, step: Step, passage: Passage) -> None:
         """Decide whether a shape that entered a wall has passed it, once the two no longer touch."""
@@ -96,9 +90,8 @@ class Passages:
             (handler.begin or handler.pre_solve) and types >= {kind for kind in kinds if kind is not None}
             for kinds, handler in self._space._handlers.items()
         )
-        if wall.sensor or may_be_ignored or not is_static(body_of(wall)):
-            return False
-        return is_dynamic(body_of(shape)) and may_collide(shape, wall) and not off_its_place(wall)
+        is_wall = is_static(body_of(wall)) and not off_its_place(wall)
+        return is_wall and not may_be_ignored and may_collide(shape, wall)
 
 
 def _place(rows: Rows, row: int) -> Place:

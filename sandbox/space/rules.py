@@ -3,8 +3,9 @@
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from dis import Instruction, get_instructions
+from dis import get_instructions
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from types import CodeType
 from typing import Final
@@ -220,22 +221,19 @@ def _ignored_returns(contents: Contents) -> Iterator[Fault]:
     for handler in contents.space._handlers.values():
         for name in ("begin", "pre_solve"):
             code = getattr(getattr(handler, name), "__code__", None)
-            if code and "process_collision" not in code.co_names and any(map(_decides, *_last_two(code))):
+            if code and "process_collision" not in code.co_names and _decides(code):
                 where = f"{name}={code.co_name}, in line {code.co_firstlineno} of {Path(code.co_filename).name}"
                 yield Fault(None, figure=where)
 
 
-def _last_two(code: CodeType) -> tuple[list[Instruction], list[Instruction]]:
-    """Return all instructions of a function, and the one after each."""
-    instructions = list(get_instructions(code))
-    return instructions, instructions[1:]
-
-
-def _decides(before: Instruction, last: Instruction) -> bool:
-    """Return whether two instructions return False or a comparison."""
-    is_false = before.opname == "LOAD_CONST" and before.argval is False
-    is_returned = last.opname == "RETURN_VALUE" and (is_false or before.opname in COMPARISONS)
-    return is_returned or (last.opname == "RETURN_CONST" and last.argval is False)
+def _decides(code: CodeType) -> bool:
+    """Return whether a function returns False or a comparison."""
+    for before, last in pairwise(get_instructions(code)):
+        if last.opname == "RETURN_VALUE" and (before.argval is False or before.opname in COMPARISONS):
+            return True
+        if last.opname == "RETURN_CONST" and last.argval is False:
+            return True
+    return False
 
 
 def _not_finite(contents: Contents) -> Iterator[Fault]:
