@@ -23,7 +23,7 @@ from sandbox.space.origins import Origins, program_line
 from sandbox.space.passages import Passages
 from sandbox.space.recording import Recording, original_step
 from sandbox.space.rules import END_RULES, RULES
-from sandbox.space.steps import ALWAYS, STEP_RULES, Evidence
+from sandbox.space.steps import ALWAYS, LONGEST_STEP, STEP_RULES, Evidence
 from sandbox.text import DEFAULT_WIDTH, json_text
 
 MAX_SPACES: Final = 10  # that are diagnosed
@@ -90,9 +90,9 @@ class Trial:
 class Trials:
     """All Spaces that a program steps, from the first step of each; a context that replaces `Space.step`.
 
-    seconds: of a Space's time, after which KeyboardInterrupt ends the program, as Ctrl-C does; parts, iterations: that
-    a step is done in, and times those of each Space that it gets, to try whether that mends something; only: the one
-    Space that is recorded.
+    seconds: of a Space's time, of which a step counts LONGEST_STEP at most; after them, KeyboardInterrupt ends the
+    program, as Ctrl-C does; parts, iterations: that a step is done in, and times those of each Space that it gets, to
+    try whether that mends something; only: the one Space that is recorded.
     others: the number of Spaces beyond those that are diagnosed; stepping: the Space that is in a step; thread: that
     does the step; since: when the step began, or the last one ended, by the clock; finish: ends the process where the
     program goes on, with the diagnosis.
@@ -156,7 +156,8 @@ class Trials:
             self._do(trial, float(dt))
         finally:
             self.stepping, self.since, self._waited = None, time.monotonic(), 0.0
-        if trial.time >= self.seconds - TIME_ROUNDING:
+        most = trial.steps / self._parts * LONGEST_STEP  # its time may be in ms
+        if min(trial.time, most) >= self.seconds - TIME_ROUNDING:
             self.stop()
 
     def _do(self, trial: Trial, dt: float) -> None:

@@ -152,6 +152,8 @@ def test_the_time_of_a_space_ends_a_program(working_folder: Path, command: Comma
     document = diagnoses(command, "--seconds", "2", "game.py")
     assert document["ended_by"] == "time is up"
     assert document["spaces"][0]["steps"] == 120
+    write(working_folder, "while True:\n    space.step(16)\n")  # ms
+    assert diagnoses(command, "--seconds", "2", "game.py")["spaces"][0]["steps"] == 40
 
 
 @pytest.mark.wide
