@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 import numpy as np
 import pymunk
 
-from sandbox.space.contents import body_of, half_width, is_static, may_collide
+from sandbox.space.contents import body_of, is_static, may_collide
 from sandbox.space.recording import Recording, Rows, Step
 from sandbox.space.rules import off_its_place
 
@@ -31,39 +31,33 @@ class Passage(NamedTuple):
 
 
 class Passages:
-    """Looks for passages after each step of a Space. dynamic, kinematic: those of bodies of these types."""
+    """Looks for passages after each step of a Space. found: so far."""
 
     def __init__(self, space: pymunk.Space, recording: Recording) -> None:
         self._space, self._recording = space, recording
-        self.dynamic: list[Passage] = []
-        self.kinematic: dict[pymunk.Body, Passage] = {}  # the first of each
+        self.found: list[Passage] = []
         self._entered: dict[tuple[pymunk.Shape, pymunk.Shape], Passage] = {}
 
     def look(self, step: Step) -> None:
         """Look at a step that was just done.
 
-        Not judged: dynamic bodies that something else than their velocity moved; shapes that a filter, a joint or a
-        handler may let through; jumps of kinematic bodies.
+        Not judged: bodies that something else than their velocity moved; shapes that a filter, a joint or a handler
+        may let through.
         """
-        way, since_before = (step.new["position"] - rows["position"] for rows in (step.old, step.was))
+        way = step.new["position"] - step.old["position"]
         length, off_course = np.hypot(*way.T), np.hypot(*(way - step.old["velocity"] * step.dt).T)
-        is_moved, is_dynamic = (length > MIN_WAY) & (off_course < OFF_COURSE * length), np.isfinite(step.old["mass"])
-        for row in np.flatnonzero(is_moved & is_dynamic).tolist():
-            for met in self._met(step, row, step.old):
+        is_moved = (length > MIN_WAY) & (off_course < OFF_COURSE * length) & np.isfinite(step.old["mass"])
+        for row in np.flatnonzero(is_moved).tolist():
+            for met in self._met(step, row):
                 if self._stops(met.wall, met.shape) and met.wall.point_query(met.start).distance > 0:
                     self._entered.setdefault((met.shape, met.wall), met)
-        for row in np.flatnonzero(since_before.any(axis=1) & ~is_dynamic).tolist():
-            for met in self._met(step, row, step.was):
-                bodies = body_of(met.shape), body_of(met.wall)
-                if met.way < half_width(met.shape) and [*map(is_static, bodies)] == [False, True]:
-                    self.kinematic.setdefault(bodies[0], met)
         for passage in list(self._entered.values()):
             self._leave(step, passage)
 
-    def _met(self, step: Step, row: int, before: Rows) -> Iterator[Passage]:
+    def _met(self, step: Step, row: int) -> Iterator[Passage]:
         """Yield what the centre of gravity of a body met by a step, for each shape that it is within."""
         body = self._recording.bodies.get(int(step.new["id"][row]))
-        start, end = _place(before, row), _place(step.new, row)
+        start, end = _place(step.old, row), _place(step.new, row)
         for shape in body.shapes if body and body.space else ():
             if not shape.sensor and shape.point_query(end).distance <= 0:
                 for hit in self._space.segment_query(start, end, 0, shape.filter):
@@ -81,7 +75,7 @@ class Passages:
         elif not _touched(step, shape, wall) and wall.point_query(end := _place(step.new, rows[0])).distance > 0:
             del self._entered[shape, wall]
             if wall.segment_query(passage.start, end):
-                self.dynamic.append(passage)
+                self.found.append(passage)
 
     def _stops(self, wall: pymunk.Shape, shape: pymunk.Shape) -> bool:
         """Return whether a static shape stops another one if they meet, and no callback can prevent it."""

@@ -3,11 +3,7 @@
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from dis import get_instructions
 from functools import partial
-from itertools import pairwise
-from pathlib import Path
-from types import CodeType
 from typing import Final
 
 import numpy as np
@@ -39,7 +35,6 @@ ANCHORED: Final = (pymunk.PinJoint, pymunk.SlideJoint, pymunk.DampedSpring)  # b
 MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
 ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "sensor", "surface_velocity")
 LIMITS: Final = {pymunk.DampedSpring: "force_func", pymunk.DampedRotarySpring: "torque_func"}  # of springs
-COMPARISONS: Final = ("COMPARE_OP", "CONTAINS_OP", "IS_OP", "UNARY_NOT")  # instructions of Python
 OF_OLD_SHAPES: Final = ("group", "layers")  # before Pymunk 5
 OF_OLD_BODIES: Final = ("velocity_limit", "angular_velocity_limit")
 
@@ -216,26 +211,6 @@ def unused(contents: Contents, quantity: str, touched: Mapping[pymunk.Shape, flo
             yield contents.fault(shape, detail, value)._replace(since=touched[shape] if touched else None)
 
 
-def _ignored_returns(contents: Contents) -> Iterator[Fault]:
-    """Callbacks that return False or a comparison, by which they decided on a contact before Pymunk 7."""
-    for handler in contents.space._handlers.values():
-        for name in ("begin", "pre_solve"):
-            code = getattr(getattr(handler, name), "__code__", None)
-            if code and "process_collision" not in code.co_names and _decides(code):
-                where = f"{name}={code.co_name}, in line {code.co_firstlineno} of {Path(code.co_filename).name}"
-                yield Fault(None, figure=where)
-
-
-def _decides(code: CodeType) -> bool:
-    """Return whether a function returns False or a comparison."""
-    for before, last in pairwise(get_instructions(code)):
-        if last.opname == "RETURN_VALUE" and (before.argval is False or before.opname in COMPARISONS):
-            return True
-        if last.opname == "RETURN_CONST" and last.argval is False:
-            return True
-    return False
-
-
 def _not_finite(contents: Contents) -> Iterator[Fault]:
     for body in contents.bodies:
         if not all(map(math.isfinite, (*body.position, *body.velocity, body.angle, body.angular_velocity))):
@@ -302,7 +277,6 @@ RULES: Final[Rules[Contents]] = {
 }
 END_RULES: Final[Rules[Contents]] = {  # of which a run shows more
     "not-finite": _not_finite,
-    "callback-returns": _ignored_returns,
     "wrong-point": _wrong_point,
     "elasticity-unused": partial(unused, quantity="elasticity"),
     "friction-unused": partial(unused, quantity="friction"),

@@ -109,7 +109,7 @@ class Evidence:
         """
         found = [(each.ends, *deep) for each in self.overlaps if (deep := _deep_overlap(self, each))]
         faults: dict[str, list[Fault]] = defaultdict(list)
-        sunk = {body_of(passage.shape).id for passage in self.passages.dynamic}
+        sunk = {body_of(passage.shape).id for passage in self.passages.found}
         for ends, rule, fault in sorted(found, key=lambda each: each[2].since or 0.0):
             moving = {body.id for body in self.bodies(*ends) if is_dynamic(body)}
             if rule == "sinks-in":
@@ -169,7 +169,7 @@ class Evidence:
         """Return the figures of the rules whose cures can be tried: passages, or px."""
         deepest = max((overlap.worst[1] for overlap in self.overlaps), default=0.0)
         return {
-            "passed-through": float(len(self.passages.dynamic)),
+            "passed-through": float(len(self.passages.found)),
             "joint-stretched": max((each.worst[1] for each in self.stretches), default=0.0),
             "sinks-in": deepest,
             "deep-at-once": deepest,
@@ -209,7 +209,7 @@ def _not_finite(evidence: Evidence) -> Iterator[Fault]:
 def _passed(evidence: Evidence) -> Iterator[Fault]:
     """Bodies that passed a wall: each once."""
     reported: set[int] = set()
-    for step, shape, wall, way, _ in evidence.passages.dynamic:
+    for step, shape, wall, way, _ in evidence.passages.found:
         body, half = body_of(shape), half_width(shape)
         if body.id not in reported:
             reported.add(body.id)
@@ -217,12 +217,6 @@ def _passed(evidence: Evidence) -> Iterator[Fault]:
             cures = f"; dt below {dt:.2g} s or a wall {thickness:.3g} px thick prevents that" if dt < step.dt else ""
             what = f"{way:.3g} px in the step, through a {shape_words(wall)}{cures}"
             yield evidence.fault([body.id], step, what, way / half if half else math.inf)
-
-
-def _through(evidence: Evidence) -> Iterator[Fault]:
-    for body, passage in evidence.passages.kinematic.items():
-        what = f"its centre goes into a {shape_words(passage.wall)}"
-        yield evidence.fault([body.id], passage.step, what, passage.way)
 
 
 def _long_steps(evidence: Evidence) -> Iterator[Fault]:
@@ -419,7 +413,6 @@ STEP_RULES: Final[Rules[Evidence]] = {
     **ALWAYS,
     "dt-large": _long_steps,
     "spring": _unstable_springs,
-    "kinematic-through": _through,
     "contacts-within": _contacts_within,
     "seams": _caught,
     "moved-by-hand": _moved,

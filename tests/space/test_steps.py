@@ -172,13 +172,6 @@ def firm_spring() -> Diagnosis:
     return spring(6_900)
 
 
-def walks_through_a_wall() -> Diagnosis:
-    space, player = ground(), body(0, 100, (120, 0), pymunk.Body.KINEMATIC)
-    wall(space, (60, 0), (60, 195))
-    add(space, pymunk.Poly.create_box(player, (20, 40)))
-    return watched(space, 60)
-
-
 def thrust(push: Callable[[pymunk.Body], None]) -> Diagnosis:
     space = world(gravity=0)
     rocket = box(space, 300, 200, (20, 60))
@@ -505,7 +498,6 @@ FAULTS: Sequence[tuple[Callable[[], Diagnosis], set[str]]] = (
     (slow_steps, {"dt-large", "passed-through"}),
     (stiff_spring, {"spring"}),
     (firm_spring, set()),
-    (walks_through_a_wall, {"kinematic-through"}),
     (thrust_at_a_point_of_the_space, {"wrong-point"}),
     (kicked_at_a_point_of_the_body, {"wrong-point"}),
     (thrust_at_its_tail, set()),
