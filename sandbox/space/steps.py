@@ -304,8 +304,8 @@ def _moved(evidence: Evidence) -> Iterator[Fault]:
     ids, way = run.old["id"], np.hypot(*(run.old["position"] - run.was["position"]).T)
     is_further = way > np.hypot(*run.old["velocity"].T) * run.dt[run.step]
     touches = np.zeros(len(ids) + 1, bool)
-    for side in ("body_a", "body_b"):
-        touches[run.rows_of(run.contact_step, run.contacts[side])] = True
+    for row in ("row_a", "row_b"):
+        touches[run.rows_of(run.contact_step, run.contacts[row])] = True
     matters = np.flatnonzero((way > 0) & (np.isfinite(run.old["mass"]) | (is_further & touches[:-1])))
     for at in by_key(ids[matters], run.step[matters]):
         if len(at) > MANY_MOVES:
@@ -351,11 +351,11 @@ def _caught(evidence: Evidence) -> Iterator[Fault]:
 def _on_polygons(evidence: Evidence) -> tuple[Rows, Numbers, Rows]:
     """Return the contacts on static polygons, with these as A; the numbers of their steps; each B before its step."""
     run, swapped, shapes = evidence.run, evidence.run.contacts.copy(), evidence.recording.shapes.items()
-    for name in ("body", "shape", "arm"):
+    for name in ("body", "row", "shape", "arm"):
         swapped[f"{name}_a"], swapped[f"{name}_b"] = run.contacts[f"{name}_b"], run.contacts[f"{name}_a"]
     swapped["normal"] *= -1
     contacts, step = np.append(run.contacts, swapped), np.tile(run.contact_step, 2)
-    rows = run.rows_of(step, contacts["body_b"])
+    rows = run.rows_of(step, contacts["row_b"])
     keys = [key for key, shape in shapes if isinstance(shape, pymunk.Poly) and shape.body and is_static(shape.body)]
     chosen = np.isin(contacts["shape_a"], np.array(keys, "u8")) & (rows < len(run.old))
     return contacts[chosen], step[chosen], run.old[rows[chosen]]
