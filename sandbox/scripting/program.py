@@ -12,7 +12,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -50,7 +50,7 @@ def run_on_trial(program: Sequence[str], trials: Trials, ended: Callable[[End], 
     threads = set(threading.enumerate())
 
     def finish(end: End = End("time is up")) -> NoReturn:
-        trials.end()
+        trials.ended = True
         code = ended(end)
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
@@ -161,11 +161,9 @@ def without_window(trials: Trials) -> Iterator[None]:
     with ExitStack() as stack:
         stack.enter_context(patch.dict(os.environ, _DRIVERS))
         stack.enter_context(patch("time.sleep", sleep))
-        try:
+        with suppress(ImportError):
             import pygame  # noqa: PLC0415  (slow to import)
-        except ImportError:
-            pass
-        else:
+
             replaced: dict[str, Any] = {"wait": wait_milliseconds, "delay": wait_milliseconds}
             stack.enter_context(patch.multiple(pygame.time, Clock=partial(Clock, trials.wait), **replaced))
         yield
@@ -176,7 +174,8 @@ def hint(error: BaseException) -> str:
     for name in _missing_names(error):
         if change := NAMES.get(name):
             return f"Pymunk has had no {name} since version {change.since}. Instead: {change.instead}."
-    text = f"{_file(error)}: {error}"
+    frames = traceback.extract_tb(error.__traceback__)
+    text = f"{'/'.join(Path(frames[-1].filename).parts[-2:]) if frames else ''}: {error}"
     for call, change in CALLS.items():
         if re.search(change.pattern, text):
             return f"An error since version {change.since} of Pymunk: {call}. Instead: {change.instead}."
@@ -193,11 +192,3 @@ def _missing_names(error: BaseException) -> Iterator[str]:
     elif isinstance(error, AttributeError):
         kind = error.obj if isinstance(error.obj, type) else type(error.obj)
         yield from (f"{base.__name__}.{error.name}" for base in kind.__mro__ if base.__module__.startswith("pymunk."))
-
-
-def _file(error: BaseException) -> str:
-    """Return the folder and the file that raised an exception, or nothing if it was not raised."""
-    last = error.__traceback__
-    while last and last.tb_next:
-        last = last.tb_next
-    return "/".join(Path(last.tb_frame.f_code.co_filename).parts[-2:]) if last else ""

@@ -37,12 +37,10 @@ class Diagnosis:
     def heading(self) -> str:
         """Which Space it is, and what was recorded, in a line."""
         stepped = f", stepped in {printable(self.stepped_in)}" if self.stepped_in else ""
-        counts = [
-            f"{self.bodies:,} {'body' if self.bodies == 1 else 'bodies'}",
-            counted(self.shapes, "shape"),
-            counted(self.joints, "joint"),
-        ]
-        return f"Space {self.space}{stepped}: {counted(self.steps, 'step')}, {self.seconds:.4g} s; {', '.join(counts)}"
+        steps = f"{counted(self.steps, 'step')}, {self.seconds:.4g} s"
+        bodies = f"{self.bodies:,} {'body' if self.bodies == 1 else 'bodies'}"
+        things = f"{bodies}, {counted(self.shapes, 'shape')}, {counted(self.joints, 'joint')}"
+        return f"Space {self.space}{stepped}: {steps}; {things}"
 
     @property
     def headline(self) -> str:

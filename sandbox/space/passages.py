@@ -33,8 +33,8 @@ class Passage(NamedTuple):
 class Passages:
     """Looks for passages after each step of a Space. found: so far."""
 
-    def __init__(self, space: pymunk.Space, recording: Recording) -> None:
-        self._space, self._recording = space, recording
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
         self.found: list[Passage] = []
         self._entered: dict[tuple[pymunk.Shape, pymunk.Shape], Passage] = {}
 
@@ -60,7 +60,7 @@ class Passages:
         start, end = _place(step.old, row), _place(step.new, row)
         for shape in body.shapes if body and body.space else ():
             if not shape.sensor and shape.point_query(end).distance <= 0:
-                for hit in self._space.segment_query(start, end, 0, shape.filter):
+                for hit in self._recording.space.segment_query(start, end, 0, shape.filter):
                     if hit.shape and not hit.shape.sensor:
                         yield Passage(step, shape, hit.shape, math.dist(start, end), start)
 
@@ -82,7 +82,7 @@ class Passages:
         types = {shape.collision_type, wall.collision_type}
         may_be_ignored = any(
             (handler.begin or handler.pre_solve) and types >= {kind for kind in kinds if kind is not None}
-            for kinds, handler in self._space._handlers.items()
+            for kinds, handler in self._recording.space._handlers.items()
         )
         is_wall = is_static(body_of(wall)) and not off_its_place(wall)
         return is_wall and not may_be_ignored and may_collide(shape, wall)

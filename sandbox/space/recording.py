@@ -122,7 +122,7 @@ class Recording:
     """
 
     def __init__(self, space: pymunk.Space) -> None:
-        self._space = space
+        self.space = space
         self.steps: deque[Step] = deque()
         self._time, self._rows = 0.0, 0
         self.bodies: dict[int, pymunk.Body] = {}
@@ -137,7 +137,7 @@ class Recording:
         if not 0 < dt < math.inf:
             step(dt)
             return
-        space, old, cached, last_dt = self._space, self._bodies(), self._cached(), self._space.current_time_step
+        space, old, cached, last_dt = self.space, self._bodies(), self._cached(), self.space.current_time_step
         settings = space.gravity, space.damping, bool(space._handlers)
         before = energies(old, space.gravity)
         step(dt)
@@ -154,7 +154,7 @@ class Recording:
 
     def _bodies(self) -> Rows:
         """Return all bodies but the Space's own static one."""
-        bodies = list(self._space.bodies)
+        bodies = list(self.space.bodies)
         self.bodies |= {body.id: body for body in bodies}
         return np.array([_body(body) for body in bodies], BODY)
 
@@ -162,7 +162,7 @@ class Recording:
         """Return the accumulated impulses of points of contact, from which the next step starts if they touch in it."""
         return {
             (frozenset((arbiter.a, arbiter.b)), point.hash): (point.jnAcc, point.jtAcc)
-            for arbiter in self._space._get_arbiters()
+            for arbiter in self.space._get_arbiters()
             for point in arbiter.contacts[0 : arbiter.count]
         }
 
@@ -172,8 +172,8 @@ class Recording:
         Of cached impulses it applied as much as its dt is of that of the step before, the ratio; nothing if the shapes
         did not touch in that step.
         """
-        rows, stamp = [], lib.cpSpaceGetTimestamp(self._space._space)
-        for arbiter in sorted(self._space._get_arbiters(), key=_order):
+        rows, stamp = [], lib.cpSpaceGetTimestamp(self.space._space)
+        for arbiter in sorted(self.space._get_arbiters(), key=_order):
             if arbiter.stamp == stamp:
                 shapes = pymunk.Shape._from_cp_shape(arbiter.a), pymunk.Shape._from_cp_shape(arbiter.b)
                 self.shapes |= {id(shape): shape for shape in shapes if shape}
@@ -190,8 +190,8 @@ class Recording:
 
     def _joints(self, row_of: dict[int, int]) -> Rows:
         """Return the joints that are awake."""
-        joints = [joint for joint in self._space.constraints if not (joint.a.is_sleeping or joint.b.is_sleeping)]
-        ends = {body for joint in joints for body in (joint.a, joint.b) if body is not self._space._static_body}
+        joints = [joint for joint in self.space.constraints if not (joint.a.is_sleeping or joint.b.is_sleeping)]
+        ends = {body for joint in joints for body in (joint.a, joint.b) if body is not self.space._static_body}
         self.joints |= {id(joint): joint for joint in joints}
         self.bodies |= {body.id: body for body in ends}
         return np.array([_joint(joint, row_of) for joint in joints], JOINT)

@@ -35,8 +35,11 @@ ANCHORED: Final = (pymunk.PinJoint, pymunk.SlideJoint, pymunk.DampedSpring)  # b
 MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
 ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "sensor", "surface_velocity")
 LIMITS: Final = {pymunk.DampedSpring: "force_func", pymunk.DampedRotarySpring: "torque_func"}  # of springs
-OF_OLD_SHAPES: Final = ("group", "layers")  # before Pymunk 5
-OF_OLD_BODIES: Final = ("velocity_limit", "angular_velocity_limit")
+# Attributes that a program may set, though Pymunk reads none of them, and what to write instead
+IGNORED: Final = {
+    **{name: change.instead for name, change in NAMES.items()},
+    **{f"Body.{name}": f"shape.{name}" for name in ON_SHAPES},
+}
 
 
 def _moment(contents: Contents) -> Iterator[Fault]:
@@ -221,15 +224,12 @@ def _not_finite(contents: Contents) -> Iterator[Fault]:
 
 
 def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
-    for shape in filter(contents.is_new, contents.shapes):
-        for name in filter(vars(shape).__contains__, OF_OLD_SHAPES):
-            yield contents.fault(shape, f"shape.{name} was set; write {NAMES[f'Shape.{name}'].instead}")
-    cures = {name: NAMES[f"Body.{name}"].instead for name in OF_OLD_BODIES} | {
-        name: f"shape.{name}" for name in ON_SHAPES
-    }
-    for body, _ in contents.new_bodies:
-        for name in filter(vars(body).__contains__, cures):
-            yield contents.fault(body, f"body.{name} was set; write {cures[name]}")
+    things: list[tuple[str, pymunk.Body | pymunk.Shape]] = [("Body", body) for body, _ in contents.new_bodies]
+    things += [("Shape", shape) for shape in contents.shapes if contents.is_new(shape)]
+    for kind, thing in things:
+        for name in vars(thing):
+            if cure := IGNORED.get(f"{kind}.{name}"):
+                yield contents.fault(thing, f"{kind.lower()}.{name} was set; write {cure}")
     for joint in contents.new_joints:
         if isinstance(joint, tuple(LIMITS)) and math.isfinite(joint.max_force):
             what = f"max_force of its {type(joint).__name__} was set; write a {LIMITS[type(joint)]} that limits it"
@@ -257,10 +257,9 @@ def _moved_static(contents: Contents) -> Iterator[Fault]:
 def off_its_place(shape: pymunk.Shape) -> float:
     """Return how far the bounding box of a static shape is from where its body now has it, px; 0 if it is there."""
     points = np.array([body_of(shape).local_to_world(corner) for corner in corners_of(shape)])
-    low, high = points.min(axis=0) - shape.radius, points.max(axis=0) + shape.radius
-    box = shape.bb
-    off = np.abs([*(low - (box.left, box.bottom)), *(high - (box.right, box.top))]).max()
-    return float(off) if off > MOVED * max(1.0, float(np.abs(points).max())) else 0.0
+    box = *(points.min(axis=0) - shape.radius), *(points.max(axis=0) + shape.radius)
+    off = float(np.abs(np.subtract(box, shape.bb)).max())
+    return off if off > MOVED * max(1.0, float(np.abs(points).max())) else 0.0
 
 
 RULES: Final[Rules[Contents]] = {

@@ -6,7 +6,8 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from typing import Any, Final, NoReturn, Self
 from unittest.mock import patch
 from weakref import WeakSet
@@ -41,7 +42,7 @@ class Trial:
         self.changed = True  # something was added since the last step
         self._linter = Linter(space, origins)
         self._recording = Recording(space)
-        self._passages = Passages(space, self._recording)
+        self._passages = Passages(self._recording)
         self._looked_at = 0
         self._most = [0, 0, 0]  # bodies, shapes and joints at one time
 
@@ -68,12 +69,9 @@ class Trial:
             self._looked_at += counts[1]
             self._linter.look(RULES, self.time if self.steps else None)
 
+    @np.errstate(all="ignore")  # what is thrown about has energies that overflow
     def diagnosis(self, number: int) -> Diagnosis:
         """Return the diagnosis of what was recorded."""
-        with np.errstate(all="ignore"):  # what is thrown about has energies that overflow
-            return self._diagnosis(number)
-
-    def _diagnosis(self, number: int) -> Diagnosis:
         contents, energy, figures = Contents(self.space, self._linter.origins), None, {}
         found = {rule: list(find(contents)) for rule, find in END_RULES.items()}
         if self._recording.steps:
@@ -93,6 +91,7 @@ class Trials:
     seconds: of a Space's time, of which a step counts LONGEST_STEP at most; after them, KeyboardInterrupt ends the
     program, as Ctrl-C does; parts, iterations: that a step is done in, and times those of each Space that it gets, to
     try whether that mends something; only: the one Space that is recorded.
+    ended: no further step is recorded, such as one of a thread that goes on;
     others: the number of Spaces beyond those that are diagnosed; stepping: the Space that is in a step; thread: that
     does the step; since: when the step began, or the last one ended, by the clock; finish: ends the process where the
     program goes on, with the diagnosis.
@@ -136,12 +135,8 @@ class Trials:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.end()
-        self._stack.close()
-
-    def end(self) -> None:
-        """Record no further step, such as one of a thread that goes on."""
         self.ended = True
+        self._stack.close()
 
     def step(self, space: pymunk.Space, dt: float) -> None:
         """Do a step of a Space, recorded."""
@@ -212,7 +207,8 @@ def interrupt_main_thread() -> None:
         signal.pthread_kill(ident, signal.SIGINT)
 
 
-def watch(space: pymunk.Space) -> "Watched":
+@contextmanager
+def watch(space: pymunk.Space) -> Iterator["Watched"]:
     """Record what the steps of a Space do; afterwards, find what is wrong with it.
 
     Raises SandboxError if it is not a Space.
@@ -226,24 +222,15 @@ def watch(space: pymunk.Space) -> "Watched":
     >>> [finding.rule for finding in watched.findings]
     ['moment']
     """
-    return Watched(checked(space))
+    with Trials(only=checked(space)) as trials:
+        yield Watched(trials)
 
 
+@dataclass(frozen=True)
 class Watched:
-    """Records the steps of a Space within a `with` block.
+    """What a Space did within a `with` block. `sandbox watch` prints its `table`, and writes its `to_json`."""
 
-    What `sandbox watch` prints and writes is its `table` and `to_json`.
-    """
-
-    def __init__(self, space: pymunk.Space) -> None:
-        self._trials = Trials(only=space)
-
-    def __enter__(self) -> Self:
-        self._trials.__enter__()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._trials.__exit__(*error)
+    _trials: Trials
 
     @property
     def diagnosis(self) -> Diagnosis:
