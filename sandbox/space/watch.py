@@ -24,7 +24,7 @@ from sandbox.space.origins import Origins, program_line
 from sandbox.space.passages import Passages
 from sandbox.space.recording import Recording, original_step
 from sandbox.space.rules import END_RULES, RULES
-from sandbox.space.steps import ALWAYS, LONGEST_STEP, STEP_RULES, Evidence
+from sandbox.space.steps import LONGEST_STEP, STEP_RULES, Evidence
 from sandbox.text import DEFAULT_WIDTH, json_text
 
 MAX_SPACES: Final = 10  # that are diagnosed
@@ -76,8 +76,7 @@ class Trial:
         found = {rule: list(find(contents)) for rule, find in END_RULES.items()}
         if self._recording.steps:
             evidence = Evidence(self._recording, contents, self._passages)
-            rules = STEP_RULES if evidence.run.steps else ALWAYS
-            found |= {rule: list(find(evidence)) for rule, find in rules.items()}
+            found |= {rule: list(find(evidence)) for rule, find in STEP_RULES.items()}
             energy, figures = ledger_of(evidence.run), evidence.figures()
         findings, (bodies, shapes, joints) = tuple(self._linter.findings(found)), self._most
         return Diagnosis(
