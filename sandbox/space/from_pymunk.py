@@ -94,8 +94,7 @@ def _unsupported(space: pymunk.Space, solid: Sequence[pymunk.Shape]) -> Iterator
     """Yield the name of each thing that a scene cannot have. solid: the shapes that touch."""
     shapes_of = Counter(map(body_of, solid))
     for body in space.bodies:
-        functions = body.velocity_func, body.position_func
-        if functions != (pymunk.Body.update_velocity, pymunk.Body.update_position):
+        if body._velocity_func or body._position_func:
             yield "function for a velocity or position"
         if is_dynamic(body) and shapes_of[body] != 1:
             yield "dynamic body with more or less than one shape"

@@ -4,7 +4,6 @@ Pymunk moves bodies by their velocities, and looks for contacts where they then 
 enters a static shape and leaves it on the other side, the body has passed: within a step, or as contacts push it out.
 """
 
-import math
 from collections.abc import Iterator
 from typing import Final, NamedTuple
 
@@ -12,12 +11,11 @@ import numpy as np
 import pymunk
 
 from sandbox.space.contents import body_of, is_static, may_collide
-from sandbox.space.recording import Recording, Rows, Step
+from sandbox.space.recording import Recording, Step
 from sandbox.space.rules import off_its_place
 
 MIN_WAY: Final = 2.0  # px in a step
 OFF_COURSE: Final = 0.5  # of its way: what moved it further than that is not its velocity
-Place = tuple[float, float]
 
 
 class Passage(NamedTuple):
@@ -27,7 +25,7 @@ class Passage(NamedTuple):
     shape: pymunk.Shape
     wall: pymunk.Shape
     way: float
-    start: Place
+    start: pymunk.Vec2d
 
 
 class Passages:
@@ -57,12 +55,12 @@ class Passages:
     def _met(self, step: Step, row: int) -> Iterator[Passage]:
         """Yield what the centre of gravity of a body met by a step, for each shape that it is within."""
         body = self._recording.bodies.get(int(step.new["id"][row]))
-        start, end = _place(step.old, row), _place(step.new, row)
+        start, end = (pymunk.Vec2d(*rows["position"][row].tolist()) for rows in (step.old, step.new))
         for shape in body.shapes if body and body.space else ():
             if not shape.sensor and shape.point_query(end).distance <= 0:
                 for hit in self._recording.space.segment_query(start, end, 0, shape.filter):
                     if hit.shape and not hit.shape.sensor:
-                        yield Passage(step, shape, hit.shape, math.dist(start, end), start)
+                        yield Passage(step, shape, hit.shape, (end - start).length, start)
 
     def _leave(self, step: Step, passage: Passage) -> None:
         """Decide whether a shape that entered a wall has passed it, once the two no longer touch."""
@@ -70,12 +68,15 @@ class Passages:
         body = shape.body
         rows = np.flatnonzero(step.new["id"] == body.id).tolist() if body and shape.space and wall.space else []
         is_placed = passage.step is not step and any((step.was["position"] != step.old["position"])[rows].ravel())
+        sides = [np.isin(step.contacts[side], [id(shape), id(wall)]) for side in ("shape_a", "shape_b")]
         if not rows or is_placed:
             del self._entered[shape, wall]
-        elif not _touched(step, shape, wall) and wall.point_query(end := _place(step.new, rows[0])).distance > 0:
-            del self._entered[shape, wall]
-            if wall.segment_query(passage.start, end):
-                self.found.append(passage)
+        elif not (sides[0] & sides[1]).any():
+            end = pymunk.Vec2d(*step.new["position"][rows[0]].tolist())
+            if wall.point_query(end).distance > 0:
+                del self._entered[shape, wall]
+                if wall.segment_query(passage.start, end):
+                    self.found.append(passage)
 
     def _stops(self, wall: pymunk.Shape, shape: pymunk.Shape) -> bool:
         """Return whether a static shape stops another one if they meet, and no callback can prevent it."""
@@ -86,14 +87,3 @@ class Passages:
         )
         is_wall = is_static(body_of(wall)) and not off_its_place(wall)
         return is_wall and not may_be_ignored and may_collide(shape, wall)
-
-
-def _place(rows: Rows, row: int) -> Place:
-    x, y = rows["position"][row].tolist()
-    return x, y
-
-
-def _touched(step: Step, shape: pymunk.Shape, wall: pymunk.Shape) -> bool:
-    """Return whether a shape touched a wall in a step."""
-    pair = [id(shape), id(wall)]
-    return bool((np.isin(step.contacts["shape_a"], pair) & np.isin(step.contacts["shape_b"], pair)).any())
