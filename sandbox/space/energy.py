@@ -128,7 +128,7 @@ def turned(a: Floats) -> Floats:
     return np.stack([-a[..., 1], a[..., 0]], axis=-1)
 
 
-def _motion(rows: Rows, linear: str, angular: str) -> Floats:
+def _columns(rows: Rows, linear: str, angular: str) -> Floats:
     """Return two fields of each body as three columns, x, y and rotation, and a row of zeros: (n + 1, 3)."""
     columns = np.zeros((len(rows) + 1, 3))
     columns[:-1, :2].T[:] = rows[linear].T
@@ -159,9 +159,9 @@ class _Work:
         self.by_cause = {cause: np.zeros(len(run.steps)) for cause in Cause}
         self._run, self._contacts = run, run.contacts
         self._gravity = np.array([step.gravity for step in run.steps]).reshape(-1, 2)[run.step]
-        self._mass = finite(_motion(run.new, "mass", "moment"))
+        self._mass = finite(_columns(run.new, "mass", "moment"))
         self._inverse = np.divide(1, self._mass, where=self._mass > 0, out=np.zeros_like(self._mass))
-        self._start, self._end = (_motion(rows, "velocity", "spin") for rows in (run.old, run.new))
+        self._start, self._end = (_columns(rows, "velocity", "spin") for rows in (run.old, run.new))
         normal, arms = self._contacts["normal"], [turned(self._contacts[arm]) for arm in ("arm_a", "arm_b")]
         rows = [run.rows_of(run.contact_step, self._contacts[row]) for row in ("row_a", "row_b")]
         self._sides = [*zip((-1, 1), rows, arms, strict=True)]
@@ -230,7 +230,7 @@ class _Work:
         damping = np.append(np.array([step.damping for step in run.steps])[run.step], 1.0)[:, None]
         damped = self._start * damping**dt
         by_gravity = dt * np.pad(self._gravity, ((0, 1), (0, 1)))
-        by_force = dt * self._inverse * _motion(old, "force", "torque")
+        by_force = dt * self._inverse * _columns(old, "force", "torque")
         updated: Floats = damped + by_gravity + by_force
         momentum = self._mass * (damped + updated) / 2
         self._book(Cause.DAMPING, (self._mass * (damped**2 - self._start**2)).sum(axis=1) / 2, run.step)
