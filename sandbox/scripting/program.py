@@ -9,9 +9,10 @@ import runpy
 import signal
 import sys
 import threading
+import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -22,7 +23,7 @@ from unittest.mock import patch
 from sandbox.errors import SandboxError
 from sandbox.scripting.watchdog import watchdog
 from sandbox.space.changes import CALLS, NAMES
-from sandbox.space.origins import SANDBOX
+from sandbox.space.origins import SANDBOX, is_program
 from sandbox.space.watch import Trials
 
 _DRIVERS: Final = {"SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy", "PYGLET_HEADLESS": "1", "MPLBACKEND": "agg"}
@@ -46,10 +47,11 @@ def run_on_trial(program: Sequence[str], trials: Trials, ended: Callable[[End], 
     program: the path of its file, and its arguments; ended: is called once, and returns the exit code.
     Raises SandboxError if none of its lines can be run.
     """
+    threads = set(threading.enumerate())
 
-    def finish() -> NoReturn:
-        trials.end()
-        code = ended(End("time is up"))
+    def finish(end: End = End("time is up")) -> NoReturn:
+        trials.ended = True
+        code = ended(end)
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
         os._exit(code)
@@ -68,8 +70,10 @@ def run_on_trial(program: Sequence[str], trials: Trials, ended: Callable[[End], 
         stack.enter_context(watchdog(name, trials))
         stack.enter_context(patch.dict(os.environ, environment, clear=True))
         if headless:
-            stack.enter_context(without_window(trials.wait))
+            stack.enter_context(without_window(trials))
         end = _end_of(program, trials)
+    if trials.out_of_time and any(not thread.daemon for thread in {*threading.enumerate()} - threads):
+        finish(end)  # Python would wait for its threads
     return ended(end)
 
 
@@ -135,32 +139,43 @@ class Clock:
 
 
 @contextmanager
-def without_window(wait: Callable[[float], None]) -> Iterator[None]:
-    """Give programs no window, and let waiting functions return at once. wait: is called with the time instead, s."""
+def without_window(trials: Trials) -> Iterator[None]:
+    """Give programs no window, and let waiting functions return at once, of the thread that steps.
+
+    Other threads wait as they would, and so does Python's library, such as for a process that has to end.
+    """
+    sleep_really, threads = time.sleep, threading.active_count()
+
+    def sleep(seconds: float) -> None:
+        is_alone = threading.active_count() == threads  # before the first step, any of several threads may do it
+        steps_here = threading.get_ident() == trials.thread if trials.thread else is_alone
+        if steps_here and is_program(sys._getframe(1).f_code.co_filename):
+            trials.wait(seconds)
+        else:
+            sleep_really(seconds)
 
     def wait_milliseconds(milliseconds: int) -> int:
-        wait(milliseconds / 1000)
+        trials.wait(milliseconds / 1000)
         return milliseconds
 
     with ExitStack() as stack:
         stack.enter_context(patch.dict(os.environ, _DRIVERS))
-        stack.enter_context(patch("time.sleep", wait))
-        try:
+        stack.enter_context(patch("time.sleep", sleep))
+        with suppress(ImportError):
             import pygame  # noqa: PLC0415  (slow to import)
-        except ImportError:
-            pass
-        else:
+
             replaced: dict[str, Any] = {"wait": wait_milliseconds, "delay": wait_milliseconds}
-            stack.enter_context(patch.multiple(pygame.time, Clock=partial(Clock, wait), **replaced))
+            stack.enter_context(patch.multiple(pygame.time, Clock=partial(Clock, trials.wait), **replaced))
         yield
 
 
 def hint(error: BaseException) -> str:
-    """Return what replaces the old name or call of Pymunk that raised an exception; empty if it is none."""
+    """Return what to write instead of the old Pymunk name or call that raised the exception, or an empty string."""
     for name in _missing_names(error):
         if change := NAMES.get(name):
             return f"Pymunk has had no {name} since version {change.since}. Instead: {change.instead}."
-    text = f"{_file(error)}: {error}"
+    frames = traceback.extract_tb(error.__traceback__)
+    text = f"{'/'.join(Path(frames[-1].filename).parts[-2:]) if frames else ''}: {error}"
     for call, change in CALLS.items():
         if re.search(change.pattern, text):
             return f"An error since version {change.since} of Pymunk: {call}. Instead: {change.instead}."
@@ -177,11 +192,3 @@ def _missing_names(error: BaseException) -> Iterator[str]:
     elif isinstance(error, AttributeError):
         kind = error.obj if isinstance(error.obj, type) else type(error.obj)
         yield from (f"{base.__name__}.{error.name}" for base in kind.__mro__ if base.__module__.startswith("pymunk."))
-
-
-def _file(error: BaseException) -> str:
-    """Return the folder and the file that raised an exception, or nothing if it was not raised."""
-    last = error.__traceback__
-    while last and last.tb_next:
-        last = last.tb_next
-    return "/".join(Path(last.tb_frame.f_code.co_filename).parts[-2:]) if last else ""

@@ -4,10 +4,11 @@ The child processes are `sandbox watch` too, with the options that only this mod
 """
 
 import json
+import math
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,115 +19,105 @@ from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.energy import Cause
 from sandbox.space.findings import TEXTS, Finding
 
-PARTS: Final = 4  # of a step
+PARTS: Final = 4  # of a step, or as many as a body needs not to pass a wall
+MOST_PARTS: Final = 16
 TIMES: Final = 4  # as many iterations
 MAX_SECONDS: Final = 120.0  # of a run
 ENOUGH: Final = 0.5  # of a figure, to which it must fall
 SAME: Final = 0.01  # relative: by more, the program does not repeat itself
 CALLBACKS: Final = 1e-6  # of the largest kinetic energy, that handlers changed
+PASSED: Final = "passed-through"
+UNITS: Final = {PASSED: " passages"}  # of the other figures: px
+Spaces = dict[int, dict[str, Any]]  # what JSON says of the Spaces of a run, by their numbers
 
 
 class _Setting(NamedTuple):
+    key: str  # in rules.toml
     options: tuple[str, ...]
     name: str
     cure: str
 
 
-SETTINGS: Final = {
-    "steps": _Setting(
-        ("--parts", str(PARTS)),
-        f"steps in {PARTS} parts",
-        f"Shorter steps: for _ in range({PARTS}): space.step(dt / {PARTS}).",
-    ),
-    "iterations": _Setting(
-        ("--iterations", str(TIMES)), f"{TIMES} times the iterations", f"space.iterations = {10 * TIMES}."
-    ),
-}
-UNITS: Final = {"passed-through": " passages"}  # of the other figures: px
+def _settings(parts: int) -> tuple[_Setting, _Setting]:
+    """Return the settings that can be tried. parts: of a step."""
+    shorter = f"Shorter steps: for _ in range({parts}): space.step(dt / {parts})."
+    more = f"space.iterations = {10 * TIMES}."
+    return (
+        _Setting("steps", ("--parts", str(parts)), f"steps in {parts} parts", shorter),
+        _Setting("iterations", ("--iterations", str(TIMES)), f"{TIMES} times the iterations", more),
+    )
 
 
 def tried(program: Sequence[str], diagnoses: Sequence[Diagnosis], seconds: float) -> list[Diagnosis]:
     """Return the diagnoses with what became of their findings in other runs of the program. seconds: of each."""
-    wanted = dict.fromkeys(
-        each for diagnosis in diagnoses for finding in diagnosis.findings for each in tries_of(finding)
-    )
-    if not wanted:
+    findings = [finding for diagnosis in diagnoses for finding in diagnosis.findings if _tries(diagnosis, finding)]
+    if not findings:
         return list(diagnoses)
+    parts = max([PARTS, *(math.ceil(finding.size) for finding in findings if finding.rule == PASSED)])
+    wanted = {key for finding in findings for key in TEXTS[finding.rule]["tries"]}
     unchanged = _run(program, seconds, ())
-    runs = {name: _run(program, seconds, SETTINGS[name].options) for name in wanted if unchanged}
-    return [_with_runs(diagnosis, number, unchanged, runs) for number, diagnosis in enumerate(diagnoses)]
+    settings = [setting for setting in _settings(parts) if setting.key in wanted and unchanged]
+    runs = {setting: _run(program, seconds, setting.options) for setting in settings}
+    return [_with_runs(diagnosis, unchanged, runs) for diagnosis in diagnoses]
 
 
-def tries_of(finding: Finding) -> list[str]:
-    """Return the settings that may mend a finding."""
-    return list(TEXTS[finding.rule].get("tries", ()))
+def _tries(diagnosis: Diagnosis, finding: Finding) -> bool:
+    """Return whether settings that may mend a finding are tried: not if it is certain that these do not."""
+    is_long = "dt-large" in {each.rule for each in diagnosis.findings}
+    is_too_fast = finding.rule == PASSED and finding.size > MOST_PARTS
+    return "tries" in TEXTS[finding.rule] and not is_long and not is_too_fast
 
 
-def _run(program: Sequence[str], seconds: float, options: Sequence[str]) -> list[dict[str, Any]]:
-    """Return the figures and costs of the Spaces of a run; none if it fails."""
+def _run(program: Sequence[str], seconds: float, options: Sequence[str]) -> Spaces:
+    """Return the Spaces of a run; none if it fails."""
     with TemporaryDirectory() as folder:
         file = Path(folder) / "diagnosis.json"
         command = [sys.executable, "-m", "sandbox", "watch", "--headless", "--no-tries", "--costs", "--json", str(file)]
         command += ["--seconds", str(seconds), *options, *program]
+        environment, none = {**os.environ, SAFE_PATH: "1"}, subprocess.DEVNULL
         try:
             subprocess.run(
-                command,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                env={**os.environ, SAFE_PATH: "1"},
-                timeout=MAX_SECONDS,
-                check=False,
+                command, stdin=none, stdout=none, stderr=none, env=environment, timeout=MAX_SECONDS, check=False
             )
-            spaces: list[dict[str, Any]] = json.loads(file.read_text(encoding="utf-8"))["spaces"]
+            return {space["space"]: space for space in json.loads(file.read_text(encoding="utf-8"))["spaces"]}
         except (OSError, subprocess.TimeoutExpired):
-            return []
-    return spaces
+            return {}
 
 
-def _with_runs(
-    diagnosis: Diagnosis, number: int, unchanged: list[dict[str, Any]], runs: dict[str, list[dict[str, Any]]]
-) -> Diagnosis:
+def _with_runs(diagnosis: Diagnosis, unchanged: Spaces, runs: dict[_Setting, Spaces]) -> Diagnosis:
     """Return a diagnosis with what each run says about the findings of its Space."""
+    again = unchanged.get(diagnosis.space)
 
     def tried(finding: Finding) -> Finding:
-        if not (tries := tries_of(finding)):
+        if not _tries(diagnosis, finding):
             return finding
-        again = unchanged[number]["figures"][finding.rule] if number < len(unchanged) else None
-        if why := _why_not(diagnosis, finding, diagnosis.figures[finding.rule], again):
+        if again is None:
+            return replace(finding, tried=("nothing, as a second run of the program failed",))
+        before, unit = again["figures"][finding.rule], UNITS.get(finding.rule, " px")
+        if why := _why_not(diagnosis, diagnosis.figures[finding.rule], before, unit):
             return replace(finding, tried=(why,))
-        outcomes = [each for name in tries for each in _outcome(name, finding, number, unchanged, runs[name])]
-        cures = [cure for _, cure in outcomes if cure]
-        return replace(finding, cure=" ".join([*cures, finding.cure]), tried=tuple(words for words, _ in outcomes))
+        words, cures = [], []
+        for setting, spaces in runs.items():
+            if setting.key in TEXTS[finding.rule]["tries"] and (space := spaces.get(diagnosis.space)):
+                after = space["figures"][finding.rule]
+                change = f"from {before:.3g} to {after:.3g}{unit}"
+                if after > ENOUGH * before:
+                    words.append(f"{setting.name} do not help: {change}; something else is the cause")
+                else:
+                    cost = space["cost"] / (again["cost"] or 1.0)
+                    words.append(f"with {setting.name}, {change}; steps cost {cost:.1f} times as much")
+                    cures.append(setting.cure)
+        return replace(finding, cure=" ".join([*cures, finding.cure]), tried=tuple(words))
 
     return replace(diagnosis, findings=tuple(map(tried, diagnosis.findings)))
 
 
-def _why_not(diagnosis: Diagnosis, finding: Finding, before: float, again: float | None) -> str:
+def _why_not(diagnosis: Diagnosis, before: float, again: float, unit: str) -> str:
     """Return why runs of the program do not compare; empty if they do."""
     energy = diagnosis.energy
     if energy and energy.scale and abs(energy.lines[Cause.CALLBACKS]) > CALLBACKS * energy.scale:
         return "nothing, as its callbacks change the motion: in shorter steps they are called more often"
-    if again is None:
-        return "nothing, as a second run of the program failed"
     if abs(again - before) > SAME * before:
-        unit = UNITS.get(finding.rule, " px")
         figures = f"{before:.3g}{unit}, and {again:.3g}{unit} in a second run"
         return f"nothing, as the program does not repeat itself: {figures}"
     return ""
-
-
-def _outcome(
-    name: str, finding: Finding, number: int, unchanged: list[dict[str, Any]], run: list[dict[str, Any]]
-) -> Iterator[tuple[str, str]]:
-    """Yield what a run with another setting says about a finding, and the cure if it is one."""
-    if number >= len(run):
-        return
-    setting, unit = SETTINGS[name], UNITS.get(finding.rule, " px")
-    before, after = unchanged[number]["figures"][finding.rule], run[number]["figures"][finding.rule]
-    change = f"from {before:.3g} to {after:.3g}{unit}"
-    if after > ENOUGH * before:
-        yield f"{setting.name} do not help: {change}; something else is the cause", ""
-    else:
-        cost = run[number]["cost"] / (unchanged[number]["cost"] or 1.0)
-        yield f"with {setting.name}, {change}; steps cost {cost:.1f} times as much", setting.cure

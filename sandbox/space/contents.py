@@ -4,6 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, Final
 from weakref import WeakSet
 
@@ -96,9 +97,10 @@ class Contents:
 
     def overlaps(self) -> Iterator[tuple[pymunk.Shape, pymunk.Shape, float]]:
         """Yield pairs of shapes, of which one is new, that overlap, and how deep, px."""
-        shapes = self.solid
-        boxes, new = [_box(shape) for shape in shapes], [self.is_new(shape) for shape in shapes]
-        low, high = (np.array([box[side] for box in boxes]).reshape(-1, 2) for side in (0, 1))
+        shapes, new = self.solid, [*map(self.is_new, self.solid)]
+        # Of a shape that moves, where it is; of others, where Pymunk believes it to be
+        boxes = [shape.bb if is_static(body_of(shape)) else shape.cache_bb() for shape in shapes]
+        low, high = np.hsplit(np.array(boxes).reshape(-1, 4), 2)
         for first in np.flatnonzero(new).tolist():
             meets = ((low <= high[first]) & (high >= low[first])).all(axis=1)
             for second in np.flatnonzero(meets).tolist():
@@ -155,12 +157,10 @@ def half_width(shape: pymunk.Shape) -> float:
     """Return half the smallest width of a shape, px."""
     if not isinstance(shape, pymunk.Poly):
         return float(shape.radius)
-    corners = np.array(shape.get_vertices())
-    sides = np.roll(corners, -1, axis=0) - corners
-    sides = sides[np.hypot(*sides.T) > 0]
-    normals = np.column_stack([-sides[:, 1], sides[:, 0]]) / np.hypot(*sides.T)[:, None]
-    across = corners @ normals.T
-    return float((across.max(axis=0) - across.min(axis=0)).min()) / 2 + shape.radius if len(sides) else shape.radius
+    corners = shape.get_vertices()
+    normals = [(b - a).perpendicular_normal() for a, b in pairwise([*corners, corners[0]]) if a != b]
+    across = [[corner.dot(normal) for corner in corners] for normal in normals]
+    return min((max(each) - min(each) for each in across), default=0.0) / 2 + shape.radius
 
 
 def half_length(shape: pymunk.Shape) -> float:
@@ -191,9 +191,3 @@ def shape_words(shape: pymunk.Shape) -> str:
 def place_of(shape: pymunk.Shape) -> tuple[float, float]:
     """Return the middle of a shape, px, in the coordinates of the Space."""
     return body_of(shape).local_to_world(shape.center_of_gravity)
-
-
-def _box(shape: pymunk.Shape) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the bounding box: of a shape that moves, where it is; of others, where Pymunk believes it to be."""
-    box = shape.bb if is_static(body_of(shape)) else shape.cache_bb()
-    return (box.left, box.bottom), (box.right, box.top)

@@ -37,19 +37,17 @@ class Diagnosis:
     def heading(self) -> str:
         """Which Space it is, and what was recorded, in a line."""
         stepped = f", stepped in {printable(self.stepped_in)}" if self.stepped_in else ""
-        counts = [
-            f"{self.bodies:,} {'body' if self.bodies == 1 else 'bodies'}",
-            counted(self.shapes, "shape"),
-            counted(self.joints, "joint"),
-        ]
-        return f"Space {self.space}{stepped}: {counted(self.steps, 'step')}, {self.seconds:.4g} s; {', '.join(counts)}"
+        steps = f"{counted(self.steps, 'step')}, {self.seconds:.4g} s"
+        bodies = f"{self.bodies:,} {'body' if self.bodies == 1 else 'bodies'}"
+        things = f"{bodies}, {counted(self.shapes, 'shape')}, {counted(self.joints, 'joint')}"
+        return f"Space {self.space}{stepped}: {steps}; {things}"
 
     @property
     def headline(self) -> str:
         """Whether a rule found a fault, and whether the steps changed the energy by more than the program explains."""
         shares = self.energy.suspect if self.energy else {}
         suspect = [f"{words} {100 * share:+.0f} %" for words, share in shares.items()]
-        said = [] if self.findings else ["No rule found a fault."]
+        said = [] if self.findings or not self.steps else ["No rule found a fault."]
         if suspect:
             said.append(f"The steps changed the energy by more than the program did: {listed(suspect)}.")
         return " ".join(said)

@@ -11,7 +11,7 @@ set of impulses J that changes the relative velocity at these points from v to u
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, Final, NamedTuple, Self
+from typing import Any, Final, Self
 
 import numpy as np
 
@@ -56,21 +56,18 @@ class Cause(StrEnum):
     PROGRAM = "program", "the program: what it sets, adds and removes between steps"
 
 
-_COLUMN: Final = {cause: column for column, cause in enumerate(Cause)}
-
-
 @dataclass(frozen=True)
 class Ledger:
     """The energy ledger of a run of n steps.
 
     time: (n + 1,) s; kinetic, potential: (n + 1,) kg px²/s², at these times, before the program's changes;
-    work: (n, causes) kg px²/s², of each step and of the program's changes before it, in the order of Cause.
+    work: (n,) kg px²/s² by each cause, of each step and of the program's changes before it.
     """
 
     time: Floats
     kinetic: Floats
     potential: Floats
-    work: Floats
+    work: dict[Cause, Floats]
 
     @property
     def total(self) -> Floats:
@@ -85,7 +82,7 @@ class Ledger:
     @property
     def lines(self) -> dict[Cause, float]:
         """The change of energy over the run by its causes; they sum to the change of the total."""
-        return {cause: float(value) for cause, value in zip(Cause, self.work.sum(axis=0), strict=True)}
+        return {cause: float(work.sum()) for cause, work in self.work.items()}
 
     @property
     def shares(self) -> dict[str, float]:
@@ -98,10 +95,6 @@ class Ledger:
         """Those shares above SUSPECT that neither the program nor what it set up explains."""
         errors = {cause.words for cause in Cause if cause.is_error}
         return {words: share for words, share in self.shares.items() if words in errors and abs(share) > SUSPECT}
-
-    def of(self, cause: Cause) -> Floats:
-        """(n,) the change of each step by a cause."""
-        return self.work[:, _COLUMN[cause]]
 
     def text(self) -> Iterator[str]:
         """Yield its balance in lines of text: how much energy there was, and what changed it."""
@@ -135,168 +128,121 @@ def turned(a: Floats) -> Floats:
     return np.stack([-a[..., 1], a[..., 0]], axis=-1)
 
 
-def _potential(of: Rows, position: Floats, gravity: Floats) -> Floats:
-    """Return the potential energy of each body."""
-    return -finite(of["mass"]) * dot(position, gravity)
+def _columns(rows: Rows, linear: str, angular: str) -> Floats:
+    """Return two fields of each body as three columns, x, y and rotation, and a row of zeros: (n + 1, 3)."""
+    columns = np.zeros((len(rows) + 1, 3))
+    columns[:-1, :2].T[:] = rows[linear].T
+    columns[:-1, 2] = rows[angular]
+    return columns
 
 
 def ledger_of(run: Run) -> Ledger:
     """Return the energy ledger of a run."""
-    work = np.zeros((len(run.steps), len(Cause)))
-    _Work(run, work).add()
-    before, after = (
-        np.array([getattr(step, when) for step in run.steps]).reshape(-1, 2) for when in ("before", "after")
-    )
+    work = _Work(run).by_cause
+    before, after = (np.array([getattr(step, at) for step in run.steps]).reshape(-1, 2) for at in ("before", "after"))
     kinetic, potential = np.vstack([run.start, after]).T
     total = kinetic + potential
-    work[:, _COLUMN[Cause.CALLBACKS]] = total[1:] - before.sum(axis=1) - work.sum(axis=1)
-    work[:, _COLUMN[Cause.PROGRAM]] = before.sum(axis=1) - total[:-1]
+    work[Cause.CALLBACKS] = total[1:] - before.sum(axis=1) - sum(work.values())
+    work[Cause.PROGRAM] = before.sum(axis=1) - total[:-1]
     return Ledger(run.time, kinetic, potential, work)
 
 
-class _Motion(NamedTuple):
-    """Velocities of all bodies in all steps, and a row of zeros: (n + 1, 2) px/s and (n + 1,) rad/s."""
-
-    velocity: Floats
-    spin: Floats
-
-    def at(self, rows: Numbers, arm: Floats) -> Floats:
-        """Return the velocities of points on bodies."""
-        return self.velocity[rows] + self.spin[rows][:, None] * turned(arm)
-
-
-class _Contacts(NamedTuple):
-    """The contacts of all steps: the rows of their bodies, and the impulses on B, those on A reversed, kg px/s."""
-
-    step: Numbers
-    rows: Rows
-    a: Numbers
-    b: Numbers
-    impulse: Floats
-
-    def relative(self, motion: _Motion) -> Floats:
-        """Return the velocities of the points on B as seen from those on A."""
-        return motion.at(self.b, self.rows["arm_b"]) - motion.at(self.a, self.rows["arm_a"])
-
-
 class _Work:
-    """The work of all that acts within steps and is recorded, added to a ledger's by cause.
+    """The work of all that acts within steps and is recorded.
 
-    The motion is followed from `start`: damping with gravity and forces, then contacts. What bodies on joints have in
-    the end besides that is the joints' impulse on them; of a body with functions of the program, all but its contacts.
-    What other bodies have besides is by callbacks.
+    The motion of all bodies in all steps, (n + 1, 3) px/s and rad/s, is followed from `start`: damping with gravity and
+    forces, then contacts. What bodies on joints have in the end besides that is the joints' impulse on them; of a body
+    with functions of the program, all but its contacts. What other bodies have besides is by callbacks.
     """
 
-    def __init__(self, run: Run, work: Floats) -> None:
-        self._run, self._work = run, work
-        self._step, self._old, self._new = run.step, run.old, run.new
-        self._gravity = np.array([step.gravity for step in run.steps]).reshape(-1, 2)[self._step]
-        self._mass, self._moment = (np.append(finite(self._new[key]), 0.0) for key in ("mass", "moment"))
-        self._inverse = [np.divide(1, of, where=of > 0, out=np.zeros_like(of)) for of in (self._mass, self._moment)]
-        self._start, self._end = (
-            _Motion(np.append(of["velocity"], [[0, 0]], axis=0), np.append(of["spin"], 0)) for of in (run.old, run.new)
-        )
+    def __init__(self, run: Run) -> None:
+        self.by_cause = {cause: np.zeros(len(run.steps)) for cause in Cause}
+        self._run, self._contacts = run, run.contacts
+        self._gravity = np.array([step.gravity for step in run.steps]).reshape(-1, 2)[run.step]
+        self._mass = finite(_columns(run.new, "mass", "moment"))
+        self._inverse = np.divide(1, self._mass, where=self._mass > 0, out=np.zeros_like(self._mass))
+        self._start, self._end = (_columns(rows, "velocity", "spin") for rows in (run.old, run.new))
+        normal, arms = self._contacts["normal"], [turned(self._contacts[arm]) for arm in ("arm_a", "arm_b")]
+        rows = [run.rows_of(run.contact_step, self._contacts[row]) for row in ("row_a", "row_b")]
+        self._sides = [*zip((-1, 1), rows, arms, strict=True)]
+        self._impulse = self._contacts["impulse"][:, None] * normal  # on B, and its reverse on A
+        self._impulse += self._contacts["tangential"][:, None] * turned(normal)
+        self._add()
 
-    def add(self) -> None:
+    def _add(self) -> None:
         """Add the work of each cause."""
-        updated, contacts = self._add_velocity_update(), self._contacts()
-        pushed = self._pushed(contacts, updated)
-        is_free = ~self._on_joints() & ~np.append(self._new["is_own"], False)
-        solved = _Motion(
-            np.where(is_free[:, None], pushed.velocity, self._end.velocity),
-            np.where(is_free, pushed.spin, self._end.spin),
-        )
-        self._add_contacts(contacts, updated, solved)
-        self._add_rest(updated, _Motion(solved.velocity - pushed.velocity, solved.spin - pushed.spin))
+        run, updated, impulse = self._run, self._add_velocity_update(), np.zeros_like(self._start)
+        for sign, rows, arm in self._sides:
+            np.add.at(impulse, rows, sign * np.column_stack([self._impulse, dot(arm, self._impulse)]))
+        pushed = updated + self._inverse * impulse
+        is_free = np.append(~run.new["is_own"], True)
+        for row in ("row_a", "row_b"):
+            is_free[run.rows_of(run.joint_step, run.joints[row])] = False
+        solved = np.where(is_free[:, None], pushed, self._end)
+        self._add_contacts(updated, solved)
+        self._add_rest(updated, solved - pushed)
         self._add_positions()
 
-    def _book(self, cause: Cause, energy: Floats, step: Numbers | None = None) -> None:
-        """Add energies of some steps, or of each body in each step."""
-        step = self._step if step is None else step
-        np.add.at(self._work[:, _COLUMN[cause]], step, energy[: len(step)])
+    def _book(self, cause: Cause, energy: Floats, step: Numbers) -> None:
+        """Add energies of contacts or bodies, by the numbers of their steps."""
+        self.by_cause[cause] += np.bincount(step, energy[: len(step)], len(self._run.steps))
 
-    def _energy(self, motion: _Motion) -> Floats:
-        energies = self._mass * dot(motion.velocity, motion.velocity) + self._moment * motion.spin**2
-        return np.asarray(energies / 2)
+    def _relative(self, motion: Floats) -> Floats:
+        """Return the velocities of points of contact on B as seen from those on A."""
+        a, b = (sign * (motion[rows, :2] + motion[rows, 2:] * arm) for sign, rows, arm in self._sides)
+        return a + b
 
-    def _contacts(self) -> _Contacts:
-        step, rows = self._run.contact_step, self._run.contacts
-        impulse = rows["impulse"][:, None] * rows["normal"] + rows["tangential"][:, None] * turned(rows["normal"])
-        a, b = (self._run.rows_of(step, rows[side]) for side in ("body_a", "body_b"))
-        return _Contacts(step, rows, a, b, impulse)
-
-    def _pushed(self, contacts: _Contacts, updated: _Motion) -> _Motion:
-        """Return the motion after the contacts' impulses."""
-        linear, angular = np.zeros_like(updated.velocity), np.zeros_like(updated.spin)
-        for rows, arm, sign in ((contacts.a, "arm_a", -1), (contacts.b, "arm_b", 1)):
-            np.add.at(linear, rows, sign * contacts.impulse)
-            np.add.at(angular, rows, sign * dot(turned(contacts.rows[arm]), contacts.impulse))
-        velocity = updated.velocity + self._inverse[0][:, None] * linear
-        return _Motion(velocity, updated.spin + self._inverse[1] * angular)
-
-    def _on_joints(self) -> Any:
-        """Return which bodies are on joints: (n + 1,) of bool."""
-        run, on_joints = self._run, np.zeros(len(self._mass), bool)
-        for side in ("body_a", "body_b"):
-            on_joints[run.rows_of(run.joint_step, run.joints[side])] = True
-        return on_joints
-
-    def _add_rest(self, updated: _Motion, rest: _Motion) -> None:
+    def _add_rest(self, updated: Floats, rest: Floats) -> None:
         """Add the work of impulses besides those of contacts. rest: how much they changed the motion."""
-        run, start, end = self._run, self._start, self._end
-        linear, angular = self._mass[:, None] * rest.velocity, self._moment * rest.spin
-        work = dot(linear, start.velocity + end.velocity) + angular * (start.spin + end.spin)
-        support = dot(linear, updated.velocity - start.velocity) + angular * (updated.spin - start.spin)
+        run, impulse = self._run, self._mass * rest
         drives = np.array([step.handles for step in run.steps], bool)
         drives[run.joint_step[~run.joints["is_hard"]]] = True
         drives[run.step[run.new["is_own"]]] = True
-        is_driven = np.append(drives[self._step], False)
-        self._book(Cause.JOINTS, work * ~is_driven / 2)
-        self._book(Cause.DRIVEN, work * is_driven / 2)
-        self._book(Cause.INTEGRATION, support / 2)
+        work, is_driven = (impulse * (self._start + self._end)).sum(axis=1) / 2, np.append(drives[run.step], False)
+        self._book(Cause.JOINTS, work * ~is_driven, run.step)
+        self._book(Cause.DRIVEN, work * is_driven, run.step)
+        self._book(Cause.INTEGRATION, (impulse * (updated - self._start)).sum(axis=1) / 2, run.step)
 
-    def _add_contacts(self, contacts: _Contacts, updated: _Motion, solved: _Motion) -> None:
+    def _add_contacts(self, updated: Floats, solved: Floats) -> None:
         """Add the work of contacts: what is due by the velocities before the step, and the rest."""
-        rows, n = contacts.rows, contacts.rows["normal"]
+        n = self._contacts["normal"]
         tangent = turned(n)
-        normal, tangential = dot(contacts.impulse, n), dot(contacts.impulse, tangent)
-        velocities = [contacts.relative(motion) for motion in (self._start, updated, solved)]
+        normal, tangential = self._contacts["impulse"], self._contacts["tangential"]
+        velocities = [self._relative(motion) for motion in (self._start, updated, solved)]
         first, between, last = (dot(velocity, n) for velocity in velocities)
         slip = [dot(velocity, tangent) for velocity in velocities]
-        target = -rows["elasticity"] * np.minimum(first, 0)
-        is_driven = [inverse == 0 for inverse in self._inverse]  # bodies of infinite mass, which have no energy
-        driven = contacts.relative(_Motion(updated.velocity * is_driven[0][:, None], updated.spin * is_driven[1]))
+        target = -self._contacts["elasticity"] * np.minimum(first, 0)
+        driven = self._relative(updated * (self._inverse == 0))  # by bodies of infinite mass, which have no energy
         for cause, twice in (
             (Cause.RESTITUTION, normal * (np.minimum(first, 0) + target)),
             (Cause.RESTITUTION_ERROR, normal * (last - target + np.maximum(first, 0))),
             (Cause.FRICTION, tangential * (slip[0] + slip[2])),
             (Cause.INTEGRATION, normal * (between - first) + tangential * (slip[1] - slip[0])),
-            (Cause.KINEMATIC, -2 * dot(contacts.impulse, driven)),
+            (Cause.KINEMATIC, -2 * dot(self._impulse, driven)),
         ):
-            self._book(cause, twice / 2, contacts.step)
+            self._book(cause, twice / 2, self._run.contact_step)
 
-    def _add_velocity_update(self) -> _Motion:
+    def _add_velocity_update(self) -> Floats:
         """Add the work of damping, gravity and forces, and return the motion after them."""
-        old, dt, start = self._old, self._run.dt[self._step], self._start
-        is_updated = np.isfinite(old["mass"]) & ~self._new["asleep"] & ~self._new["is_own"]
-        damping = np.array([step.damping for step in self._run.steps])[self._step] ** dt
-        left = np.append(np.where(is_updated, damping, 1.0), 1.0)
-        damped = _Motion(left[:, None] * start.velocity, left * start.spin)
-        for_dt = np.append(is_updated * dt, 0.0)
-        by_gravity = for_dt[:, None] * np.append(self._gravity, [[0, 0]], axis=0)
-        by_force = (for_dt * self._inverse[0])[:, None] * np.append(old["force"], [[0, 0]], axis=0)
-        by_torque = for_dt * self._inverse[1] * np.append(old["torque"], 0)
-        updated = _Motion(damped.velocity + by_gravity + by_force, damped.spin + by_torque)
-        mean, spin = (damped.velocity + updated.velocity) / 2, (damped.spin + updated.spin) / 2
-        self._book(Cause.DAMPING, self._energy(damped) - self._energy(start))
-        self._book(Cause.INTEGRATION, self._mass * dot(by_gravity, mean))
-        self._book(Cause.FORCES, self._mass * dot(by_force, mean) + self._moment * by_torque * spin)
+        run, old, new = self._run, self._run.old, self._run.new
+        is_updated = np.isfinite(old["mass"]) & ~new["asleep"] & ~new["is_own"]
+        dt = np.append(is_updated * run.dt[run.step], 0.0)[:, None]
+        damping = np.append(np.array([step.damping for step in run.steps])[run.step], 1.0)[:, None]
+        damped = self._start * damping**dt
+        by_gravity = dt * np.pad(self._gravity, ((0, 1), (0, 1)))
+        by_force = dt * self._inverse * _columns(old, "force", "torque")
+        updated: Floats = damped + by_gravity + by_force
+        momentum = self._mass * (damped + updated) / 2
+        self._book(Cause.DAMPING, (self._mass * (damped**2 - self._start**2)).sum(axis=1) / 2, run.step)
+        self._book(Cause.INTEGRATION, (by_gravity * momentum).sum(axis=1), run.step)
+        self._book(Cause.FORCES, (by_force * momentum).sum(axis=1), run.step)
         return updated
 
     def _add_positions(self) -> None:
         """Add the change of potential energy, by the step's first velocity and by the rest of the displacement."""
-        old, gravity, is_awake = self._old, self._gravity, ~self._old["asleep"]
-        drift = (is_awake * self._run.dt[self._step])[:, None] * old["velocity"]
-        self._book(Cause.INTEGRATION, _potential(old, drift, gravity))
-        change = _potential(old, self._new["position"] - old["position"] - drift, gravity)
-        self._book(Cause.CORRECTION, change * (is_awake & ~self._new["is_own"]))
+        run, old = self._run, self._run.old
+        weight, is_awake = finite(old["mass"])[:, None] * self._gravity, ~old["asleep"]
+        drift = (is_awake * run.dt[run.step])[:, None] * old["velocity"]
+        moved = run.new["position"] - old["position"] - drift
+        self._book(Cause.INTEGRATION, -dot(weight, drift), run.step)
+        self._book(Cause.CORRECTION, -dot(weight, moved) * (is_awake & ~run.new["is_own"]), run.step)

@@ -115,5 +115,5 @@ def _finding_of(rule: str, faults: Sequence[Fault]) -> Finding:
     bodies = tuple(dict.fromkeys(fault.report for fault in faults if fault.report))
     texts = TEXTS[rule]
     symptom = texts["symptom"].format(faults[0].figure)
-    kind, certainty = Kind(texts.get("kind", "program")), Certainty(texts["certainty"])
+    kind, certainty = Kind(texts.get("kind", "program")), Certainty(texts.get("certainty", "certain"))
     return Finding(rule, symptom, since, bodies, texts["cause"], texts["cure"], certainty, kind, faults[0].size)

@@ -10,7 +10,6 @@ from warnings import warn
 
 import numpy as np
 import pymunk
-from pymunk.batch import ArbiterFields, Buffer, get_space_arbiters
 
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.errors import SandboxError, SpaceWarning
@@ -95,8 +94,7 @@ def _unsupported(space: pymunk.Space, solid: Sequence[pymunk.Shape]) -> Iterator
     """Yield the name of each thing that a scene cannot have. solid: the shapes that touch."""
     shapes_of = Counter(map(body_of, solid))
     for body in space.bodies:
-        functions = body.velocity_func, body.position_func
-        if functions != (pymunk.Body.update_velocity, pymunk.Body.update_position):
+        if body._velocity_func or body._position_func:
             yield "function for a velocity or position"
         if is_dynamic(body) and shapes_of[body] != 1:
             yield "dynamic body with more or less than one shape"
@@ -193,10 +191,8 @@ def _warnings(space: pymunk.Space, circles: Sequence[pymunk.Shape]) -> Iterator[
         yield f"balls turn as uniform discs, with moments m r²/2; in this Space, {', '.join(odd)}"
     if sensors := sum(shape.sensor for shape in space.shapes):
         yield f"left out of the scene: {counted(sensors, 'sensor')}, which touch nothing"
-    buffer = Buffer()
-    get_space_arbiters(space, ArbiterFields.CONTACT_COUNT, buffer)
-    if begun := np.count_nonzero(np.frombuffer(buffer.int_buf(), np.uintp)):
+    if begun := sum(arbiter.count > 0 for arbiter in space._get_arbiters()):
         yield (
-            f"the next step starts from the impulses of {counted(int(begun), 'contact')}, which a scene does not have: "
+            f"the next step starts from the impulses of {counted(begun, 'contact')}, which a scene does not have: "
             "call from_space before the first step, or while nothing touches"
         )

@@ -96,7 +96,7 @@ def program_line() -> str:
 
 def line_of_frame(frame: FrameType | None) -> str:
     """Return the innermost line of the program in a frame or those that called it; empty if there is none."""
-    while frame and not _is_program(frame.f_code.co_filename):
+    while frame and not is_program(frame.f_code.co_filename):
         frame = frame.f_back
     if not frame:
         return ""
@@ -104,7 +104,8 @@ def line_of_frame(frame: FrameType | None) -> str:
     return f"{path.relative_to(here) if path.is_relative_to(here) else path.name}:{frame.f_lineno}"
 
 
-def _is_program(file: str) -> bool:
+def is_program(file: str) -> bool:
+    """Return whether a file is of the program, or a package that it uses."""
     if file.startswith(_EXAMPLES):
         return True
     standard = file.startswith(_STANDARD) and "site-packages" not in file

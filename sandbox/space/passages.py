@@ -1,7 +1,7 @@
-"""Passages: bodies that went through a wall within a step, which found no contact.
+"""Passages: bodies that went through a wall.
 
 Pymunk moves bodies by their velocities, and looks for contacts where they then are. If the centre of gravity of a body
-went through a static shape that the step found no contact with, the body has passed.
+enters a static shape and leaves it on the other side, the body has passed: within a step, or as contacts push it out.
 """
 
 from collections.abc import Iterator
@@ -19,47 +19,71 @@ OFF_COURSE: Final = 0.5  # of its way: what moved it further than that is not it
 
 
 class Passage(NamedTuple):
-    """A shape that passed a wall in a step, by a way of so many px."""
+    """A shape that passed a wall, and entered it in a step, by a way of so many px, from a place."""
 
     step: Step
     shape: pymunk.Shape
     wall: pymunk.Shape
     way: float
+    start: pymunk.Vec2d
 
 
-def passages_of(step: Step, space: pymunk.Space, recording: Recording) -> Iterator[Passage]:
-    """Yield the passages of a step that was just done.
+class Passages:
+    """Looks for passages after each step of a Space. found: so far."""
 
-    Not judged: bodies that something else than their velocity moved; shapes that a filter, a joint or a handler may let
-    through.
-    """
-    way = step.new["position"] - step.old["position"]
-    length, off_course = np.hypot(*way.T), np.hypot(*(way - step.old["velocity"] * step.dt).T)
-    for row in np.flatnonzero((length > MIN_WAY) & (off_course < OFF_COURSE * length)).tolist():
-        body = recording.bodies.get(int(step.new["id"][row]))
-        start, end = (tuple(rows["position"][row].tolist()) for rows in (step.old, step.new))
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        self.found: list[Passage] = []
+        self._entered: dict[tuple[pymunk.Shape, pymunk.Shape], Passage] = {}
+
+    def look(self, step: Step) -> None:
+        """Look at a step that was just done.
+
+        Not judged: bodies that something else than their velocity moved; shapes that a filter, a joint or a handler
+        may let through.
+        """
+        way = step.new["position"] - step.old["position"]
+        length, off_course = np.hypot(*way.T), np.hypot(*(way - step.old["velocity"] * step.dt).T)
+        is_moved = (length > MIN_WAY) & (off_course < OFF_COURSE * length) & np.isfinite(step.old["mass"])
+        for row in np.flatnonzero(is_moved).tolist():
+            for met in self._met(step, row):
+                if self._stops(met.wall, met.shape) and met.wall.point_query(met.start).distance > 0:
+                    self._entered.setdefault((met.shape, met.wall), met)
+        for passage in list(self._entered.values()):
+            self._leave(step, passage)
+
+    def _met(self, step: Step, row: int) -> Iterator[Passage]:
+        """Yield what the centre of gravity of a body met by a step, for each shape that it is within."""
+        body = self._recording.bodies.get(int(step.new["id"][row]))
+        start, end = (pymunk.Vec2d(*rows["position"][row].tolist()) for rows in (step.old, step.new))
         for shape in body.shapes if body and body.space else ():
-            if not shape.sensor and shape.point_query(end).distance <= 0:  # its centre of gravity is within it
-                walls = [hit.shape for hit in space.segment_query(start, end, 0, shape.filter) if hit.shape]
-                passed = [wall for wall in walls if _stops(wall, shape, space) and not _touched(step, shape, wall)]
-                for wall in passed:
-                    if all(wall.point_query(place).distance > 0 for place in (start, end)):
-                        yield Passage(step, shape, wall, float(length[row]))
+            if not shape.sensor and shape.point_query(end).distance <= 0:
+                for hit in self._recording.space.segment_query(start, end, 0, shape.filter):
+                    if hit.shape and not hit.shape.sensor:
+                        yield Passage(step, shape, hit.shape, (end - start).length, start)
 
+    def _leave(self, step: Step, passage: Passage) -> None:
+        """Decide whether a shape that entered a wall has passed it, once the two no longer touch."""
+        shape, wall = passage.shape, passage.wall
+        body = shape.body
+        rows = np.flatnonzero(step.new["id"] == body.id).tolist() if body and shape.space and wall.space else []
+        is_placed = passage.step is not step and any((step.was["position"] != step.old["position"])[rows].ravel())
+        sides = [np.isin(step.contacts[side], [id(shape), id(wall)]) for side in ("shape_a", "shape_b")]
+        if not rows or is_placed:
+            del self._entered[shape, wall]
+        elif not (sides[0] & sides[1]).any():
+            end = pymunk.Vec2d(*step.new["position"][rows[0]].tolist())
+            if wall.point_query(end).distance > 0:
+                del self._entered[shape, wall]
+                if wall.segment_query(passage.start, end):
+                    self.found.append(passage)
 
-def _stops(wall: pymunk.Shape, shape: pymunk.Shape, space: pymunk.Space) -> bool:
-    """Return whether a static shape stops another one if they meet, and no callback of the program can prevent it."""
-    types = {shape.collision_type, wall.collision_type}
-    may_be_ignored = any(
-        (handler.begin or handler.pre_solve) and types >= {kind for kind in kinds if kind is not None}
-        for kinds, handler in space._handlers.items()
-    )
-    if wall.sensor or may_be_ignored or not is_static(body_of(wall)):
-        return False
-    return may_collide(shape, wall) and not off_its_place(wall)
-
-
-def _touched(step: Step, shape: pymunk.Shape, wall: pymunk.Shape) -> bool:
-    """Return whether a shape touched a wall in a step."""
-    pair = [id(shape), id(wall)]
-    return bool((np.isin(step.contacts["shape_a"], pair) & np.isin(step.contacts["shape_b"], pair)).any())
+    def _stops(self, wall: pymunk.Shape, shape: pymunk.Shape) -> bool:
+        """Return whether a static shape stops another one if they meet, and no callback can prevent it."""
+        types = {shape.collision_type, wall.collision_type}
+        may_be_ignored = any(
+            (handler.begin or handler.pre_solve) and types >= {kind for kind in kinds if kind is not None}
+            for kinds, handler in self._recording.space._handlers.items()
+        )
+        is_wall = is_static(body_of(wall)) and not off_its_place(wall)
+        return is_wall and not may_be_ignored and may_collide(shape, wall)

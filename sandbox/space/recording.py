@@ -7,7 +7,6 @@ Handlers and callbacks stay as they are. Bodies and constraints may come and go 
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
-from functools import cached_property
 from itertools import takewhile
 from typing import Any, Final, NamedTuple
 
@@ -50,6 +49,8 @@ CONTACT: Final = np.dtype(  # a point of an arbiter; the normal points from body
     [
         ("body_a", "u8"),
         ("body_b", "u8"),
+        ("row_a", "i8"),  # of a body after the step, -1 if it is not there
+        ("row_b", "i8"),
         ("shape_a", "u8"),  # keys
         ("shape_b", "u8"),
         ("elasticity", "f8"),
@@ -67,6 +68,8 @@ JOINT: Final = np.dtype(
         ("key", "u8"),  # distinguishes constraints
         ("body_a", "u8"),
         ("body_b", "u8"),
+        ("row_a", "i8"),
+        ("row_b", "i8"),
         ("is_hard", "?"),  # it neither drives its bodies nor gives way: what it does to their energy is an error
         ("error", "f8"),  # how far its anchors are off its law, px
     ]
@@ -119,7 +122,7 @@ class Recording:
     """
 
     def __init__(self, space: pymunk.Space) -> None:
-        self._space = space
+        self.space = space
         self.steps: deque[Step] = deque()
         self._time, self._rows = 0.0, 0
         self.bodies: dict[int, pymunk.Body] = {}
@@ -134,11 +137,13 @@ class Recording:
         if not 0 < dt < math.inf:
             step(dt)
             return
-        space, old, cached, last_dt = self._space, self._bodies(), self._cached(), self._space.current_time_step
+        space, old, cached, last_dt = self.space, self._bodies(), self._cached(), self.space.current_time_step
         settings = space.gravity, space.damping, bool(space._handlers)
         before = energies(old, space.gravity)
         step(dt)
-        new, contacts, joints = self._bodies(), self._contacts(cached, dt / (last_dt or dt)), self._joints()
+        new = self._bodies()
+        row_of = {body: row for row, body in enumerate(new["id"].tolist())}
+        contacts, joints = self._contacts(cached, dt / (last_dt or dt), row_of), self._joints(row_of)
         after, old = energies(new, space.gravity), _of_bodies(old, new)
         was = _of_bodies(self.steps[-1].new, old) if self.steps else old
         self.steps.append(Step(self._time, dt, *settings, before, after, was, old, new, contacts, joints))
@@ -149,7 +154,7 @@ class Recording:
 
     def _bodies(self) -> Rows:
         """Return all bodies but the Space's own static one."""
-        bodies = list(self._space.bodies)
+        bodies = list(self.space.bodies)
         self.bodies |= {body.id: body for body in bodies}
         return np.array([_body(body) for body in bodies], BODY)
 
@@ -157,22 +162,23 @@ class Recording:
         """Return the accumulated impulses of points of contact, from which the next step starts if they touch in it."""
         return {
             (frozenset((arbiter.a, arbiter.b)), point.hash): (point.jnAcc, point.jtAcc)
-            for arbiter in self._space._get_arbiters()
+            for arbiter in self.space._get_arbiters()
             for point in arbiter.contacts[0 : arbiter.count]
         }
 
-    def _contacts(self, cached: Cached, ratio: float) -> Rows:
+    def _contacts(self, cached: Cached, ratio: float, row_of: dict[int, int]) -> Rows:
         """Return the contact points that the last step solved.
 
         Of cached impulses it applied as much as its dt is of that of the step before, the ratio; nothing if the shapes
         did not touch in that step.
         """
-        rows, stamp = [], lib.cpSpaceGetTimestamp(self._space._space)
-        for arbiter in sorted(self._space._get_arbiters(), key=_order):
+        rows, stamp = [], lib.cpSpaceGetTimestamp(self.space._space)
+        for arbiter in sorted(self.space._get_arbiters(), key=_order):
             if arbiter.stamp == stamp:
                 shapes = pymunk.Shape._from_cp_shape(arbiter.a), pymunk.Shape._from_cp_shape(arbiter.b)
                 self.shapes |= {id(shape): shape for shape in shapes if shape}
-                ids = *(shape.body.id if shape and shape.body else 0 for shape in shapes), *map(id, shapes)
+                bodies = [shape.body.id if shape and shape.body else 0 for shape in shapes]
+                ids = *bodies, *(row_of.get(body, -1) for body in bodies), *map(id, shapes)
                 left = 1.0 if arbiter.state == FIRST else 1 - ratio
                 for number, point in enumerate(arbiter.contacts[0 : arbiter.count]):
                     normal, tangential = cached.get((frozenset((arbiter.a, arbiter.b)), point.hash), (0.0, 0.0))
@@ -182,13 +188,13 @@ class Recording:
                     rows.append((*ids, arbiter.e, arbiter.u, *vectors, *impulses, depth))
         return np.array(rows, CONTACT)
 
-    def _joints(self) -> Rows:
+    def _joints(self, row_of: dict[int, int]) -> Rows:
         """Return the joints that are awake."""
-        joints = [joint for joint in self._space.constraints if not (joint.a.is_sleeping or joint.b.is_sleeping)]
-        ends = {body for joint in joints for body in (joint.a, joint.b) if body is not self._space._static_body}
+        joints = [joint for joint in self.space.constraints if not (joint.a.is_sleeping or joint.b.is_sleeping)]
+        ends = {body for joint in joints for body in (joint.a, joint.b) if body is not self.space._static_body}
         self.joints |= {id(joint): joint for joint in joints}
         self.bodies |= {body.id: body for body in ends}
-        return np.array([_joint(joint) for joint in joints], JOINT)
+        return np.array([_joint(joint, row_of) for joint in joints], JOINT)
 
 
 def _order(arbiter: Any) -> tuple[int, int]:
@@ -204,12 +210,13 @@ def _body(body: pymunk.Body) -> tuple[Any, ...]:
     return place, body.angle, *motion, body.force, body.torque, *constants
 
 
-def _joint(joint: pymunk.Constraint) -> tuple[Any, ...]:
+def _joint(joint: pymunk.Constraint, row_of: dict[int, int]) -> tuple[Any, ...]:
     """Return a row of JOINT."""
     drives = isinstance(joint, pymunk.SimpleMotor | pymunk.DampedSpring | pymunk.DampedRotarySpring)
     drives |= pymunk.Body.KINEMATIC in (joint.a.body_type, joint.b.body_type)
     is_hard = not drives and math.isinf(joint.max_force)
-    return id(joint), joint.a.id, joint.b.id, is_hard, _error(joint)
+    rows = row_of.get(joint.a.id, -1), row_of.get(joint.b.id, -1)
+    return id(joint), joint.a.id, joint.b.id, *rows, is_hard, _error(joint)
 
 
 def _error(joint: pymunk.Constraint) -> float:
@@ -244,8 +251,9 @@ def finite(value: Floats) -> Floats:
 def energies(bodies: Rows, gravity: tuple[float, float]) -> tuple[float, float]:
     """Return the kinetic and the potential energy of bodies, kg px²/s²."""
     mass, v = finite(bodies["mass"]), bodies["velocity"]
-    kinetic = (mass * dot(v, v) + finite(bodies["moment"]) * bodies["spin"] ** 2) / 2
-    return float(kinetic.sum()), -float((mass * dot(bodies["position"], np.array(gravity))).sum())
+    with np.errstate(all="ignore"):
+        kinetic = (mass * dot(v, v) + finite(bodies["moment"]) * bodies["spin"] ** 2) / 2
+        return float(kinetic.sum()), -float((mass * dot(bodies["position"], np.array(gravity))).sum())
 
 
 class Run:
@@ -268,23 +276,9 @@ class Run:
         self.contact_step, self.contacts = _listed([step.contacts for step in self.steps], CONTACT)
         self.joint_step, self.joints = _listed([step.joints for step in self.steps], JOINT)
 
-    @cached_property
-    def _keys(self) -> tuple[Rows, Rows, Numbers]:
-        """The ids of all bodies; of the rows of bodies, numbers for step and body, sorted; the order of the rows."""
-        ids, body = np.unique(self.new["id"], return_inverse=True)
-        keys = self.step * len(ids) + body
-        order = np.argsort(keys)
-        return ids, keys[order], order
-
-    def rows_of(self, step: Numbers, bodies: Rows) -> Numbers:
-        """Return the row of each body in its step, or the number of rows if that step has no such body."""
-        ids, keys, order = self._keys
-        body = np.searchsorted(ids, bodies)
-        wanted = step * len(ids) + body
-        place = np.searchsorted(keys, wanted)
-        is_there = np.append(ids, np.uint64(0))[body] == bodies
-        is_there &= np.append(keys, -1)[place] == wanted
-        return np.where(is_there, np.append(order, len(order))[place], len(order))
+    def rows_of(self, step: Numbers, rows: Rows) -> Numbers:
+        """Return the rows of bodies from those in their steps: the number of all rows where a step has no such body."""
+        return np.where(rows < 0, len(self.step), np.searchsorted(self.step, step) + rows)
 
 
 def _listed(of_step: Sequence[Rows], kind: np.dtype[Any]) -> tuple[Numbers, Rows]:

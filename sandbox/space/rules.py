@@ -34,8 +34,12 @@ NEAR: Final = 0.1  # of the size of a shape
 ANCHORED: Final = (pymunk.PinJoint, pymunk.SlideJoint, pymunk.DampedSpring)  # by two anchors, one on each body
 MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
 ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "sensor", "surface_velocity")
-OF_OLD_SHAPES: Final = ("group", "layers")  # before Pymunk 5
-OF_OLD_BODIES: Final = ("velocity_limit", "angular_velocity_limit")
+LIMITS: Final = {pymunk.DampedSpring: "force_func", pymunk.DampedRotarySpring: "torque_func"}  # of springs
+# Attributes that a program may set, though Pymunk reads none of them, and what to write instead
+IGNORED: Final = {
+    **{name: change.instead for name, change in NAMES.items()},
+    **{f"Body.{name}": f"shape.{name}" for name in ON_SHAPES},
+}
 
 
 def _moment(contents: Contents) -> Iterator[Fault]:
@@ -210,16 +214,26 @@ def unused(contents: Contents, quantity: str, touched: Mapping[pymunk.Shape, flo
             yield contents.fault(shape, detail, value)._replace(since=touched[shape] if touched else None)
 
 
+def _not_finite(contents: Contents) -> Iterator[Fault]:
+    for body in contents.bodies:
+        if not all(map(math.isfinite, (*body.position, *body.velocity, body.angle, body.angular_velocity))):
+            places = f"position {_pair(body.position)}, velocity {_pair(body.velocity)}"
+            yield contents.fault(
+                body, f"{places}, angle {body.angle:.4g}, angular velocity {body.angular_velocity:.4g}"
+            )
+
+
 def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
-    for shape in filter(contents.is_new, contents.shapes):
-        for name in filter(vars(shape).__contains__, OF_OLD_SHAPES):
-            yield contents.fault(shape, f"shape.{name} was set; write {NAMES[f'Shape.{name}'].instead}")
-    cures = {name: NAMES[f"Body.{name}"].instead for name in OF_OLD_BODIES} | {
-        name: f"shape.{name}" for name in ON_SHAPES
-    }
-    for body, _ in contents.new_bodies:
-        for name in filter(vars(body).__contains__, cures):
-            yield contents.fault(body, f"body.{name} was set; write {cures[name]}")
+    things: list[tuple[str, pymunk.Body | pymunk.Shape]] = [("Body", body) for body, _ in contents.new_bodies]
+    things += [("Shape", shape) for shape in contents.shapes if contents.is_new(shape)]
+    for kind, thing in things:
+        for name in vars(thing):
+            if cure := IGNORED.get(f"{kind}.{name}"):
+                yield contents.fault(thing, f"{kind.lower()}.{name} was set; write {cure}")
+    for joint in contents.new_joints:
+        if isinstance(joint, tuple(LIMITS)) and math.isfinite(joint.max_force):
+            what = f"max_force of its {type(joint).__name__} was set; write a {LIMITS[type(joint)]} that limits it"
+            yield contents.fault(joint.b if is_dynamic(joint.b) else joint.a, what)
 
 
 def _overlaps(contents: Contents) -> Iterator[Fault]:
@@ -243,10 +257,9 @@ def _moved_static(contents: Contents) -> Iterator[Fault]:
 def off_its_place(shape: pymunk.Shape) -> float:
     """Return how far the bounding box of a static shape is from where its body now has it, px; 0 if it is there."""
     points = np.array([body_of(shape).local_to_world(corner) for corner in corners_of(shape)])
-    low, high = points.min(axis=0) - shape.radius, points.max(axis=0) + shape.radius
-    box = shape.bb
-    off = np.abs([*(low - (box.left, box.bottom)), *(high - (box.right, box.top))]).max()
-    return float(off) if off > MOVED * max(1.0, float(np.abs(points).max())) else 0.0
+    box = *(points.min(axis=0) - shape.radius), *(points.max(axis=0) + shape.radius)
+    off = float(np.abs(np.subtract(box, shape.bb)).max())
+    return off if off > MOVED * max(1.0, float(np.abs(points).max())) else 0.0
 
 
 RULES: Final[Rules[Contents]] = {
@@ -262,6 +275,7 @@ RULES: Final[Rules[Contents]] = {
     "overlap": _overlaps,
 }
 END_RULES: Final[Rules[Contents]] = {  # of which a run shows more
+    "not-finite": _not_finite,
     "wrong-point": _wrong_point,
     "elasticity-unused": partial(unused, quantity="elasticity"),
     "friction-unused": partial(unused, quantity="friction"),

@@ -22,7 +22,7 @@ from sandbox.space.contents import (
     shape_words,
 )
 from sandbox.space.findings import Fault, Rules
-from sandbox.space.passages import Passage
+from sandbox.space.passages import Passages
 from sandbox.space.recording import Numbers, Recording, Rows, Run, Step
 from sandbox.space.rules import unused
 from sandbox.state import Floats
@@ -43,6 +43,8 @@ MIN_STEPS: Final = 30  # since the last push
 KEPT_SPEED: Final = 0.8  # of its largest speed: slower in the end, something has slowed a body
 MAX_MASS_RATIO: Final = 100.0
 DT_VARIES: Final = 1e-6  # relative, above rounding
+LONGEST_STEP: Final = 0.05  # s: with longer ones, a screen would show less than 20 pictures in a second
+SPRINGS: Final = pymunk.DampedSpring, pymunk.DampedRotarySpring
 
 
 class Series(NamedTuple):
@@ -73,7 +75,7 @@ class Evidence:
 
     recording: Recording
     contents: Contents
-    passages: Sequence[Passage] = ()
+    passages: Passages
 
     @cached_property
     def run(self) -> Run:
@@ -102,11 +104,11 @@ class Evidence:
     def too_deep(self) -> dict[str, list[Fault]]:
         """The overlaps that are too deep, by the rules for why: impacts unless of what sank in before.
 
-        What is crushed is thrown about then, and its impacts are no cause.
+        What is crushed is thrown about then, and its impacts are no cause; what passed a wall was not found late.
         """
         found = [(each.ends, *deep) for each in self.overlaps if (deep := _deep_overlap(self, each))]
         faults: dict[str, list[Fault]] = defaultdict(list)
-        sunk: set[int] = set()
+        sunk = {body_of(passage.shape).id for passage in self.passages.found}
         for ends, rule, fault in sorted(found, key=lambda each: each[2].since or 0.0):
             moving = {body.id for body in self.bodies(*ends) if is_dynamic(body)}
             if rule == "sinks-in":
@@ -166,7 +168,7 @@ class Evidence:
         """Return the figures of the rules whose cures can be tried: passages, or px."""
         deepest = max((overlap.worst[1] for overlap in self.overlaps), default=0.0)
         return {
-            "passed-through": float(len(self.passages)),
+            "passed-through": float(len(self.passages.found)),
             "joint-stretched": max((each.worst[1] for each in self.stretches), default=0.0),
             "sinks-in": deepest,
             "deep-at-once": deepest,
@@ -206,14 +208,50 @@ def _not_finite(evidence: Evidence) -> Iterator[Fault]:
 def _passed(evidence: Evidence) -> Iterator[Fault]:
     """Bodies that passed a wall: each once."""
     reported: set[int] = set()
-    for step, shape, wall, way in evidence.passages:
+    for step, shape, wall, way, _ in evidence.passages.found:
         body, half = body_of(shape), half_width(shape)
         if body.id not in reported:
             reported.add(body.id)
             dt, thickness = (half + half_width(wall)) / way * step.dt, 2 * (way - half)
-            cures = f"dt below {dt:.2g} s or a wall {thickness:.3g} px thick prevents that"
-            what = f"{way:.3g} px in the step, through a {shape_words(wall)}; {cures}"
+            cures = f"; dt below {dt:.2g} s or a wall {thickness:.3g} px thick prevents that" if dt < step.dt else ""
+            what = f"{way:.3g} px in the step, through a {shape_words(wall)}{cures}"
             yield evidence.fault([body.id], step, what, way / half if half else math.inf)
+
+
+def _long_steps(evidence: Evidence) -> Iterator[Fault]:
+    """Bodies that move by more than their width in a step that is longer than any screen shows a picture."""
+    run = evidence.run
+    ids, dt, way = run.old["id"], run.dt[run.step], np.hypot(*run.old["velocity"].T) * run.dt[run.step]
+    rows = np.flatnonzero((dt > LONGEST_STEP) & np.isfinite(run.old["mass"]))
+    for at in map(rows.__getitem__, by_key(ids[rows], run.step[rows])):
+        width = 2 * evidence.half_width(int(ids[at[0]]))
+        for row in at[way[at] > width][:1]:
+            enough, step = dt[row] * width / way[row], run.steps[run.step[row]]
+            what = f"moves by {way[row]:.3g} px in a step, and is {width:.3g} px wide: dt below {enough:.2g} s"
+            yield evidence.fault([int(ids[row])], step, what, way[row] / width, f"{dt[row]:.3g} s", step.time)
+
+
+def _unstable_springs(evidence: Evidence) -> Iterator[Fault]:
+    """Springs that threw a body about by more than its size in a step, and must, by their stiffness k.
+
+    A step of dt adds -k x dt to the momentum of reduced mass m, leaves e = exp(-damping dt / m) of the velocity, and
+    moves by it: oscillations grow if k dt²/m > 2 (1 + 1/e).
+    """
+    run = evidence.run
+    dt = float(run.dt.max(initial=0.0))
+    for joint in evidence.recording.joints.values():
+        if not isinstance(joint, SPRINGS):
+            continue
+        masses = [end.mass if isinstance(joint, pymunk.DampedSpring) else end.moment for end in (joint.a, joint.b)]
+        inverse = sum(1 / mass for mass in masses if mass)
+        most = 2 * (1 + float(np.exp(joint.damping * dt * inverse))) / (dt**2 * inverse or math.inf)
+        ends = [joint.a.id, joint.b.id]
+        rows = run.old[np.isin(run.old["id"], ends)]
+        is_thrown = np.hypot(*rows["velocity"].T) * dt > evidence.half_width(*ends)
+        if not 0 <= joint.stiffness <= most and (is_thrown | (np.abs(rows["spin"]) * dt > 1)).any():
+            what = f"its {type(joint).__name__} to {{}} has the stiffness {joint.stiffness:.4g}"
+            what += f"; above {most:.3g}, steps of {dt:.3g} s make it swing ever further" if joint.stiffness > 0 else ""
+            yield evidence.fault(ends, run.steps[0], what, abs(joint.stiffness), since=run.steps[0].time)
 
 
 def _stretched(evidence: Evidence) -> Iterator[Fault]:
@@ -265,8 +303,8 @@ def _moved(evidence: Evidence) -> Iterator[Fault]:
     ids, way = run.old["id"], np.hypot(*(run.old["position"] - run.was["position"]).T)
     is_further = way > np.hypot(*run.old["velocity"].T) * run.dt[run.step]
     touches = np.zeros(len(ids) + 1, bool)
-    for side in ("body_a", "body_b"):
-        touches[run.rows_of(run.contact_step, run.contacts[side])] = True
+    for row in ("row_a", "row_b"):
+        touches[run.rows_of(run.contact_step, run.contacts[row])] = True
     matters = np.flatnonzero((way > 0) & (np.isfinite(run.old["mass"]) | (is_further & touches[:-1])))
     for at in by_key(ids[matters], run.step[matters]):
         if len(at) > MANY_MOVES:
@@ -312,11 +350,11 @@ def _caught(evidence: Evidence) -> Iterator[Fault]:
 def _on_polygons(evidence: Evidence) -> tuple[Rows, Numbers, Rows]:
     """Return the contacts on static polygons, with these as A; the numbers of their steps; each B before its step."""
     run, swapped, shapes = evidence.run, evidence.run.contacts.copy(), evidence.recording.shapes.items()
-    for name in ("body", "shape", "arm"):
+    for name in ("body", "row", "shape", "arm"):
         swapped[f"{name}_a"], swapped[f"{name}_b"] = run.contacts[f"{name}_b"], run.contacts[f"{name}_a"]
     swapped["normal"] *= -1
     contacts, step = np.append(run.contacts, swapped), np.tile(run.contact_step, 2)
-    rows = run.rows_of(step, contacts["body_b"])
+    rows = run.rows_of(step, contacts["row_b"])
     keys = [key for key, shape in shapes if isinstance(shape, pymunk.Poly) and shape.body and is_static(shape.body)]
     chosen = np.isin(contacts["shape_a"], np.array(keys, "u8")) & (rows < len(run.old))
     return contacts[chosen], step[chosen], run.old[rows[chosen]]
@@ -366,12 +404,11 @@ def _hanging(evidence: Evidence) -> Iterator[Fault]:
             yield evidence.fault([body.id], evidence.run.steps[-1], what)._replace(since=None)
 
 
-ALWAYS: Final[Rules[Evidence]] = {
+STEP_RULES: Final[Rules[Evidence]] = {
     "dt-varies": _steps_vary,
     "not-finite": _not_finite,
-}  # also of a first step that fails
-STEP_RULES: Final[Rules[Evidence]] = {
-    **ALWAYS,
+    "dt-large": _long_steps,
+    "spring": _unstable_springs,
     "contacts-within": _contacts_within,
     "seams": _caught,
     "moved-by-hand": _moved,

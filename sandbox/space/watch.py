@@ -6,7 +6,8 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from typing import Any, Final, NoReturn, Self
 from unittest.mock import patch
 from weakref import WeakSet
@@ -20,10 +21,10 @@ from sandbox.space.energy import ledger_of
 from sandbox.space.findings import Finding
 from sandbox.space.lint import Linter
 from sandbox.space.origins import Origins, program_line
-from sandbox.space.passages import Passage, passages_of
+from sandbox.space.passages import Passages
 from sandbox.space.recording import Recording, original_step
 from sandbox.space.rules import END_RULES, RULES
-from sandbox.space.steps import ALWAYS, STEP_RULES, Evidence
+from sandbox.space.steps import LONGEST_STEP, STEP_RULES, Evidence
 from sandbox.text import DEFAULT_WIDTH, json_text
 
 MAX_SPACES: Final = 10  # that are diagnosed
@@ -41,7 +42,7 @@ class Trial:
         self.changed = True  # something was added since the last step
         self._linter = Linter(space, origins)
         self._recording = Recording(space)
-        self._passed: list[Passage] = []
+        self._passages = Passages(self._recording)
         self._looked_at = 0
         self._most = [0, 0, 0]  # bodies, shapes and joints at one time
 
@@ -51,7 +52,7 @@ class Trial:
         self._look()
         self._recording.record(self._step, dt)
         if 0 < dt < math.inf and (step := self._recording.steps[-1]).is_finite:
-            self._passed += passages_of(step, self.space, self._recording)
+            self._passages.look(step)
         self.steps += 1
         self.time += dt if math.isfinite(dt) else 0.0
 
@@ -68,14 +69,14 @@ class Trial:
             self._looked_at += counts[1]
             self._linter.look(RULES, self.time if self.steps else None)
 
+    @np.errstate(all="ignore")  # what is thrown about has energies that overflow
     def diagnosis(self, number: int) -> Diagnosis:
         """Return the diagnosis of what was recorded."""
         contents, energy, figures = Contents(self.space, self._linter.origins), None, {}
         found = {rule: list(find(contents)) for rule, find in END_RULES.items()}
         if self._recording.steps:
-            evidence = Evidence(self._recording, contents, self._passed)
-            rules = STEP_RULES if evidence.run.steps else ALWAYS
-            found |= {rule: list(find(evidence)) for rule, find in rules.items()}
+            evidence = Evidence(self._recording, contents, self._passages)
+            found |= {rule: list(find(evidence)) for rule, find in STEP_RULES.items()}
             energy, figures = ledger_of(evidence.run), evidence.figures()
         findings, (bodies, shapes, joints) = tuple(self._linter.findings(found)), self._most
         return Diagnosis(
@@ -86,9 +87,10 @@ class Trial:
 class Trials:
     """All Spaces that a program steps, from the first step of each; a context that replaces `Space.step`.
 
-    seconds: of a Space's time, after which KeyboardInterrupt ends the program, as Ctrl-C does; parts, iterations: that
-    a step is done in, and times those of each Space that it gets, to try whether that mends something; only: the one
-    Space that is recorded.
+    seconds: of a Space's time, of which a step counts LONGEST_STEP at most; after them, KeyboardInterrupt ends the
+    program, as Ctrl-C does; parts, iterations: that a step is done in, and times those of each Space that it gets, to
+    try whether that mends something; only: the one Space that is recorded.
+    ended: no further step is recorded, such as one of a thread that goes on;
     others: the number of Spaces beyond those that are diagnosed; stepping: the Space that is in a step; thread: that
     does the step; since: when the step began, or the last one ended, by the clock; finish: ends the process where the
     program goes on, with the diagnosis.
@@ -132,12 +134,8 @@ class Trials:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.end()
-        self._stack.close()
-
-    def end(self) -> None:
-        """Record no further step, such as one of a thread that goes on."""
         self.ended = True
+        self._stack.close()
 
     def step(self, space: pymunk.Space, dt: float) -> None:
         """Do a step of a Space, recorded."""
@@ -152,7 +150,8 @@ class Trials:
             self._do(trial, float(dt))
         finally:
             self.stepping, self.since, self._waited = None, time.monotonic(), 0.0
-        if trial.time >= self.seconds - TIME_ROUNDING:
+        most = trial.steps / self._parts * LONGEST_STEP  # its time may be in ms
+        if min(trial.time, most) >= self.seconds - TIME_ROUNDING:
             self.stop()
 
     def _do(self, trial: Trial, dt: float) -> None:
@@ -186,13 +185,14 @@ class Trials:
 
     def stop(self) -> None:
         """End the program as Ctrl-C would; a program that goes on in spite of that is ended at once."""
-        self.out_of_time = True
+        is_first, self.out_of_time = not self.out_of_time, True
         self._raised += 1
         if self._raised > MAX_RAISED:
             self.finish()
         if threading.current_thread() is threading.main_thread():
             raise KeyboardInterrupt
-        interrupt_main_thread()
+        if is_first:  # a second interrupt would come while the main thread writes the diagnosis
+            interrupt_main_thread()
         raise SystemExit
 
 
@@ -206,7 +206,8 @@ def interrupt_main_thread() -> None:
         signal.pthread_kill(ident, signal.SIGINT)
 
 
-def watch(space: pymunk.Space) -> "Watched":
+@contextmanager
+def watch(space: pymunk.Space) -> Iterator["Watched"]:
     """Record what the steps of a Space do; afterwards, find what is wrong with it.
 
     Raises SandboxError if it is not a Space.
@@ -220,24 +221,15 @@ def watch(space: pymunk.Space) -> "Watched":
     >>> [finding.rule for finding in watched.findings]
     ['moment']
     """
-    return Watched(checked(space))
+    with Trials(only=checked(space)) as trials:
+        yield Watched(trials)
 
 
+@dataclass(frozen=True)
 class Watched:
-    """Records the steps of a Space within a `with` block.
+    """What a Space did within a `with` block. `sandbox watch` prints its `table`, and writes its `to_json`."""
 
-    What `sandbox watch` prints and writes is its `table` and `to_json`.
-    """
-
-    def __init__(self, space: pymunk.Space) -> None:
-        self._trials = Trials(only=space)
-
-    def __enter__(self) -> Self:
-        self._trials.__enter__()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._trials.__exit__(*error)
+    _trials: Trials
 
     @property
     def diagnosis(self) -> Diagnosis:

@@ -152,6 +152,8 @@ def test_the_time_of_a_space_ends_a_program(working_folder: Path, command: Comma
     document = diagnoses(command, "--seconds", "2", "game.py")
     assert document["ended_by"] == "time is up"
     assert document["spaces"][0]["steps"] == 120
+    write(working_folder, "while True:\n    space.step(16)\n")  # ms
+    assert diagnoses(command, "--seconds", "2", "game.py")["spaces"][0]["steps"] == 40
 
 
 @pytest.mark.wide
@@ -227,6 +229,18 @@ def test_headless_programs_neither_wait_nor_need_a_display(working_folder: Path,
     )
     document = diagnoses(command, "--headless", "--seconds", "3", "game.py")
     assert document["spaces"][0]["steps"] == 180
+
+
+def test_only_the_thread_that_steps_does_not_wait(working_folder: Path, command: Command) -> None:
+    """Others, and Python's library, would count minutes in no time: no step would be done."""
+    write(
+        working_folder,
+        "import subprocess, threading, time\nsubprocess.run(['sleep', '0.1'], timeout=9)\n"
+        "def music():\n    while True:\n        time.sleep(0.1)\n"
+        f"threading.Thread(target=music, daemon=True).start()\ntime.sleep(0.05)\n{STEPS}    time.sleep(0.1)\n",
+    )
+    document = diagnoses(command, "--headless", "--seconds", "1", "game.py")
+    assert document["spaces"][0]["steps"] == 30
 
 
 def test_a_headless_program_that_steps_nothing_ends(working_folder: Path, command: Command) -> None:

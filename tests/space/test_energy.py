@@ -95,11 +95,11 @@ def test_the_ledger_of_a_random_space_adds_up_and_leaves_nothing_over(seed: int)
     ledger = ledger_of(Run(record(space, 90)))
     assert_adds_up(ledger)
     assert energy_of(space) - start == pytest.approx(ledger.total[-1] - ledger.total[0], abs=ROUNDING * ledger.scale)
-    assert np.abs(ledger.of(Cause.CALLBACKS)).max() < ROUNDING * ledger.scale
+    assert np.abs(ledger.work[Cause.CALLBACKS]).max() < ROUNDING * ledger.scale
 
 
 def assert_adds_up(ledger: Ledger) -> None:
-    error = np.abs(np.cumsum(ledger.work.sum(axis=1)) - (ledger.total[1:] - ledger.total[0]))
+    error = np.abs(np.cumsum(sum(ledger.work.values())) - (ledger.total[1:] - ledger.total[0]))
     assert error.max() < ROUNDING * max(ledger.scale, np.abs(ledger.potential).max())
 
 
@@ -182,7 +182,7 @@ def test_a_resting_box_has_no_lines() -> None:
     space = resting_on_floor(body, pymunk.Poly.create_box(body, (20, 20)))
     space.gravity, body.position = (0, -900), (0, 10.95)
     ledger = ledger_of(Run(record(space, 120)))
-    assert np.abs(ledger.work[60:]).max() < ROUNDING
+    assert np.abs([*ledger.work.values()])[:, 60:].max() < ROUNDING
 
 
 def test_free_fall_gains_half_of_what_gravity_adds_in_a_step() -> None:
@@ -258,7 +258,7 @@ def test_damping_takes_its_power_of_the_energy() -> None:
     assert ledger.lines[Cause.DAMPING] == pytest.approx((0.8**4 - 1) * start, rel=1e-9)
     assert ledger.shares[Cause.DAMPING.words] == pytest.approx(0.8**4 - 1)
     half_life = math.log(0.5) / math.log(0.8) / 2
-    is_lost = -np.cumsum(ledger.of(Cause.DAMPING)) > start / 2
+    is_lost = -np.cumsum(ledger.work[Cause.DAMPING]) > start / 2
     assert ledger.time[1 + is_lost.argmax()] == pytest.approx(half_life, abs=DT)
     only(ledger, Cause.DAMPING)
 
@@ -297,7 +297,7 @@ def test_what_the_program_sets_between_steps_is_its_own() -> None:
                 body.angular_velocity = 10
 
     ledger = ledger_of(Run(record(space, 6, before=between)))
-    assert ledger.of(Cause.PROGRAM) == pytest.approx([0, 2475, 1250, 10, -10, 1500])
+    assert ledger.work[Cause.PROGRAM] == pytest.approx([0, 2475, 1250, 10, -10, 1500])
     only(ledger, Cause.PROGRAM)
     assert_adds_up(ledger)
 
@@ -362,7 +362,7 @@ def test_the_ledger_adds_up_with_steps_of_any_length_and_bodies_that_come_and_go
         recording.record(space.step, DT * random.uniform(0.5, 1.5))
     ledger = ledger_of(Run(recording))
     assert_adds_up(ledger)
-    assert np.abs(ledger.of(Cause.CALLBACKS)).max() < ROUNDING * ledger.scale
+    assert np.abs(ledger.work[Cause.CALLBACKS]).max() < ROUNDING * ledger.scale
 
 
 def test_a_heap_that_falls_asleep_and_is_woken_adds_up() -> None:
@@ -389,7 +389,7 @@ def test_a_heap_that_falls_asleep_and_is_woken_adds_up() -> None:
     assert min(asleep[150:]) == 0
     ledger = ledger_of(Run(recording))
     assert_adds_up(ledger)
-    assert np.abs(ledger.of(Cause.CALLBACKS)).max() < ROUNDING * ledger.scale
+    assert np.abs(ledger.work[Cause.CALLBACKS]).max() < ROUNDING * ledger.scale
 
 
 def test_a_ledger_ends_before_what_is_not_finite() -> None:
@@ -399,5 +399,5 @@ def test_a_ledger_ends_before_what_is_not_finite() -> None:
     free.velocity = (10, 0)
     space.add(free)
     ledger = ledger_of(Run(record(space, 3)))
-    assert ledger.work.shape == (0, len(Cause))
+    assert np.shape([*ledger.work.values()]) == (len(Cause), 0)
     assert ledger.kinetic == pytest.approx([50])
