@@ -51,7 +51,7 @@ IMPULSE_ROUNDING: Final = 1e-14  # relative, of impulses at the speed of the fas
 ENDLESS_RATIO: Final = 1 - 1e-9  # from which on impulses do not fall: the bodies have no room
 SHARE_AT_ONCE: Final = 1 - 2**-10  # of what a sequence still adds up to: not all, as the ratio is not exact
 SLOWED: Final = 1e-3  # of the fastest approach: what is left of a sequence without a ratio is solved at once, after
-MANY_SWEEPS: Final = 1_200  # or in any case after
+MANY_SWEEPS: Final = 360  # or in any case after
 MAX_SWEEPS: Final = 24_000
 # Of springs, lightest mass / s². In a full row that is out of line by 1e-5 of a radius, a disc is a wedge, and with
 # springs that are 1e4 times softer it would go on to move, and set off the next sequence.
