@@ -92,9 +92,9 @@ class SteppedEngine(RunningEngine):
                 setattr(ball, name, value)
 
     def state(self) -> State:
-        x, y, vx, vy, angle, spin = columns(self._world.ball, *_MOVING)
-        velocity = np.array([vx, vy]).T * self._unit
-        return State(self._steps / self._rate, np.array([x, y]).T.copy("C"), velocity, angle, spin)
+        moving = columns(self._world.ball, *_MOVING)
+        position, velocity = (pair.T.copy("C") for pair in (moving[:2], moving[2:4]))
+        return State(self._steps / self._rate, position, velocity * self._unit, moving[4], moving[5])
 
     def record_contacts(self) -> None:
         self._contacts.recording = True
