@@ -151,7 +151,8 @@ class Mirror:
         self._desktop = desktop
 
     def type(self, field: str, text: str) -> None:
-        """Type a value into a field, in both windows."""
+        """Type a value into a field, in both windows, once both show it: letters beside a field are keys."""
+        self.check_picture()
         self.click(field)
         self._desktop.xdo("type", "--delay", 30, text)
         self._desktop.key("Return")
