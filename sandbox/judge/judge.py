@@ -10,11 +10,11 @@ from typing import Final
 import numpy as np
 
 from sandbox.judge.causes import Cause
-from sandbox.judge.choose import ANYWHERE, NOTHING, RIGHT, Said, choose, doubt_faults, is_right, nothing_said
+from sandbox.judge.choose import ANYWHERE, NOTHING, RIGHT, Said, choose, doubt_faults, is_fault, is_right, nothing_said
 from sandbox.judge.contacts import components, due, keys_of, near_pairs, near_walls, way_of
 from sandbox.judge.flight import Habit, habit_of
 from sandbox.judge.islands import MAX_ISLANDS, IslandSteps, Shown, Way, explain_islands
-from sandbox.judge.laws import BOUNCES, BY_NAME, PLACES
+from sandbox.judge.laws import BY_NAME, PLACES
 from sandbox.judge.ledger import NO_BODY, Errors, Ledger, pairs
 from sandbox.judge.observe import Singles, When
 from sandbox.judge.run import NEVER, Contacts, Islands, Run, cross, dot
@@ -182,11 +182,12 @@ class _Block:
         c, touch, said, in_time = c.part(known), touch[known], said[known], in_time[known]
         self.ledger.enter_islands(Islands.of_contacts(c), touch, said)
         values = (None if np.isnan(value) else value for value in said["value"].tolist())
-        columns = (in_time, c.pair, said["cause"], said["law"], said["place"])
+        columns = (in_time, c.pair, said["cause"], is_fault(said), said["law"], said["place"])
         alike = Counter(zip(*(column.tolist() for column in columns), values, strict=True))
-        for (is_timely, is_pair, number, law, place, value), times in alike.items():  # how contacts are resolved
+        for key, times in alike.items():  # how contacts are resolved
+            is_timely, is_pair, number, is_wrong, law, place, value = key
             put = place if place in PLACES and not PLACES[place].free else ""
-            fault = Cause(number) if law in BY_NAME and law not in BOUNCES else None
+            fault = Cause(number) if is_wrong else None
             parameter = None if value is None else float(f"{value:.9g}")
             self.ways[is_timely, is_pair, Way(law if law in BY_NAME else "", parameter, put, fault)] += times
 
