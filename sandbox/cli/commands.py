@@ -399,14 +399,7 @@ def sweep(
         check_scheduler(scheduler)
     chosen = load(scene).changed(**({} if seconds is None else {"seconds": seconds}))
     with _printed_beside([out]):
-        planned = plan(
-            chosen,
-            seeds,
-            rates,
-            engines,
-            settings_by_key(set_ or ()),
-            against=against,
-        )
+        planned = plan(chosen, seeds, rates, engines, settings_by_key(set_ or ()), against=against)
     rows: list[Row] = []
     try:
         sweep_with_bar(planned, rows, workers or core_count(), scheduler)

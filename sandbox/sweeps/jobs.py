@@ -98,7 +98,9 @@ def plan(
     scene; settings: of Pymunk, and the elasticity and friction of every contact, which are those of every engine.
     Raises SandboxError for an invalid setting, rate or seed, and if an engine cannot run the scene.
     """
-    seeds, rates, settings = seeds or [scene.seed], rates or [scene.rate], settings or {}
+    seeds = [scene.seed] if seeds is None else seeds
+    rates = [scene.rate] if rates is None else rates
+    settings = settings or {}
     names = list(named(default_engines(scene) if engines is None else engines))
     _check_keys(names, settings)
     tunings_of = {engine: _tunings(engine, settings) for engine in names}
