@@ -18,10 +18,20 @@ if TYPE_CHECKING:  # each name as itself, which exports it
     from sandbox.errors import Refused as Refused, SandboxError as SandboxError, SpaceWarning as SpaceWarning
     from sandbox.run.trajectory import Trajectory as Trajectory
     from sandbox.scene import Scene as Scene, dump as dump, load as load, scenes as scenes
-    from sandbox.scripting.calls import advise as advise, compare as compare, converge as converge
-    from sandbox.scripting.calls import simulate as simulate, sweep as sweep, verify as verify
-    from sandbox.scripting.results import Advice as Advice, Comparison as Comparison
-    from sandbox.scripting.results import Scores as Scores, SweepTable as SweepTable
+    from sandbox.scripting.calls import (
+        advise as advise,
+        compare as compare,
+        converge as converge,
+        simulate as simulate,
+        sweep as sweep,
+        verify as verify,
+    )
+    from sandbox.scripting.results import (
+        Advice as Advice,
+        Comparison as Comparison,
+        Scores as Scores,
+        SweepTable as SweepTable,
+    )
     from sandbox.scripting.simulation import Simulation as Simulation
     from sandbox.space.findings import Finding as Finding
     from sandbox.space.from_pymunk import from_space as from_space, to_space as to_space

@@ -62,7 +62,10 @@ class SpaceWarning(UserWarning):
 
 
 def traceback_beyond(error: BaseException, file: str) -> str:
-    """Return the traceback of an error from the first frame on that is not in a file; if there is none, the error."""
+    """Return the traceback of an error, starting at the first frame outside a file.
+
+    An error without such a frame, such as a syntax error in what they read, has only its message.
+    """
     rest = error.__traceback__
     while rest and rest.tb_frame.f_code.co_filename == file:
         rest = rest.tb_next
@@ -93,7 +96,11 @@ def shown(value: object) -> str:
 
 
 def dotted(path: KeyPath) -> str:
-    """Format a path of keys for a message, such as balls[2].radius."""
+    """Format a path of keys for a message.
+
+    >>> dotted(("balls", 2, "radius"))
+    'balls[2].radius'
+    """
     return "".join(f"[{key}]" if isinstance(key, int) else f".{_bare_or_quoted(key)}" for key in path).lstrip(".")
 
 
@@ -102,7 +109,11 @@ def _bare_or_quoted(key: str) -> str:
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
-    """Return a hint for a mistyped word: the known word that is most similar, or all known words."""
+    """Return a hint for a mistyped word: the known word that is most similar, or all known words.
+
+    >>> suggestion("radios", ["mass", "radius"]), suggestion("x", ["mass", "radius"])
+    ('did you mean radius?', 'known are mass, radius')
+    """
     known = sorted(known)
     close = difflib.get_close_matches(word, known, n=1)
     return f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"

@@ -25,7 +25,11 @@ def unprintable(letter: str) -> bool:
 
 
 def printable(text: str) -> str:
-    """Replace the unprintable letters of untrusted text, such as a file's name, so that it can be shown on one line."""
+    r"""Replace the unprintable letters of untrusted text, such as a file's name, so that it can be shown on one line.
+
+    >>> printable("\x1b[31mevil.toml") == "\N{REPLACEMENT CHARACTER}[31mevil.toml"
+    True
+    """
     if text.isprintable():  # the fast way: the window calls this for each line in every frame
         return text
     return "".join("\N{REPLACEMENT CHARACTER}" if unprintable(letter) else letter for letter in text)
@@ -42,10 +46,12 @@ def listed(words: Sequence[str]) -> str:
 
 
 def csv_text(lines: Iterable[Sequence[object]]) -> str:
-    """Return a table as CSV: None is an empty cell, a list JSON, and text that may be a formula gets an apostrophe.
+    r"""Return a table as CSV; None is an empty cell, and a list is JSON.
 
-    >>> csv_text([["=1+1", -2.0, None, [1.5]]]).rstrip()
-    "'=1+1,-2.0,,[1.5]"
+    Text that a spreadsheet might evaluate gets an apostrophe.
+
+    >>> csv_text([["=1+1", -2.0, None, [1.5]]])
+    "'=1+1,-2.0,,[1.5]\n"
     """
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(map(_cell, line) for line in lines)

@@ -103,7 +103,7 @@ def _net(sums: Floats) -> None:
 
 @cache
 def _said_by(cause: int, law: str, place: str) -> tuple[int, str, str]:
-    """Return by which cause, law and place errors are said together. A wrong law is said alone."""
+    """Return the cause, law and place by which errors are grouped. A wrong law is named without a place."""
     is_timed, is_pushed = cause in (Cause.LATE, Cause.EARLY), cause == Cause.POSITION_CORRECTION
     law = "" if is_timed or (is_pushed and law in ("none", "apart")) else law
     is_alone = is_timed or (is_pushed and place == "pushed") or law in BY_NAME
