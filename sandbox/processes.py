@@ -69,8 +69,8 @@ def signals_blocked(*signals: signal.Signals) -> Iterator[None]:
     A signal that another thread takes, such as one of numpy's, is handled by the main thread, though that blocks it.
     """
     arrived: list[int] = []
-    is_main = threading.current_thread() is threading.main_thread()
-    handlers = [signal.signal(each, lambda number, _: arrived.append(number)) for each in signals if is_main]
+    handled = signals if threading.current_thread() is threading.main_thread() else ()
+    handlers = [signal.signal(each, lambda number, _: arrived.append(number)) for each in handled]
     if sys.platform != "win32":
         before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
     try:
@@ -78,7 +78,7 @@ def signals_blocked(*signals: signal.Signals) -> Iterator[None]:
     finally:
         if sys.platform != "win32":
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        for each, handler in zip(signals, handlers, strict=False):
+        for each, handler in zip(handled, handlers, strict=True):
             signal.signal(each, handler)
         for number in arrived:
             signal.raise_signal(number)
