@@ -264,5 +264,6 @@ class SessionView:
     @property
     def energy_errors(self) -> dict[str, float]:
         """By how much energies are off at the step shown or shortly before, as far as that is known, %."""
-        errors = self.session.samples.error_at(self._known.step) if self._known else {}
+        known = self._known
+        errors = self.session.samples.error_at(known.step) if known else {}
         return {name: error for name, error in errors.items() if math.isfinite(error)}
