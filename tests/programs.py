@@ -270,7 +270,27 @@ PROGRAMS: Final = {
         "The larger elasticity of two balls counts, not the product.", DIFFERENT, "large",
         collide=COLLIDE.replace("balls.elasticity[i] * balls.elasticity[j]", "max(balls.elasticity[[i, j]])"),
     ),
+    "smaller_elasticity": program(
+        "The smaller elasticity of two balls counts.", DIFFERENT, "large", "", 0.6,
+        collide=COLLIDE.replace("balls.elasticity[i] * balls.elasticity[j]", "min(balls.elasticity[[i, j]])"),
+    ),
+    "mean_elasticity": program(
+        "The mean of both elasticities counts.", DIFFERENT, "large", "", 0.75,
+        collide=COLLIDE.replace("balls.elasticity[i] * balls.elasticity[j]", "balls.elasticity[[i, j]].mean()"),
+    ),
+    "one_elasticity": program(
+        "The elasticity of one ball counts: it cannot be known how it is made of two that are equal.",
+        INELASTIC, "large", "", 0.6, collide=COLLIDE.replace(" * balls.elasticity[j]", "", 1),
+    ),
     # Masses
+    "mass_not_reduced": program(
+        "The mass of one ball stands for the reduced mass.", UNEQUAL.replace("= 4", "= 0.9"), "large",
+        collide=COLLIDE.replace("/ (1 / balls.mass[i] + 1 / balls.mass[j])", "* balls.mass[i]"),
+    ),
+    "masses_added": program(
+        "The sum of the masses stands for the reduced mass.", UNEQUAL.replace("= 4", "= 0.9"), "large",
+        collide=COLLIDE.replace("/ (1 / balls.mass[i] + 1 / balls.mass[j])", "* (balls.mass[i] + balls.mass[j])"),
+    ),
     "mass_as_radius_squared": program(
         "Masses are taken as radius².", UNEQUAL, "velocity", move=f"mass = balls.radius**2\n{MOVE}", collide=MASS,
     ),
@@ -316,8 +336,12 @@ PROGRAMS: Final = {
         "A ball found in a wall is put on it, which discards the way that it has flown back already.", BOX, "overshoot",
         bounce=f"{BOUNCE}\nposition[i, axis] = balls.radius[i] if too_low else side - balls.radius[i]",
     ),
+    "walls_that_mirror_places": program(
+        "A ball found in a wall is mirrored at it, though it leaves more slowly than it came.",
+        BOX + "elasticity = 0.8", "pushed", source=MIRRORED.replace("*= -1", "*= -scene.bodies.elasticity[i]"),
+    ),
     "walls_that_put_too_far": program(
-        "A ball found in a wall is mirrored at it, and put 0.3 px further away.", "bouncing", "", "placed",
+        "A ball found in a wall is mirrored at it, and put 0.3 px further away.", "bouncing", "", "placed pushed",
         move=FALLING + "position += velocity * dt + gravity * dt**2 / 2\nvelocity += gravity * dt",
         bounce=f"{BOUNCE}\nplace = balls.radius[i] + 0.15 if too_low else side - balls.radius[i] - 0.15\n"
         "position[i, axis] = 2 * place - position[i, axis]",

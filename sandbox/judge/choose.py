@@ -34,6 +34,7 @@ RIGHT: Final = -2  # the cause of what is as it should be
 ANYWHERE: Final = "?"  # the place of balls that a law leaves elsewhere than any rule puts them
 UNTOUCHED: Final = "none"  # the law of balls that are only put elsewhere
 FREE_LAW, FREE_VALUE, FREE_ANYWHERE = 0.25, 1.0, 3.0  # numbers that a candidate takes to fit
+EVERY: Final = 1e7  # more contacts than there are in a block
 DOUBTFUL: Final = 2.0  # free numbers, from which on a single contact proves nothing
 
 
@@ -172,13 +173,13 @@ def _decide(candidates: list[Candidate], said: Said, rows: Integers) -> None:
     table = {name: np.array([getattr(c, name) for c in candidates]) for name in Candidate._fields}
     fits, cause, at = table["fits"], table["cause"], np.arange(len(rows))
     support = np.array([c.support() for c in candidates])
-    rank = np.where(fits, table["free"][:, None] * 1e7 - support, np.inf)
+    support[cause == RIGHT] = EVERY
+    rank = np.where(fits, table["free"][:, None] * 10 * EVERY - support, np.inf)
     best = rank.argmin(axis=0)
     tied, named = fits & (rank == rank[best, at]), cause[best, at]
     is_doubted = support[best, at] < np.array([c.proof(len(said)) for c in candidates])[best]
     is_doubted |= (tied & (cause != named)).any(axis=0)
     named = np.where(is_doubted & (named != NOTHING), Cause.UNKNOWN, named)
-    named[(tied & (cause == RIGHT)).any(axis=0)] = RIGHT
     others = tied & (np.arange(len(candidates))[:, None] != best)
     also = np.where(others.any(axis=0), table["law"][others.argmax(axis=0)], "")
     columns = {name: table[name][best] for name in ("when", "law", "place")}

@@ -74,10 +74,15 @@ def habit_of(run: Run, free: Bools, damping: float) -> Habit:
         return Habit(*RIGHT)
     f, y, w, floor = run.flights(k, i), run.x[k + 1, i], run.v[k + 1, i], 1.5 * run.floor
     speed = _best(_speeds(f, w, run.floor, damping), lambda law: np.abs(law.of(f) - w) * f.dt <= floor)
-    place = _best(_places(f, w, y, run.floor), lambda law: np.abs(law.of(f, w) - y) <= floor)
+    place = _best(_places(f, w, y, run.floor, pull_of(speed, run.g)), lambda law: np.abs(law.of(f, w) - y) <= floor)
     if place.clock != 1:
         speed = FlightLaw(lambda f: f.v + f.g * place.clock * f.dt)
     return Habit(speed, place, _kept(run, step, ball))
+
+
+def pull_of(speed: FlightLaw, gravity: complex) -> complex:
+    """Return by what balls are accelerated in flight, px/s²."""
+    return complex(*speed.values[:2]) if speed.cause is Cause.GRAVITY else gravity
 
 
 def _best(laws: Iterator[FlightLaw], fits: Callable[[FlightLaw], Bools]) -> FlightLaw:
@@ -165,12 +170,12 @@ def _drag(f: Flights, k: float, power: int) -> Vectors:
     return slower
 
 
-def _places(f: Flights, w: Vectors, y: Vectors, floor: float) -> Iterator[FlightLaw]:
-    """Yield laws of places that flights show, the likelier first. w: px/s, y: px, after them."""
+def _places(f: Flights, w: Vectors, y: Vectors, floor: float, pull: complex) -> Iterator[FlightLaw]:
+    """Yield laws of places that flights show, the likelier first. w: px/s, y: px, after them; pull: px/s²."""
     yield RIGHT[1]
     yield FlightLaw(lambda f, w: f.x + f.dt * (f.v + w) / 2)
     for slowed in (True, False) if np.abs(w - by_gravity(f)).max() * float(f.dt.max()) > floor else (True,):
-        yield from _schemes(f, w, y, floor, slowed=slowed)
+        yield from _schemes(f, w, y, floor, pull, slowed=slowed)
     with np.errstate(all="ignore"):
         fall = (
             dot((w - f.v) / f.dt, np.asarray(f.g)) / abs(f.g) ** 2
@@ -183,7 +188,7 @@ def _places(f: Flights, w: Vectors, y: Vectors, floor: float) -> Iterator[Flight
         yield FlightLaw(end, Cause.TELEPORTED, "clock", (clock,), clock=clock)
 
 
-def _schemes(f: Flights, w: Vectors, y: Vectors, floor: float, *, slowed: bool) -> Iterator[FlightLaw]:
+def _schemes(f: Flights, w: Vectors, y: Vectors, floor: float, pull: complex, *, slowed: bool) -> Iterator[FlightLaw]:
     """Yield laws of places at some velocity between those before and after a flight, or before what slows it down."""
 
     def after(f: Flights, w: Vectors) -> Vectors:
@@ -196,7 +201,7 @@ def _schemes(f: Flights, w: Vectors, y: Vectors, floor: float, *, slowed: bool) 
     theta = float(np.median(shares)) if len(shares) else np.nan
     near = min(SCHEMES, key=lambda scheme: abs(scheme - theta))
     if abs(near - theta) < ALIKE:
-        off = abs(near - 0.5) * abs(f.g) * float(np.median(f.dt)) ** 2
-        cause = Cause.GRAVITY if f.g and near != 0.5 else None
+        off = abs(near - 0.5) * abs(pull) * float(np.median(f.dt)) ** 2
+        cause = Cause.GRAVITY if pull and near != 0.5 else None
         name = "gravity after" if near > 0.5 else "gravity before"
         yield FlightLaw(lambda f, w: f.x + f.dt * (f.v + near * (after(f, w) - f.v)), cause, name, (off,))

@@ -12,7 +12,7 @@ import numpy as np
 from sandbox.judge.causes import Cause
 from sandbox.judge.choose import ANYWHERE, NOTHING, RIGHT, Said, choose, doubt_faults, is_fault, is_right, nothing_said
 from sandbox.judge.contacts import components, due, keys_of, near_pairs, near_walls, way_of
-from sandbox.judge.flight import Habit, habit_of
+from sandbox.judge.flight import Habit, habit_of, pull_of
 from sandbox.judge.islands import MAX_ISLANDS, IslandSteps, Shown, Way, explain_islands
 from sandbox.judge.laws import BY_NAME, PLACES
 from sandbox.judge.ledger import NO_BODY, Errors, Ledger, pairs
@@ -374,6 +374,5 @@ def _fly(run: Run, free: Bools, damping: float) -> Habit:
     """Find how the engine flies, and set it in the run."""
     habit = habit_of(run, free, damping)
     hx, hv = (part.reshape(run.v0.shape) for part in habit.end(run.flights(*run.every)))
-    pull = complex(*habit.speed.values[:2]) if habit.speed.cause is Cause.GRAVITY else run.g
-    run.fly(hx, hv, pull, habit.kept, habit.place.clock)
+    run.fly(hx, hv, pull_of(habit.speed, run.g), habit.kept, habit.place.clock)
     return habit

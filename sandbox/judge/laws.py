@@ -80,13 +80,17 @@ def _impulse(c: Met, k: Value) -> Says:
     return Says(_given(c, value * c.due), value, may, np.where(twice, Cause.UNKNOWN, _sized(value)))
 
 
-def _restitution(of: Callable[[Floats], Floats]) -> Formula:
-    """Return the law whose restitution is made of both factors, (2, k), in another way than by their product."""
+def _restitution(of: Callable[[Floats], Floats], *, equal: bool = True, unequal: bool = True) -> Formula:
+    """Return the law whose restitution is made of both factors, (2, k), in another way than by their product.
+
+    equal, unequal: whether it may be said of factors that are: most ways make the same of equal ones.
+    """
 
     def formula(c: Met, _: Value) -> Says:
         e = of(c.b.es)
         impulse = c.due * (1 + e) / (1 + c.b.e)
-        return Says(_given(c, impulse), e, (np.abs(e - c.b.e) > DOUBLE) & c.closes, _sized(impulse / c.due))
+        may = (np.abs(e - c.b.e) > DOUBLE) & np.where(c.b.es[0] == c.b.es[1], equal, unequal)
+        return Says(_given(c, impulse), e, may & c.closes, _sized(impulse / c.due))
 
     return formula
 
@@ -147,6 +151,16 @@ def _share(of: int) -> Formula:
     return formula
 
 
+def _not_reduced(of: Callable[[Floats], Floats]) -> Formula:
+    """Return the law that takes another mass, made of both, (2, k) kg, for the reduced mass."""
+
+    def formula(c: Met, _: Value) -> Says:
+        impulse = c.due * of(c.b.m) / c.b.red
+        return Says(_given(c, impulse), may=c.closes & (c.b.m[0] != c.b.m[1]))
+
+    return formula
+
+
 def _masses_swapped(c: Met, _: Value) -> Says:
     return Says(six_of(c.due * c.b.m / c.b.m[::-1], c.rub))
 
@@ -168,10 +182,15 @@ def _while_parting(c: Met, _: Value) -> Says:
 BOUNCES: Final = ("speed before gravity", "bounce in time")  # right, but for where the contact is found
 SMALL, LARGE, NORMAL, V = Cause.SMALL, Cause.LARGE, Cause.NORMAL, Cause.UNEXPLAINED_IMPULSE
 Two = partial(Law, of_pairs=True)
+ONE_MASS: Final = "The mass of one ball is taken for the reduced mass of both."
+Unequal = partial(_restitution, equal=False)
 LAWS: Final = (
     Law("impulse", SMALL, _impulse, "The impulse is {v:.4g} of what is due.", constant=True),
-    Law("larger e", LARGE, _restitution(lambda es: es.max(axis=0)), "Restitution is the larger factor, {v:.4g}."),
     Law("no e", LARGE, _restitution(lambda es: 1 + 0 * es[0]), "The restitution is left out."),
+    Law("one e", LARGE, _restitution(lambda es: es[0], unequal=False), "Restitution is {v:.4g}, one factor of two."),
+    Law("larger e", LARGE, Unequal(lambda es: es.max(axis=0)), "Restitution is the larger factor, {v:.4g}."),
+    Law("smaller e", LARGE, Unequal(lambda es: es.min(axis=0)), "Restitution is the smaller factor, {v:.4g}."),
+    Law("mean e", LARGE, Unequal(lambda es: es.mean(axis=0)), "Restitution is the mean of both factors, {v:.4g}."),
     Law("while parting", Cause.DOUBLE_BOUNCE, _while_parting, "Bodies that part are reversed again.", parting=True),
     Law("speed before gravity", Cause.LATE, _speed_before_gravity, ""),
     Law("bounce in time", Cause.LATE, _bounce_in_time, ""),
@@ -186,6 +205,14 @@ LAWS: Final = (
     Law("turned normal", NORMAL, _turned_normal, "The normal is turned by {d:.4g}°.", constant=True),
     Two("second share", V, _share(1), "The second gets {v:.4g} of its impulse: momentum is not kept.", constant=True),
     Two("first share", V, _share(0), "The first gets {v:.4g} of its impulse: momentum is not kept.", constant=True),
+    Two("first's mass", LARGE, _not_reduced(lambda m: m[0]), ONE_MASS),
+    Two("second's mass", LARGE, _not_reduced(lambda m: m[1]), ONE_MASS),
+    Two(
+        "both masses",
+        LARGE,
+        _not_reduced(lambda m: m.sum(axis=0)),
+        "The sum of both masses is taken for the reduced mass.",
+    ),
     Two("masses swapped", V, _masses_swapped, "Each ball is accelerated as if it had the other's mass."),
     Two("masses 0", V, _masses(0), "Masses are taken as equal."),
     Two("masses 2", V, _masses(2), "Masses are taken as the radius squared."),
@@ -214,8 +241,10 @@ PLACES: Final = {
         Place("reflect", None, ""),
         Place("reflect as bounced", None, ""),
         Place("reflect with friction", None, ""),
+        Place("mirror", Cause.POSITION_CORRECTION, "Balls are mirrored at the wall, as if they lost no speed."),
         Place("begin across", Cause.OVERSHOOT, "Balls are put back to where the step began, across the wall."),
         Place("pushed", Cause.POSITION_CORRECTION, "Balls are pushed apart, but not to where they should be.", free=1),
+        Place("beyond", Cause.POSITION_CORRECTION, "Balls are put out of walls further than they bounce.", free=1),
         Place("apart", Cause.TELEPORTED, "Balls that do not overlap are put further apart.", free=1),
     )
 }
@@ -235,6 +264,7 @@ def shifts_of(c: Met, dv: Vectors, back: Vectors, dt: Floats) -> dict[str, tuple
         "begin across": (first * dot(back[0], n) * n, ~c.pair),
         "by mass": (SIGN * out * c.b.red * c.b.inverse, balls),
         "on": (-first * out, wall),
+        "mirror": (-first * 2 * out, wall & (e < 1)),
         "reflect": (-first * (1 + e) * out, wall),
         "reflect as bounced": (-first * bounced * out, wall & (np.abs(bounced - 1 - e) > 1e-9)),
         "reflect with friction": (-first * ((1 + e) * out + late * rubbed * 1j * n), wall),
@@ -254,7 +284,9 @@ def places(s: Singles, c: Met) -> list[tuple[Place, Bools]]:
     if c.when != When.SHOWN:
         (a, b), only = dot(off, n), (np.abs(dot(off, 1j * n)) <= tol).all(axis=0)  # along the normal
         same, by_mass = np.abs(a + b) <= tol, np.abs(a + b * s.m[1] / s.m[0]) <= tol
-        out_of_wall = (a < 0) & (np.abs(s.dv[0]) <= s.tol)  # as it flies on
-        found["pushed"] = only & np.where(pair, same | by_mass, out_of_wall) & (c.depth > s.run.tiny)
+        flies_on, is_deep = np.abs(s.dv[0]) <= s.tol, c.depth > s.run.tiny
+        found["pushed"] = only & np.where(pair, same | by_mass, (a < 0) & flies_on) & is_deep
+        further = (a < -(1 + c.b.e) * c.depth) & ~flies_on
+        found["beyond"] = only & ~pair & further & is_deep & (c.when == When.END)
         found["apart"] = only & pair & same & (np.abs(c.depth) <= s.run.tiny)
     return [(PLACES[name], fits) for name, fits in found.items() if fits.any()]

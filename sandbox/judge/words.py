@@ -29,7 +29,7 @@ OF_STEPS: Final = {  # what no law of contacts is the cause of; {v} is how fast 
 FLIGHTS: Final = {
     "damping": "Damping leaves {0:.4g} % of the velocities each second.",
     "multiplied": "Every step multiplies velocities by {0:.6g} ({1:.4g} a second), without a contact.",
-    "share of gravity": "Balls in flight fall with {2:.5g} of the scene's gravity.",
+    "share of gravity": "Balls in flight fall with {2:.5g} times the scene's gravity.",
     "clock": "Each step flies for {0:.6g} of its length.",
 }
 

@@ -130,3 +130,18 @@ def test_the_verdict_on_a_program(name: str) -> None:
     numbers = [number for each in verdict.causes for number in numbers_in(each.sentence)]
     is_said = (abs(n - figure) <= FIGURES_WITHIN * max(abs(figure), 0.1) for n in numbers for figure in fault.figures)
     assert not fault.figures or name in UNSAID or any(is_said), numbers
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("larger_elasticity", "the larger factor"),
+        ("one_elasticity", "one factor of two"),
+        ("mass_not_reduced", "the mass of one ball"),
+        ("masses_added", "the sum of both masses"),
+        ("walls_that_mirror_places", "mirrored at the wall"),
+    ],
+)
+def test_what_is_said_of_a_wrong_law_is_what_the_program_does(name: str, words: str) -> None:
+    fault, scene = own(name)
+    assert words in " ".join(cause.sentence for cause in judged(fault.engine, scene).causes).lower()
