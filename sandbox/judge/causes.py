@@ -42,7 +42,7 @@ class Cause(IntEnum):
     POSITION_CORRECTION = 12, "pushed out of an overlap", "pushed"
     TELEPORTED = 13, "put elsewhere without an overlap", "placed"
     OVERSHOOT = 14, "overshoot discarded"
-    DOUBLE_BOUNCE = 15, "already leaving the wall, reversed again", "turned"
+    DOUBLE_BOUNCE = 15, "already parting, reversed again", "turned"
     WARM_START = 16, "stale cached impulse", "stale"
     UNCONVERGED = 17, "solver not converged"
     MISSED = 18, "contact missed"

@@ -12,7 +12,7 @@ class About(NamedTuple):
     wrong: str
 
 
-BUILT_IN: Final = {
+KNOWN: Final = {
     "exact": About("event-driven hard discs, from impact to impact: the reference", "paths in a heap that still moves"),
     "pymunk": About("a pymunk.Space: circles and segment walls", "finds contacts up to a step late"),
     "article": About(
@@ -31,7 +31,7 @@ def about(name: str) -> About:
     'a pymunk.Space: circles and segment walls; with substeps=4'
     """
     base, settings = settings_in(name)
-    known = BUILT_IN.get(base)
+    known = KNOWN.get(base)
     if known is None:
         return About(f"a loop of yours, from {base}" if file_and_name(base) else "an engine that is not built in", "")
     return known._replace(what=f"{known.what}; with {format_settings(settings)}") if settings else known

@@ -14,7 +14,7 @@ from sandbox.scene.fields import PALETTE
 from sandbox.scene.model import PymunkSettings
 
 _BLUE, _, _GREEN, _VERMILLION, _, _PURPLE = PALETTE
-_BUILT_IN: Final = {"pymunk": _BLUE, "article": _VERMILLION, "impulse": _GREEN, "box2d": _PURPLE}
+_KNOWN: Final = {"pymunk": _BLUE, "article": _VERMILLION, "impulse": _GREEN, "box2d": _PURPLE}
 _OTHERS: Final = ("#9130f2", "#735c2e", "#f200ca", "#3091f2", "#a6217a", "#f23051")
 _SETTINGS: Final = {key: number for number, key in enumerate(PymunkSettings.model_fields)}
 _INK: Final = {"exact": ("#000000", "#ffffff")}  # what is the reference wherever it runs, on light and on dark
@@ -31,7 +31,7 @@ def colours_of(names: Iterable[str], *, dark: bool = False) -> dict[str, str]:
     {'pymunk': '#0072b2', 'pymunk(substeps=4)': '#735c2e', 'pymunk(substeps=8, damping=0.9)': '#f200ca'}
     """
     names = list(dict.fromkeys(names))
-    fixed = {name: ink[dark] for name, ink in _INK.items()} | _BUILT_IN
+    fixed = {name: ink[dark] for name, ink in _INK.items()} | _KNOWN
     further = _further([name for name in names if name not in fixed])
     return {name: fixed[name] if name in fixed else further[name] for name in names}
 

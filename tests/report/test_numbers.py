@@ -8,7 +8,7 @@ import pytest
 import sandbox
 from sandbox.analysis.comparison import compare
 from sandbox.engines import registry
-from sandbox.report.about import BUILT_IN, about
+from sandbox.report.about import KNOWN, about
 from sandbox.report.comparison_page import page
 from sandbox.report.numbers import minus, readable
 from sandbox.scene.files import load
@@ -49,8 +49,8 @@ def test_no_number_on_a_page_has_an_exponent_of_python() -> None:
 def test_the_readme_says_the_same_of_each_engine() -> None:
     lines = re.findall(r"^\| `(\w+)` \| (.+?) \| (.+?) \|$", (DOCUMENTS / "README.md").read_text(), re.MULTILINE)
     plain = {name: [re.sub(r"\[(.+?)\]\(.+?\)|`", r"\1", cell) for cell in cells] for name, *cells in lines}
-    assert set(BUILT_IN) >= set(registry())
-    for name, (what, wrong) in BUILT_IN.items():
+    assert set(KNOWN) >= set(registry())
+    for name, (what, wrong) in KNOWN.items():
         assert plain[name][0].startswith(what)
         assert plain[name][1] == wrong
 
