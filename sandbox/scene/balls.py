@@ -54,7 +54,7 @@ class BallGroup(Model):
     radius: NotTiny
     """Radius of each ball, px."""
     mass: NotTiny = 1
-    """Mass of each ball, kg; only ratios matter."""
+    """Mass of each ball, kg; the motion depends on ratios only."""
     elasticity: Elasticity = 1
     """The ball's factor: the elasticity of a pair is the product of its two factors."""
     friction: NotNegative = 0

@@ -38,7 +38,7 @@ OF_BALL: Final[Mapping[str, Value]] = {
     "vx": Value(Dimension.VELOCITY, f"velocity to the right; {IF_SET}", lambda s, _: s.velocity[:, 0]),
     "vy": Value(Dimension.VELOCITY, f"velocity downwards; {IF_SET}", lambda s, _: s.velocity[:, 1]),
     "spin": Value(Dimension.SPIN, f"angular velocity, clockwise; {IF_SET}", lambda s, _: s.spin),
-    "mass": Value(Dimension.MASS, "mass; only ratios matter", lambda _, scene: scene.bodies.mass),
+    "mass": Value(Dimension.MASS, "mass; the motion depends on ratios only", lambda _, scene: scene.bodies.mass),
     "radius": Value(Dimension.LENGTH, "radius", lambda _, scene: scene.bodies.radius),
     "elasticity": Value(Dimension.NUMBER, FACTOR, lambda _, scene: scene.bodies.elasticity),
     "friction": Value(Dimension.NUMBER, FACTOR, lambda _, scene: scene.bodies.friction),
