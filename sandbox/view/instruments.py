@@ -88,7 +88,10 @@ GAP: Final = Instrument(
     is_relative=True,
 )  # fmt: skip
 MOMENTUM: Final = Instrument(
-    "momentum", "of all balls together, its size; walls and gravity change it", Dimension.MOMENTUM, _of(Quantity.MOMENTUM)
+    "momentum",
+    "its size, of all balls together; walls and gravity change it",
+    Dimension.MOMENTUM,
+    _of(Quantity.MOMENTUM),
 )
 SPEEDS: Final = Instrument("speeds", "how many balls have each speed, beside the law", Dimension.VELOCITY)
 INSTRUMENTS: Final = (
