@@ -282,8 +282,9 @@ def _deep_overlap(evidence: Evidence, overlap: Series) -> tuple[str, Fault] | No
     if not len(deep) or evidence.came_in(deep[0], *ends):
         return None
     number, depth = overlap.worst
-    at = overlap.steps == deep[0]
-    is_impact = not is_lasting and bool((before[at] < overlap.values[at] / 2).all())
+    # What sinks goes on by less than it is in; an impact is over in a step, or in two, as a box lands on its corners
+    grows, at = (overlap.values / 2 <= before) & (before < overlap.values), overlap.steps.searchsorted(deep[0])
+    is_impact = not is_lasting and not grows[max(at - 1, 0) : at + 1].all()
     if is_impact and evidence.placed(deep[0], ends) > depth / 2:
         return None  # the program put one into the other
     worst, since = evidence.run.steps[number], evidence.run.steps[deep[0]].end
