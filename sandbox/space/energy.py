@@ -87,7 +87,8 @@ class Ledger:
     @property
     def shares(self) -> dict[str, float]:
         """The lines in words as shares of the scale, the largest first; 0 if nothing moved."""
-        shares = {cause.words: value / self.scale if self.scale else 0.0 for cause, value in self.lines.items()}
+        moved = self.scale >= LEAST_ENERGY
+        shares = {cause.words: value / self.scale if moved else 0.0 for cause, value in self.lines.items()}
         return dict(sorted(shares.items(), key=lambda line: -abs(line[1])))
 
     @property
