@@ -1,6 +1,5 @@
 """The diagnosis of a Space that a program stepped: its findings and its energy; as text and JSON."""
 
-import math
 import textwrap
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
@@ -10,7 +9,7 @@ from sandbox.space.energy import Ledger
 from sandbox.space.findings import Finding
 from sandbox.text import counted, listed, printable
 
-MAX_SHARE: Final = 10.0  # of energies, in the headline
+MAX_PERCENT: Final = 1000.0  # of energy, in the headline
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ class Diagnosis:
     def headline(self) -> str:
         """Whether a rule found a fault, and whether energy came or went where none should."""
         shares = self.energy.suspect if self.energy else {}
-        suspect = [f"{words} {_percent(share)}" for words, share in shares.items()]
+        suspect = [f"{words} {_percent(100 * share)}" for words, share in shares.items()]
         said = [] if self.findings or not self.steps else ["No rule found a fault."]
         if suspect:
             said.append(f"Energy came or went where none should: {listed(suspect)} of the largest kinetic energy.")
@@ -75,6 +74,6 @@ class Diagnosis:
         }
 
 
-def _percent(share: float) -> str:
-    most = math.copysign(MAX_SHARE, share)
-    return f"{100 * share:+.0f} %" if abs(share) <= MAX_SHARE else f"beyond {100 * most:+,.0f} %"
+def _percent(percent: float) -> str:
+    shown = max(-MAX_PERCENT, min(percent, MAX_PERCENT))
+    return f"{'' if shown == percent else 'beyond '}{shown:+,.0f} %"

@@ -20,7 +20,7 @@ from sandbox.space.recording import Numbers, Rows, Run, finite
 from sandbox.state import Floats
 
 SMALLEST_SHOWN: Final = 5e-5  # of the largest kinetic energy
-LEAST_ENERGY: Final = 1e-6  # kg px²/s²: with less than that, nothing moved
+LEAST_ENERGY: Final = 1e-6  # kg px²/s²: with less than that, hardly anything had a velocity
 SUSPECT: Final = 0.05  # of the largest kinetic energy: a line that is not the program's own, and worth a headline
 
 
@@ -86,7 +86,7 @@ class Ledger:
 
     @property
     def shares(self) -> dict[str, float]:
-        """The lines in words as shares of the scale, the largest first; 0 if nothing moved."""
+        """The lines in words as shares of the scale, the largest first; 0 if there was hardly any."""
         moved = self.scale >= LEAST_ENERGY
         shares = {cause.words: value / self.scale if moved else 0.0 for cause, value in self.lines.items()}
         return dict(sorted(shares.items(), key=lambda line: -abs(line[1])))
@@ -101,7 +101,7 @@ class Ledger:
         """Yield its balance in lines of text: how much energy there was, and what changed it."""
         scale = self.scale
         if scale < LEAST_ENERGY:
-            yield "Its energy: nothing moved."
+            yield "Its energy: hardly anything had a velocity."
             return
         if not np.isfinite(scale):
             yield "Its energy is not a number."

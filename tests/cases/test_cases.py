@@ -27,7 +27,6 @@ TABLE: dict[str, Case] = {
     "anvil": Case("sinks-in", "too heavy for the passes that the solver does"),
     "arm": Case("contacts-within", "though joints hold both"),
     "categories": Case("categories", "category 3 is 1 and 2 at once"),
-    "click": Case("wrong-point", "apply_impulse_at_local_point in"),
     "cup": Case("concave", "a vertex that was given is 10 px inside of what collides"),
     "dragged": Case("passed-through", "through a segment of length 300", LATE),
     "hammer": Case("", "", LATE),

@@ -540,7 +540,7 @@ def test_a_space_at_rest_has_no_balance() -> None:
     space = ground()
     made = ball(space, 0, 190)
     ledger = ledger_of(watched(space, 30, lambda _: setattr(made, "velocity", (0, 0))))
-    assert list(ledger.text()) == ["Its energy: nothing moved."]
+    assert list(ledger.text()) == ["Its energy: hardly anything had a velocity."]
     assert ledger.suspect == {}
 
 
