@@ -1,10 +1,12 @@
 """The linter: each fault, put into a Space on purpose, is named with its figures; its twin without has no finding."""
 
 import math
+import pickle
 import random
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import pymunk
@@ -337,6 +339,16 @@ def test_findings_are_in_the_order_of_the_rules_and_print_their_cure() -> None:
 def test_what_is_no_space_is_refused() -> None:
     with pytest.raises(SandboxError, match=r"^space must be a pymunk\.Space, got list$"):
         sandbox.lint([])  # type: ignore[arg-type]
+
+
+def test_a_file_of_a_space_has_no_functions_and_runs_none(tmp_path: Path) -> None:
+    space = pymunk.Space()
+    space.on_collision(1, 2, begin=print)
+    with pytest.raises(SandboxError, match=r"builtins.print is not a class of Pymunk$"):
+        sandbox.save_space(space, tmp_path / "a.space")
+    (tmp_path / "b.space").write_bytes(pickle.dumps(print))
+    with pytest.raises(SandboxError, match=r"b.space: cannot be read as a Space: builtins.print is not a class"):
+        sandbox.load_space(tmp_path / "b.space")
 
 
 @pytest.mark.wide
