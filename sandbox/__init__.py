@@ -33,6 +33,7 @@ if TYPE_CHECKING:  # each name as itself, which exports it
         SweepTable as SweepTable,
     )
     from sandbox.scripting.simulation import Simulation as Simulation
+    from sandbox.space.files import load_space as load_space, save_space as save_space
     from sandbox.space.findings import Finding as Finding
     from sandbox.space.from_pymunk import from_space as from_space, to_space as to_space
     from sandbox.space.lint import lint as lint
@@ -53,6 +54,7 @@ _MODULES: Final = {
         "scripting.calls": "advise compare converge simulate sweep verify",
         "scripting.results": "Advice Comparison Scores SweepTable",
         "scripting.simulation": "Simulation",
+        "space.files": "load_space save_space",
         "space.findings": "Finding",
         "space.from_pymunk": "from_space to_space",
         "space.lint": "lint",

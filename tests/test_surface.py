@@ -18,8 +18,8 @@ from sandbox.engines import create
 from sandbox.scene.spawn import spawn
 
 VERBS = (
-    *("advise", "compare", "converge", "dump", "engines", "from_space", "lint", "load", "scenes"),
-    *("simulate", "sweep", "to_space", "verify", "watch"),
+    *("advise", "compare", "converge", "dump", "engines", "from_space", "lint", "load", "load_space"),
+    *("save_space", "scenes", "simulate", "sweep", "to_space", "verify", "watch"),
 )
 CLASSES = (
     "Advice",
@@ -170,6 +170,7 @@ class Soft(Mine):
 def kept(space: pymunk.Space) -> None:
     warnings.simplefilter("ignore", sandbox.SpaceWarning)
     sandbox.dump(sandbox.from_space(space), "level.toml")
+    sandbox.save_space(sandbox.load_space("level.space"), "level.space")
 
 
 def after_a_step(engine: Engine) -> State:

@@ -24,6 +24,7 @@ NAMES: Final[Mapping[str, Change]] = {
     "Space.add_default_collision_handler": Change(7, "space.on_collision(None, None, begin=..., ...)"),
     "Vec2d.rotate": Change(6, "v = v.rotated(angle)"),
     "Vec2d.get_length": Change(6, "v.length"),
+    "pymunk.constraint": Change(6, "pymunk.constraints, or pymunk.PinJoint and so on"),
     "pymunk.inf": Change(
         6, "float('inf') for a moment; for a body that never moves, pymunk.Body(body_type=pymunk.Body.STATIC)"
     ),

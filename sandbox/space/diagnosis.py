@@ -9,7 +9,7 @@ from sandbox.space.energy import Ledger
 from sandbox.space.findings import Finding
 from sandbox.text import counted, listed, printable
 
-MAX_FINDINGS: Final = 10  # in text
+MAX_PERCENT: Final = 1000.0  # of energy, in the headline
 
 
 @dataclass(frozen=True)
@@ -44,12 +44,12 @@ class Diagnosis:
 
     @property
     def headline(self) -> str:
-        """Whether a rule found a fault, and whether the steps changed the energy by more than the program explains."""
+        """Whether a rule found a fault, and whether energy came or went where none should."""
         shares = self.energy.suspect if self.energy else {}
-        suspect = [f"{words} {100 * share:+.0f} %" for words, share in shares.items()]
+        suspect = [f"{words} {_percent(100 * share)}" for words, share in shares.items()]
         said = [] if self.findings or not self.steps else ["No rule found a fault."]
         if suspect:
-            said.append(f"The steps changed the energy by more than the program did: {listed(suspect)}.")
+            said.append(f"Energy came or went where none should: {listed(suspect)} of the largest kinetic energy.")
         return " ".join(said)
 
     def lines(self, width: int) -> Iterator[str]:
@@ -59,11 +59,8 @@ class Diagnosis:
         if self.headline:
             yield from textwrap.wrap(self.headline, width)
             yield ""
-        for number, finding in enumerate(self.findings[:MAX_FINDINGS], 1):
+        for number, finding in enumerate(self.findings, 1):
             yield from finding.lines(width, f"{number}. ")
-            yield ""
-        if (more := len(self.findings) - MAX_FINDINGS) > 0:
-            yield f"and {counted(more, 'further finding')}; --json has all of them"
             yield ""
         if self.energy:
             yield from self.energy.text()
@@ -75,3 +72,8 @@ class Diagnosis:
             "findings": [asdict(finding) for finding in self.findings],
             "energy": self.energy.as_json() if self.energy else None,
         }
+
+
+def _percent(percent: float) -> str:
+    shown = max(-MAX_PERCENT, min(percent, MAX_PERCENT))
+    return f"{'' if shown == percent else 'beyond '}{shown:+,.0f} %"

@@ -15,12 +15,12 @@ from typing import Any, Final, Self
 
 import numpy as np
 
-from sandbox.quantity import dot
+from sandbox.quantity import dot, tangent
 from sandbox.space.recording import Numbers, Rows, Run, finite
 from sandbox.state import Floats
 
 SMALLEST_SHOWN: Final = 5e-5  # of the largest kinetic energy
-LEAST_ENERGY: Final = 1e-6  # kg px²/s²: with less than that, nothing moved
+LEAST_ENERGY: Final = 1e-6  # kg px²/s²: with less than that, hardly anything had a velocity
 SUSPECT: Final = 0.05  # of the largest kinetic energy: a line that is not the program's own, and worth a headline
 
 
@@ -49,8 +49,8 @@ class Cause(StrEnum):
     INTEGRATION = "integration", "gravity and what bears it, in steps instead of at every moment"
     CORRECTION = "correction", "bodies moved apart that overlapped", True  # against gravity
     # The impulses on bodies besides those of contacts:
-    JOINTS = "joints", "joints", True  # in steps in which nothing else pushes bodies:
-    DRIVEN = "driven", "motors, springs, joints that give way, functions, and all joints beside them"
+    JOINTS = "joints", "joints", True  # in steps in which nothing else pushes bodies; otherwise, with such bounces:
+    DRIVEN = "driven", "motors, springs, joints that give way, functions, and what acts beside them"
     # Changed within the step by nothing that was recorded: handlers, and what they add and remove:
     CALLBACKS = "callbacks", "handlers and callbacks"
     PROGRAM = "program", "the program: what it sets, adds and removes between steps"
@@ -86,8 +86,9 @@ class Ledger:
 
     @property
     def shares(self) -> dict[str, float]:
-        """The lines in words as shares of the scale, the largest first; 0 if nothing moved."""
-        shares = {cause.words: value / self.scale if self.scale else 0.0 for cause, value in self.lines.items()}
+        """The lines in words as shares of the scale, the largest first; 0 if there was hardly any."""
+        moved = self.scale >= LEAST_ENERGY
+        shares = {cause.words: value / self.scale if moved else 0.0 for cause, value in self.lines.items()}
         return dict(sorted(shares.items(), key=lambda line: -abs(line[1])))
 
     @property
@@ -100,7 +101,7 @@ class Ledger:
         """Yield its balance in lines of text: how much energy there was, and what changed it."""
         scale = self.scale
         if scale < LEAST_ENERGY:
-            yield "Its energy: nothing moved."
+            yield "Its energy: hardly anything had a velocity."
             return
         if not np.isfinite(scale):
             yield "Its energy is not a number."
@@ -121,11 +122,6 @@ class Ledger:
             "largest_kinetic": self.scale,
             "lines": {str(cause): value for cause, value in self.lines.items() if value},
         }
-
-
-def turned(a: Floats) -> Floats:
-    """Return vectors turned by +90°."""
-    return np.stack([-a[..., 1], a[..., 0]], axis=-1)
 
 
 def _columns(rows: Rows, linear: str, angular: str) -> Floats:
@@ -161,12 +157,15 @@ class _Work:
         self._gravity = np.array([step.gravity for step in run.steps]).reshape(-1, 2)[run.step]
         self._mass = finite(_columns(run.new, "mass", "moment"))
         self._inverse = np.divide(1, self._mass, where=self._mass > 0, out=np.zeros_like(self._mass))
+        self._drives = np.zeros(len(run.steps), bool)
+        for step in (run.joint_step[~run.joints["is_hard"]], run.step[run.new["is_own"]]):
+            self._drives[step] = True
         self._start, self._end = (_columns(rows, "velocity", "spin") for rows in (run.old, run.new))
-        normal, arms = self._contacts["normal"], [turned(self._contacts[arm]) for arm in ("arm_a", "arm_b")]
+        normal, arms = self._contacts["normal"], [tangent(self._contacts[arm]) for arm in ("arm_a", "arm_b")]
         rows = [run.rows_of(run.contact_step, self._contacts[row]) for row in ("row_a", "row_b")]
         self._sides = [*zip((-1, 1), rows, arms, strict=True)]
         self._impulse = self._contacts["impulse"][:, None] * normal  # on B, and its reverse on A
-        self._impulse += self._contacts["tangential"][:, None] * turned(normal)
+        self._impulse += self._contacts["tangential"][:, None] * tangent(normal)
         self._add()
 
     def _add(self) -> None:
@@ -195,9 +194,7 @@ class _Work:
     def _add_rest(self, updated: Floats, rest: Floats) -> None:
         """Add the work of impulses besides those of contacts. rest: how much they changed the motion."""
         run, impulse = self._run, self._mass * rest
-        drives = np.array([step.handles for step in run.steps], bool)
-        drives[run.joint_step[~run.joints["is_hard"]]] = True
-        drives[run.step[run.new["is_own"]]] = True
+        drives = self._drives | np.array([step.handles for step in run.steps], bool)
         work, is_driven = (impulse * (self._start + self._end)).sum(axis=1) / 2, np.append(drives[run.step], False)
         self._book(Cause.JOINTS, work * ~is_driven, run.step)
         self._book(Cause.DRIVEN, work * is_driven, run.step)
@@ -206,16 +203,18 @@ class _Work:
     def _add_contacts(self, updated: Floats, solved: Floats) -> None:
         """Add the work of contacts: what is due by the velocities before the step, and the rest."""
         n = self._contacts["normal"]
-        tangent = turned(n)
+        along = tangent(n)
         normal, tangential = self._contacts["impulse"], self._contacts["tangential"]
         velocities = [self._relative(motion) for motion in (self._start, updated, solved)]
         first, between, last = (dot(velocity, n) for velocity in velocities)
-        slip = [dot(velocity, tangent) for velocity in velocities]
+        slip = [dot(velocity, along) for velocity in velocities]
         target = -self._contacts["elasticity"] * np.minimum(first, 0)
         driven = self._relative(updated * (self._inverse == 0))  # by bodies of infinite mass, which have no energy
+        error, is_driven = normal * (last - target + np.maximum(first, 0)), self._drives[self._run.contact_step]
         for cause, twice in (
             (Cause.RESTITUTION, normal * (np.minimum(first, 0) + target)),
-            (Cause.RESTITUTION_ERROR, normal * (last - target + np.maximum(first, 0))),
+            (Cause.RESTITUTION_ERROR, error * ~is_driven),
+            (Cause.DRIVEN, error * is_driven),  # a contact that a motor presses does work against it
             (Cause.FRICTION, tangential * (slip[0] + slip[2])),
             (Cause.INTEGRATION, normal * (between - first) + tangential * (slip[1] - slip[0])),
             (Cause.KINEMATIC, -2 * dot(self._impulse, driven)),

@@ -164,6 +164,13 @@ def _anchor_far(contents: Contents) -> Iterator[Fault]:
                     yield contents.fault(body, what, anchor.length / size, f"{anchor.length:.4g} px")
 
 
+def _limits(contents: Contents) -> Iterator[Fault]:
+    for joint in contents.new_joints:
+        if isinstance(joint, pymunk.SlideJoint | pymunk.RotaryLimitJoint) and joint.min > joint.max:
+            what = f"its {type(joint).__name__} has min = {joint.min:.4g} and max = {joint.max:.4g}"
+            yield contents.fault(joint.b if is_dynamic(joint.b) else joint.a, what)
+
+
 def _wrong_point(contents: Contents) -> Iterator[Fault]:
     """Bodies that were pushed at points far outside of them that, in the other coordinates, are within them."""
     for body, push in contents.origins.pushes.items():
@@ -269,6 +276,7 @@ RULES: Final[Rules[Contents]] = {
     "placed-twice": _placed_twice,
     "concave": _concave,
     "anchor-far": _anchor_far,
+    "limits": _limits,
     "off-centre": _off_centre,
     "moment": _moment,
     "categories": _categories,

@@ -28,6 +28,7 @@ from sandbox.space.rules import unused
 from sandbox.state import Floats
 
 MAX_STRETCH: Final = 0.1  # of the joint's length, or half that of the bodies that it connects
+FELT: Final = 0.01  # of a stretch, for what the program puts elsewhere, step after step
 MAX_DEPTH: Final = 0.5  # of the smaller half width, beyond collision_slop, in an impact
 MAX_LASTING_DEPTH: Final = 0.25
 LASTING: Final = 0.2  # s: as long as that, an overlap is no impact
@@ -38,7 +39,6 @@ MANY_MOVES: Final = 10  # steps before which the program set a body's position
 CAUGHT: Final = 0.2  # of its momentum, that a body loses at a seam
 ALONG: Final = 0.7  # cosine of the angle between two normals, below which one pushes along the other's surface
 FLUSH: Final = 0.1  # of a body's half width, within which two surfaces are one
-FRICTION_STEPS: Final = 0.05  # of the steps: with contacts in fewer, nothing rubs on a body
 MIN_STEPS: Final = 30  # since the last push
 KEPT_SPEED: Final = 0.8  # of its largest speed: slower in the end, something has slowed a body
 MAX_MASS_RATIO: Final = 100.0
@@ -117,11 +117,24 @@ class Evidence:
                 faults[rule].append(fault)
         return faults
 
+    @cached_property
+    def put(self) -> Floats:
+        """(n,) px that the program put bodies elsewhere before each step, and turned kinematic ones.
+
+        0 if that is no further than a kinematic body's own velocities would move it, as a correction is.
+        """
+        old, was, fixed = self.run.old, self.run.was, np.isinf(self.run.old["mass"])
+        ids, index = np.unique(old["id"], return_inverse=True)
+        bodies = (self.recording.bodies[body] for body in ids.tolist())
+        reach = np.array([max(map(half_length, body.shapes), default=0.0) for body in bodies])[index] * fixed
+        way = np.hypot(*(old["position"] - was["position"]).T) + reach * np.abs(old["angle"] - was["angle"])
+        speed = np.hypot(*old["velocity"].T) + reach * np.abs(old["spin"])
+        return np.asarray(way * (~fixed | (way > speed * self.run.dt[self.run.step])))
+
     def placed(self, number: int, ends: tuple[int, int]) -> float:
         """Return how far the program put one of two bodies elsewhere before a step, by its number, px."""
-        step = self.run.steps[number]
-        way = np.hypot(*(step.old["position"] - step.was["position"]).T)
-        return float(way[np.isin(step.old["id"], ends)].max(initial=0.0))
+        rows = slice(*self.run.step.searchsorted([number, number + 1]))
+        return float(self.put[rows][np.isin(self.run.old["id"][rows], ends)].max(initial=0.0))
 
     def touched(self, quantity: str) -> dict[pymunk.Shape, float]:
         """Return the shapes all of whose contacts had no elasticity, or no friction, and since when they touched, s."""
@@ -166,7 +179,8 @@ class Evidence:
 
     def figures(self) -> dict[str, float]:
         """Return the figures of the rules whose cures can be tried: passages, or px."""
-        deepest = max((overlap.worst[1] for overlap in self.overlaps), default=0.0)
+        worst = max(self.overlaps, key=lambda each: each.worst[1] / self.half_width(*each.ends), default=None)
+        deepest = worst.worst[1] if worst else 0.0
         return {
             "passed-through": float(len(self.passages.found)),
             "joint-stretched": max((each.worst[1] for each in self.stretches), default=0.0),
@@ -265,8 +279,10 @@ def _stretched(evidence: Evidence) -> Iterator[Fault]:
             masses = [body.mass for body in (joint.a, joint.b) if is_dynamic(body) and body.mass]
             ratio = max(masses) / min(masses) if masses else 1.0
             differ = f"; their masses differ {ratio:.3g} times" if ratio > MAX_MASS_RATIO else ""
+            is_put = evidence.placed(number, stretch.ends) > FELT * error
+            put = ", as the program puts one of them elsewhere before the step" if is_put else ""
             worst, off = evidence.run.steps[number], f"{error:.3g} px"
-            what = f"its {type(joint).__name__} to {{}} is off by {off} at {worst.end:.3f} s{differ}"
+            what = f"its {type(joint).__name__} to {{}} is off by {off} at {worst.end:.3f} s{put}{differ}"
             since = evidence.run.steps[stretch.steps[(stretch.values > MAX_STRETCH * length).argmax()]].end
             yield evidence.fault(stretch.ends, worst, what, error / length, off, since)
 
@@ -282,8 +298,9 @@ def _deep_overlap(evidence: Evidence, overlap: Series) -> tuple[str, Fault] | No
     if not len(deep) or evidence.came_in(deep[0], *ends):
         return None
     number, depth = overlap.worst
-    at = overlap.steps == deep[0]
-    is_impact = not is_lasting and bool((before[at] < overlap.values[at] / 2).all())
+    # What sinks goes on by less than it is in; an impact is over in a step, or in two, as a box lands on its corners
+    grows, at = (overlap.values / 2 <= before) & (before < overlap.values), overlap.steps.searchsorted(deep[0])
+    is_impact = not is_lasting and not grows[max(at - 1, 0) : at + 1].all()
     if is_impact and evidence.placed(deep[0], ends) > depth / 2:
         return None  # the program put one into the other
     worst, since = evidence.run.steps[number], evidence.run.steps[deep[0]].end
@@ -294,18 +311,12 @@ def _deep_overlap(evidence: Evidence, overlap: Series) -> tuple[str, Fault] | No
 
 
 def _moved(evidence: Evidence) -> Iterator[Fault]:
-    """Bodies whose positions the program sets again and again.
-
-    Of kinematic ones, those that touch something then, and are moved further than their own velocity moves them, which
-    would be a correction.
-    """
-    run = evidence.run
-    ids, way = run.old["id"], np.hypot(*(run.old["position"] - run.was["position"]).T)
-    is_further = way > np.hypot(*run.old["velocity"].T) * run.dt[run.step]
+    """Bodies that the program puts elsewhere again and again; of kinematic ones, those that touch something then."""
+    run, way, ids = evidence.run, evidence.put, evidence.run.old["id"]
     touches = np.zeros(len(ids) + 1, bool)
     for row in ("row_a", "row_b"):
         touches[run.rows_of(run.contact_step, run.contacts[row])] = True
-    matters = np.flatnonzero((way > 0) & (np.isfinite(run.old["mass"]) | (is_further & touches[:-1])))
+    matters = np.flatnonzero((way > 0) & (np.isfinite(run.old["mass"]) | touches[:-1]))
     for at in by_key(ids[matters], run.step[matters]):
         if len(at) > MANY_MOVES:
             first = matters[at[0]]
@@ -371,22 +382,22 @@ def _continues(evidence: Evidence, contact: Any, other: Any) -> bool:
 
 
 def _untouched(evidence: Evidence) -> Iterator[Fault]:
-    """Bodies with friction and no bounce that go on and on without a push, and hardly touch anything."""
+    """Bodies with friction and no bounce that go on and on without a push, and never touch anything."""
     run, space = evidence.run, evidence.contents.space
     if tuple(space.gravity) != (0, 0) or space.damping != 1:
         return
     is_pushed = ((run.old["velocity"] != run.was["velocity"]) | (run.old["force"] != 0)).any(axis=1)
+    touching = {*run.contacts["body_a"].tolist(), *run.contacts["body_b"].tolist()}
     for body in evidence.contents.bodies:
         rows = run.new["id"] == body.id
         speed = np.hypot(*run.new["velocity"][rows].T)
-        touching = int(((run.contacts["body_a"] == body.id) | (run.contacts["body_b"] == body.id)).sum())
         shapes = evidence.contents.solid_of.get(id(body), ())
         is_rough = any(shape.friction for shape in shapes) and not any(shape.elasticity for shape in shapes)
         is_left = len(speed) > MIN_STEPS and not is_pushed[rows][-MIN_STEPS:].any()
         is_going = is_left and 0 < speed.max() * KEPT_SPEED < speed[-1]
         is_free = is_dynamic(body) and not body.constraints and body._velocity_func is None
-        if is_rough and is_going and is_free and touching < FRICTION_STEPS * len(run.steps):
-            what = f"still goes at {speed[-1]:.3g} px/s, and touched something in {touching} steps"
+        if is_rough and is_going and is_free and body.id not in touching:
+            what = f"still goes at {speed[-1]:.3g} px/s, and never touched anything"
             yield evidence.fault([body.id], run.steps[-1], what, since=run.steps[0].time)
 
 

@@ -26,8 +26,6 @@ TABLE: dict[str, Case] = {
     "anchor": Case("anchor-far", "its PinJoint to the Space's static body has the anchor (420, 150)"),
     "anvil": Case("sinks-in", "too heavy for the passes that the solver does"),
     "arm": Case("contacts-within", "though joints hold both"),
-    "categories": Case("categories", "category 3 is 1 and 2 at once"),
-    "click": Case("wrong-point", "apply_impulse_at_local_point in"),
     "cup": Case("concave", "a vertex that was given is 10 px inside of what collides"),
     "dragged": Case("passed-through", "through a segment of length 300", LATE),
     "hammer": Case("", "", LATE),
@@ -42,7 +40,6 @@ TABLE: dict[str, Case] = {
     "tiles": Case("seams", "is caught where two polygons meet"),
     "topdown": Case("friction-untouched", "still goes at 250 px/s"),
     "twice": Case("placed-twice", "so they are about (500, 700)", LATE),
-    "worm": Case("overlap", "by 4 px, which a joint holds to it"),
     "wrecker": Case("joint-stretched", "their masses differ 500 times", frozenset({"joint-stretched"})),
 }
 

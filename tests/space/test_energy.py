@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pymunk
 import pytest
-from spaces import DT, boxed, record
+from spaces import DT, add, ball, boxed, record, wall, world
 
 from sandbox.space.energy import Cause, Ledger, ledger_of
 from sandbox.space.recording import Recording, Run
@@ -247,6 +247,15 @@ def test_a_motor_s_work_is_the_energy_of_the_wheel() -> None:
     ledger = ledger_of(Run(record(space, 60)))
     assert ledger.lines[Cause.DRIVEN] == pytest.approx(40 * 3**2 / 2, rel=1e-9)
     only(ledger, Cause.DRIVEN)
+
+
+def test_a_ball_that_a_motor_presses_to_a_wall_is_no_bounce_against_its_elasticity() -> None:
+    space, arm = world(gravity=0), pymunk.Body()
+    wall(space, (0, 60), (200, 60), elasticity=0.5)
+    add(space, pymunk.Segment(arm, (0, 0), (100, 0), 5), mass=10, elasticity=0.5)
+    ball(space, 80, 40, elasticity=0.5)
+    space.add(pymunk.PivotJoint(space.static_body, arm, (0, 0)), pymunk.SimpleMotor(space.static_body, arm, -3))
+    assert ledger_of(Run(record(space, 120))).suspect == {}
 
 
 def test_damping_takes_its_power_of_the_energy() -> None:

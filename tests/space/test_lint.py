@@ -1,10 +1,12 @@
 """The linter: each fault, put into a Space on purpose, is named with its figures; its twin without has no finding."""
 
 import math
+import pickle
 import random
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import pymunk
@@ -121,6 +123,10 @@ def anchor_in_the_space(space: pymunk.Space) -> None:
     space.add(pymunk.PinJoint(space.static_body, body_of(disc(space, 200)), (200, 0), (200, 100)))
 
 
+def swapped_limits(space: pymunk.Space) -> None:
+    space.add(pymunk.SlideJoint(space.static_body, body_of(disc(space, 200)), (200, 0), (0, 0), 120, 80))
+
+
 def numbered_categories(space: pymunk.Space) -> None:
     for number in (1, 2, 3):
         disc(space, 150 * number + 250, 200).filter = pymunk.ShapeFilter(categories=number)
@@ -161,6 +167,7 @@ FAULTS: dict[Callable[[pymunk.Space], None], tuple[str, str]] = {
     joint_to_nothing: ("joint-not-added", "its PivotJoint holds on to a Body() that was never added and has no mass"),
     wall_placed_twice: ("placed-twice", "its body is at (300, 400), as are its corners; so they are about (600, 800)"),
     anchor_in_the_space: ("anchor-far", "its PinJoint to the Space's static body has the anchor (200, 100)"),
+    swapped_limits: ("limits", "its SlideJoint has min = 120 and max = 80"),
     numbered_categories: ("categories", "category 3 is 1 and 2 at once"),
     elasticity_of_a_body: ("attribute", "body.elasticity was set; write shape.elasticity"),
     group_of_old: ("attribute", "shape.group was set; write shape.filter = pymunk.ShapeFilter(group=..."),
@@ -332,6 +339,16 @@ def test_findings_are_in_the_order_of_the_rules_and_print_their_cure() -> None:
 def test_what_is_no_space_is_refused() -> None:
     with pytest.raises(SandboxError, match=r"^space must be a pymunk\.Space, got list$"):
         sandbox.lint([])  # type: ignore[arg-type]
+
+
+def test_a_file_of_a_space_has_no_functions_and_runs_none(tmp_path: Path) -> None:
+    space = pymunk.Space()
+    space.on_collision(1, 2, begin=print)
+    with pytest.raises(SandboxError, match=r"builtins.print is not a class of Pymunk$"):
+        sandbox.save_space(space, tmp_path / "a.space")
+    (tmp_path / "b.space").write_bytes(pickle.dumps(print))
+    with pytest.raises(SandboxError, match=r"b.space: cannot be read as a Space: builtins.print is not a class"):
+        sandbox.load_space(tmp_path / "b.space")
 
 
 @pytest.mark.wide
