@@ -168,13 +168,15 @@ def _spins(scene: Scene, difference: Difference) -> str:
 def comparison_rows(comparison: Comparison) -> Iterator[list[str]]:
     """Yield the rows of a comparison's table: a label, and a value for each engine.
 
-    Of a heap, the energy of each cause is left out: it covers more than the reference can account for.
+    The energies of causes come by size. Of a heap they are left out: the reference cannot account for them.
     """
     runs = comparison.runs.values()
     yield from key_figures(comparison)
-    for cause in () if is_heap(comparison) else Cause:
-        shares = [run.energy_by_cause.get(cause, 0.0) / (run.energy_scale or math.inf) for run in runs]
-        values = [share_text(share) for share in shares]
+    of_causes = {
+        cause: [run.energy_by_cause.get(cause, 0.0) / (run.energy_scale or math.inf) for run in runs] for cause in Cause
+    }
+    for cause in () if is_heap(comparison) else sorted(of_causes, key=lambda cause: -max(map(abs, of_causes[cause]))):
+        values = [share_text(share) for share in of_causes[cause]]
         if any(value != NOTHING for value in values):
             yield [f"energy: {cause.label}", *values]
     for number, row in enumerate(next((run.theory for run in runs if run.theory), ())):
