@@ -10,8 +10,9 @@ from sandbox.engines import Source
 from sandbox.judge.causes import Cause
 from sandbox.judge.judge import Steps
 from sandbox.judge.summary import Verdict
+from sandbox.run.mouse import PUSH, Pushes
 from sandbox.scene.model import Scene
-from sandbox.state import NO_DAMPING, PUSH, Damping, Pushes, States
+from sandbox.state import NO_DAMPING, Damping, States
 
 NO_PUSHES: Final = np.empty(0, PUSH)
 

@@ -9,7 +9,7 @@ from sandbox.compiled import has_numba
 from sandbox.engines import check_name, known
 from sandbox.engines.support import Support, rows
 from sandbox.errors import SandboxError
-from sandbox.text import console
+from sandbox.report.output import console
 
 
 def print_engines(supported: Mapping[str, Support]) -> None:

@@ -12,8 +12,8 @@ from sandbox.analysis.advice import try_settings
 from sandbox.engines import REFERENCE, Engines, Source, named, registry
 from sandbox.engines.specs import Value
 from sandbox.errors import SandboxError
-from sandbox.run import trajectory
-from sandbox.run.trajectory import Trajectory
+from sandbox.report import trajectory
+from sandbox.report.trajectory import Trajectory
 from sandbox.scene.files import bundled
 from sandbox.scene.model import Scene
 from sandbox.scores import verify as scoring

@@ -9,12 +9,12 @@ import pytest
 from sandbox.analysis.advice import TriedSettings, advice_rows, advised, as_json, recommend, try_settings
 from sandbox.analysis.comparison import compare
 from sandbox.errors import SandboxError
+from sandbox.report.output import console
 from sandbox.report.tables import print_advice
 from sandbox.run.inputs import Grab, Input, Move
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.units import PIXELS
-from sandbox.text import console
 
 NONE_BETTER = "None of the settings tried is better."
 

@@ -11,8 +11,8 @@ from conftest import scene_of
 from sandbox.engines import create, default_engines, refusal, registry
 from sandbox.engines.engine import RunningEngine, traits_of
 from sandbox.errors import SandboxError
+from sandbox.report.trajectory import simulate
 from sandbox.run.inputs import End, Grab, Input, Move, Release
-from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load
 from sandbox.scene.spawn import spawn
 from sandbox.state import CONTACT

@@ -6,7 +6,7 @@ import pymunk
 import pytest
 from spaces import ball, world
 
-from sandbox.run.trajectory import simulate
+from sandbox.report.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.space.watch import Trials, watch
 

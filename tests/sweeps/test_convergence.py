@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import Command, scene_of
 
-from sandbox.run.trajectory import simulate
+from sandbox.report.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.sweeps.convergence import Convergence, Law, converge, law_of

@@ -9,7 +9,7 @@ import pytest
 from conftest import scene_of
 from window_driver import THREE_BALLS, given, press, step
 
-from sandbox.run.trajectory import simulate
+from sandbox.report.trajectory import simulate
 from sandbox.session.samples import Quantity
 from sandbox.view import Layer
 from sandbox.view.window import Window
