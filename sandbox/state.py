@@ -46,7 +46,7 @@ class State:
     def __post_init__(self) -> None:
         for name in ("angle", "spin"):
             if getattr(self, name) is _NOT_GIVEN:
-                object.__setattr__(self, name, np.zeros(len(self.position)))
+                object.__setattr__(self, name, np.zeros(np.shape(self.position)[:1]))
 
     def copy(self) -> "State":
         """Return a state that shares no array with this one."""

@@ -117,8 +117,10 @@ def _energy(comparison: Comparison, run: Run) -> Iterator[str]:
         return
     share = run.energy_gap[np.argmax(np.abs(run.energy_gap) >= error * (1 - NEGLIGIBLE))]
     last = float(run.energy_gap[known][-1])
-    in_the_end = f" at worst; {_amount(last)} in the end" if abs(last - share) > FURTHER_ON * error else ""
-    yield f"{until.capitalize()}, {_amount(share)}{in_the_end}.".removeprefix(", ")
+    amount = _amount(share)
+    if abs(last - share) > FURTHER_ON * error:
+        amount += f" at worst; {_amount(last)} {'then' if until else 'in the end'}"
+    yield f"{until.capitalize()}, {amount}.".removeprefix(", ")
     runs = (run, comparison.runs[comparison.against])
     given, expected = (each.energy_by_cause.get(Cause.APPLIED, 0.0) for each in runs)
     if abs(given - expected) > NEGLIGIBLE_ENERGY * run.energy_scale:

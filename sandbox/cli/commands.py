@@ -332,7 +332,7 @@ def verify(
     Exit code 1: an engine named with --engines missed an expectation or broke; without --engines, the exact engine did.
     """
     from sandbox.engines import registry
-    from sandbox.report.tables import Scoreboard, print_misses, print_tally
+    from sandbox.report.tables import Scoreboard, print_summary
     from sandbox.scores.verify import PATIENCE, all_passed, as_json
     from sandbox.scores.verify import verify as score_engines
     from sandbox.scripting.calls import scenes_to_score
@@ -354,9 +354,7 @@ def verify(
     if json_file:
         write_text(json_file, json_text(as_json(board)))
     if printed:
-        print_misses(board, console())
-        print()
-        print_tally(board, console())
+        print_summary(board, console())
     if not all_passed(board, engines):
         raise typer.Exit(1)
 

@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
+from sandbox.errors import SandboxError, shown
+
 if TYPE_CHECKING:  # slow to import
     from rich.console import Console
 
@@ -20,7 +22,12 @@ def console(**options: Any) -> "Console":
 
 
 def text_of(show: "Callable[[Console], object]", width: int) -> str:
-    """Return what a function prints on a console so many columns wide, without colours."""
+    """Return what a function prints on a console so many columns wide, without colours.
+
+    Raises SandboxError if the width is not a whole number of at least 1.
+    """
+    if not isinstance(width, int) or width < 1:
+        raise SandboxError(f"width must be a whole number of at least 1, got {shown(width)}")
     text = io.StringIO()
     show(console(file=text, width=width, color_system=None, force_terminal=False, force_jupyter=False))
     return "".join(f"{line.rstrip()}\n" for line in text.getvalue().splitlines())

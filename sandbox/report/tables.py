@@ -223,8 +223,9 @@ class Scoreboard:
             self._print("scene", {engine: engine for engine in engines})
 
     def print_row(self, scene: str, row: Mapping[str, Result]) -> None:
-        """Print the scores of one scene."""
-        self._print(scene, {engine: _cell(result) for engine, result in row.items()})
+        """Print the scores of one scene, unless no engine runs any more."""
+        if any(result.outcome is not Outcome.NOT_RUN for result in row.values()):
+            self._print(scene, {engine: _cell(result) for engine, result in row.items()})
 
     def _print(self, scene: str, cells: Mapping[str, str]) -> None:
         if self._is_wide:
@@ -245,13 +246,11 @@ def print_advice(trials: Sequence[TriedSettings], terminal: Console) -> None:
 
 
 def print_scores(board: Board, terminal: Console) -> None:
-    """Print all scores, what was missed, and in how many scenes each engine met all expectations."""
+    """Print all scores, and what they come to."""
     scoreboard = Scoreboard(list(board), list(next(iter(board.values()))), terminal)
     for scene, row in board.items():
         scoreboard.print_row(scene, row)
-    print_misses(board, terminal)
-    terminal.print()
-    print_tally(board, terminal)
+    print_summary(board, terminal)
 
 
 def _cell(result: Result) -> str:
@@ -261,8 +260,8 @@ def _cell(result: Result) -> str:
     return word
 
 
-def print_misses(board: Board, terminal: Console) -> None:
-    """Print what was missed most in each scene by each engine, what could not be judged, and which engines broke."""
+def print_summary(board: Board, terminal: Console) -> None:
+    """Print what each engine missed most in each scene, what could not be judged, what broke, and the tally."""
     for scene, row in board.items():
         for engine, result in row.items():
             if result.outcome in (Outcome.MET, Outcome.REFUSED, Outcome.NOT_RUN) and not any(
@@ -273,12 +272,7 @@ def print_misses(board: Board, terminal: Console) -> None:
             more = f" ({len(others)} more)" if others else ""
             when = "" if result.time is None else f" at {result.time:.3f} s"
             terminal.print(f"\n{scene}, {engine}{more}{when}: {first.removeprefix(f'{engine}: ')}")
-
-
-def print_tally(board: Board, terminal: Console) -> None:
-    """Print for each engine in how many scenes it met all expectations, missed one and so on."""
-    for line in tally_lines(board):
-        terminal.print(line)
+    terminal.print("", *tally_lines(board), sep="\n")
 
 
 def tally_lines(board: Board) -> Iterator[str]:

@@ -175,7 +175,7 @@ def sweep(
 
 def converge(
     scene: AnyScene,
-    engines: str | Sequence[str] | None = None,
+    engines: Engines | None = None,
     *,
     rates: Iterable[int] = convergence.RATES,
     starts: int = convergence.STARTS,
@@ -184,7 +184,8 @@ def converge(
 ) -> Convergence:
     """Run engines at several rates, from several starts each, and return how fast their errors vanish.
 
-    engines: as in `sweep`; starts: shifted by fractions of a step; seed, seconds: by default the scene's.
+    engines: as in `compare`, by default as in `sweep`; starts: shifted by fractions of a step; seed, seconds: by
+    default the scene's.
     Raises SandboxError if an argument is wrong, Refused if an engine cannot run the scene.
     """
     chosen, _ = replay(scene, (), seconds=seconds, seed=seed)
