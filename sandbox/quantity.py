@@ -46,11 +46,6 @@ def length(vector: Floats) -> Floats:
     return np.hypot(vector[..., 0], vector[..., 1])
 
 
-def outside(position: Floats, size: Sequence[float]) -> Floats:
-    """Return how far each ball's centre is outside an arena, px, negative if it is inside: (..., n)."""
-    return np.maximum(-position, position - size).max(axis=-1)
-
-
 @kernel
 def pass_through(one: Any, other: Any) -> Any:
     """Return whether two balls pass through each other: they have a group in common, or a mask lacks a category.

@@ -30,16 +30,6 @@ def printable(text: str) -> str:
     return "".join("\N{REPLACEMENT CHARACTER}" if unprintable(letter) else letter for letter in text)
 
 
-def listed(words: Sequence[str]) -> str:
-    """Return words as a list in a sentence.
-
-    >>> listed(["pymunk"]), listed(["pymunk", "impulse"]), listed(["pymunk", "impulse", "article"])
-    ('pymunk', 'pymunk and impulse', 'pymunk, impulse and article')
-    """
-    *first, last = words
-    return f"{', '.join(first)} and {last}" if first else last
-
-
 def csv_text(lines: Iterable[Sequence[object]]) -> str:
     r"""Return a table as CSV; None is an empty cell, and a list is JSON.
 

@@ -16,7 +16,7 @@ from sandbox.engines.engine import traits_of
 from sandbox.judge.causes import Cause
 from sandbox.judge.judge import Steps
 from sandbox.judge.thresholds import NEGLIGIBLE
-from sandbox.quantity import deepest_overlap, energy, impulse_of, length, meeting, momentum, outside
+from sandbox.quantity import deepest_overlap, energy, impulse_of, length, meeting, momentum
 from sandbox.run.lockstep import Runner
 from sandbox.run.mouse import PUSH, after_pushes
 from sandbox.scene.fields import Vector
@@ -112,7 +112,7 @@ class Measurement:
         self._courses.append(self._course(states, gap))
         if self._apart is None and (apart := (gap > bodies.radius).any(axis=1)).any():
             self._apart = scene.clock.time(first + int(apart.argmax()))
-        away = outside(position, scene.arena.size)
+        away = np.maximum(-position, position - scene.arena.size).max(axis=-1)  # px
         if scene.arena.walls and (away > 0).any():
             if self._first_outside is None:
                 step, ball = np.argwhere(away > 0)[0].tolist()

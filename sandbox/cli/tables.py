@@ -9,6 +9,7 @@ from sandbox.compiled import has_numba
 from sandbox.engines import check_name, known
 from sandbox.engines.support import Support, rows
 from sandbox.errors import SandboxError
+from sandbox.report.numbers import rounded
 from sandbox.report.output import console
 
 
@@ -40,9 +41,5 @@ def print_figures(title: str, figures: Sequence[Figure]) -> None:
     table.add_column("")
     for figure in figures:
         values = (figure.median, figure.lowest, figure.highest)
-        table.add_row(figure.means, *map(_rounded, values), figure.unit)
+        table.add_row(figure.means, *map(rounded, values), figure.unit)
     console().print(table, "")
-
-
-def _rounded(value: float) -> str:
-    return f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
