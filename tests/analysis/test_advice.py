@@ -103,7 +103,7 @@ WORST: dict[str, float] = {"passages": 5, "escapes": 20, "apart": 0.05, "energy_
 
 
 @pytest.mark.parametrize(
-    ("key", "better"), [("passages", 2), ("escapes", 2), ("apart", 2.0), ("apart", None), ("energy_error", 0.5)]
+    ("key", "better"), [("passages", 2), ("escapes", 2), ("apart", 2.0), ("apart", None), ("energy_error", 0.0)]
 )
 def test_what_matters_more_decides(key: str, better: float | None) -> None:
     """A trial is better in one thing than the one without changes, alike in what matters more, and bad in the rest."""
