@@ -457,16 +457,11 @@ def check(
 @app.command()
 def scenes() -> None:
     """List the bundled scenes."""
-    from rich.table import Table
-
+    from sandbox.report.tables import plain_table
     from sandbox.scene.files import scenes as bundled_scenes
 
-    table = Table(box=None, pad_edge=False)
-    for column in ("scene", "balls", "about"):
-        table.add_column(column)
-    for name, scene in bundled_scenes().items():
-        table.add_row(name, str(len(scene.bodies)), scene.about)
-    console().print(table)
+    rows = ([name, str(len(scene.bodies)), scene.about] for name, scene in bundled_scenes().items())
+    console().print(plain_table(("scene", "balls", "about"), *rows, justify="left"))
 
 
 @app.command()

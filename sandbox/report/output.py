@@ -22,10 +22,7 @@ def console(**options: Any) -> "Console":
 
 
 def text_of(show: "Callable[[Console], object]", width: int) -> str:
-    """Return what a function prints on a console so many columns wide, without colours.
-
-    Raises SandboxError if the width is not a whole number of at least 1.
-    """
+    """Return what a function prints on a console so many columns wide. Raises SandboxError for another width."""
     if not isinstance(width, int) or width < 1:
         raise SandboxError(f"width must be a whole number of at least 1, got {shown(width)}")
     text = io.StringIO()

@@ -6,7 +6,7 @@ from itertools import zip_longest
 from typing import Final
 
 from rich.cells import cell_len
-from rich.console import Console
+from rich.console import Console, JustifyMethod
 from rich.table import Table
 
 from sandbox.analysis.advice import TriedSettings, advice_rows, recommend
@@ -113,7 +113,7 @@ def _print_first_contacts(scene: Scene, engine: str, run: Run, most: int, termin
         terminal.print(f"\n{first_of}{counted(len(run.contacts), 'contact')} in {engine}:")
     for title, rows in contacts:
         terminal.print(f"\n{title}")
-        terminal.print(_table(*rows))
+        terminal.print(plain_table(*rows))
 
 
 def sentence(scene: Scene, difference: Difference) -> str:
@@ -195,16 +195,16 @@ def print_convergence(convergence: Convergence, terminal: Console) -> None:
         f"{scene.title or scene.name}: seed {scene.seed}, {scene.seconds:.4g} s, RMS distance from {REFERENCE}, the "
         f"median of {counted(convergence.starts, 'start')}\n"
     )
-    terminal.print(_table(*convergence.table()))
+    terminal.print(plain_table(*convergence.table()))
     for sentence in convergence.sentences():
         terminal.print(f"\n{sentence}")
 
 
-def _table(labels: Sequence[str], *rows: Sequence[str]) -> Table:
-    """Return a table whose first column is text, with figures to the right of it."""
+def plain_table(labels: Sequence[str], *rows: Sequence[str], justify: JustifyMethod = "right") -> Table:
+    """Return a table whose first column is text; justify: how the others are, by default as figures."""
     table = Table(box=None, pad_edge=False)
     for number, label in enumerate(labels):
-        table.add_column(label, justify="right" if number else "left", overflow="fold")
+        table.add_column(label, justify=justify if number else "left", overflow="fold")
     for row in rows:
         table.add_row(*row)
     return table
@@ -241,7 +241,7 @@ class Scoreboard:
 
 def print_advice(trials: Sequence[TriedSettings], terminal: Console) -> None:
     """Print the results of other settings of Pymunk, and what to change."""
-    terminal.print(_table(*([row[0].replace(", ", ",\n"), *row[1:]] for row in advice_rows(trials))))
+    terminal.print(plain_table(*([row[0].replace(", ", ",\n"), *row[1:]] for row in advice_rows(trials))))
     terminal.print(f"\n{recommend(trials)}")
 
 

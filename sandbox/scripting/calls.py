@@ -1,7 +1,4 @@
-"""The functions of a script: simulate, compare, advise, verify, sweep, converge.
-
-Every wrong argument raises SandboxError.
-"""
+"""The functions of a script, from `simulate` to `converge`. Every wrong argument raises SandboxError."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -184,8 +181,7 @@ def converge(
 ) -> Convergence:
     """Run engines at several rates, from several starts each, and return how fast their errors vanish.
 
-    engines: as in `compare`, by default as in `sweep`; starts: shifted by fractions of a step; seed, seconds: by
-    default the scene's.
+    engines: as in `compare`, by default as in `sweep`; starts: shifted by fractions of a step; seed, seconds: likewise.
     Raises SandboxError if an argument is wrong, Refused if an engine cannot run the scene.
     """
     chosen, _ = replay(scene, (), seconds=seconds, seed=seed)

@@ -49,7 +49,7 @@ class Fit(NamedTuple):
         return "none" if self.order is None else f"{self.order + 0.0:.2f} ± {self.spread:.1g}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Convergence:
     """The errors of engines at several rates.
 
@@ -62,6 +62,11 @@ class Convergence:
     errors: Mapping[str, Floats]
     laws: Mapping[str, Law]
     cut: str
+
+    def __repr__(self) -> str:
+        return (
+            f"<Convergence: {self.scene.name}, {', '.join(f'{engine} {self.fit(engine)}' for engine in self.errors)}>"
+        )
 
     @property
     def starts(self) -> int:
