@@ -190,10 +190,10 @@ def share_text(share: float) -> str:
 
 def print_convergence(convergence: Convergence, terminal: Console) -> None:
     """Print the errors of engines at each rate, the orders fitted to them, and what theory expects."""
-    scene = convergence.scene
+    scene, (errors, *_) = convergence.scene, convergence.errors.values()
     terminal.print(
         f"{scene.title or scene.name}: seed {scene.seed}, {scene.seconds:.4g} s, RMS distance from {REFERENCE}, the "
-        f"median of {counted(convergence.starts, 'start')}\n"
+        f"median of {counted(errors.shape[1], 'start')}\n"
     )
     terminal.print(plain_table(*convergence.table()))
     for sentence in convergence.sentences():

@@ -225,11 +225,14 @@ def watch(space: pymunk.Space) -> Iterator["Watched"]:
         yield Watched(trials)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Watched:
     """What a Space did within a `with` block. `sandbox watch` prints its `table`, and writes its `to_json`."""
 
     _trials: Trials
+
+    def __repr__(self) -> str:
+        return f"<Watched: {self.diagnosis.heading}>"
 
     @property
     def diagnosis(self) -> Diagnosis:

@@ -68,11 +68,6 @@ class Convergence:
             f"<Convergence: {self.scene.name}, {', '.join(f'{engine} {self.fit(engine)}' for engine in self.errors)}>"
         )
 
-    @property
-    def starts(self) -> int:
-        """The number of starts at each rate."""
-        return len(next(iter(self.errors.values()))[0])
-
     def middle(self, engine: str) -> Floats:
         """Return the median over the starts at each rate, (rates,) px."""
         return np.array([median(errors) for errors in self.errors[engine].tolist()])

@@ -101,8 +101,7 @@ def plan(
     seeds = [scene.seed] if seeds is None else seeds
     rates = [scene.rate] if rates is None else rates
     settings = settings or {}
-    sources = sources_of(engines, scene)
-    names = list(sources)
+    names = list(sources := sources_of(engines, scene))
     if unnamed := [name for name in names if sources[name] != name]:
         raise SandboxError(f"{unnamed[0]}: runs of a sweep find engines by name; name its file, as in mine.py:Mine")
     _check_keys(names, settings)

@@ -28,7 +28,6 @@ NAMES = "must be different names separated by commas, as in pymunk,exact"
     ("arguments", "message"),
     [
         (("compare", "article", "--engines", "a,,\x1b"), f"Invalid value for '--engines': 'a,,\\x1b' {NAMES}"),
-        (("bench", "--only", "start,start"), f"Invalid value for '--only': 'start,start' {NAMES}"),
         (("trace", "article", "--engine", ""), 'an engine must have a printable name, got ""'),
         (("sweep", "article", "--rates", "0"), "Invalid value for '--rates': '0' must be whole numbers from 1 on"),
         (
