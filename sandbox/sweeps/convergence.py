@@ -143,9 +143,9 @@ def converge(
 ) -> Convergence:
     """Run engines at several rates, from several starts each, and measure how far they are from the exact engine.
 
-    The runs last for the scene's seconds, or as long as the paths of `exact` mean anything. progress: called now and
-    then with the fraction that is done. Raises SandboxError for fewer than three different rates, and if too little of
-    the run means anything; Refused if an engine cannot run the scene.
+    The runs last for the scene's seconds, or up to the step in which the paths of `exact` lose their meaning. progress:
+    called now and then with the fraction that is done. Raises SandboxError for fewer than three different rates, and if
+    too little of the run means anything; Refused if an engine cannot run the scene.
     """
     rates = sorted(set(rates))
     if len(rates) < MIN_RATES:
@@ -155,7 +155,8 @@ def converge(
     for engine, source in sources.items():
         create(source, scene, spawn(scene), engine)
     reference = compare(scene, [REFERENCE])
-    until = min(float(reference.time[-1]), reference.trusted_until or np.inf)
+    end = np.inf if reference.trusted_until is None else reference.trusted_until - 1 / scene.rate  # the step before
+    until = min(float(reference.time[-1]), end)
     if until < 2 / rates[0]:
         raise SandboxError(
             f"{scene.name}: the paths of {REFERENCE} mean something for {until:.3g} s only, which is less than two "

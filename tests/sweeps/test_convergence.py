@@ -80,6 +80,14 @@ def test_it_says_why_runs_were_cut_short() -> None:
     assert first.startswith(f"The runs end at {measured.scene.seconds:.3g} s: by then, shifting balls by some units")
 
 
+def test_runs_end_before_the_step_whose_contacts_no_law_decides() -> None:
+    """Two balls are hit at once: up to there, `impulse` flies as `exact` does; from there on, it decides otherwise."""
+    target = "radius = 20\nposition = [300, {}]".format
+    thrown = "radius = 20\nposition = [100, 300]\nvelocity = [200, 0]"
+    measured = converge(scene_of(thrown, target(279), target(321), more="seconds = 2"), ["impulse"], (60, 240, 960), 1)
+    assert measured.errors["impulse"].max() < 1e-9
+
+
 def test_rounding_has_no_order() -> None:
     alone = scene_of("radius = 5\nposition = [100, 100]\nvelocity = [20, 30]", more="seconds = 0.2")
     measured = converge(alone, ["impulse"], RATES, starts=2)
