@@ -16,7 +16,7 @@ if TYPE_CHECKING:  # each name as itself, which exports it
     from sandbox.engines.engine import Engine as Engine, Traits as Traits
     from sandbox.engines.support import engines as engines
     from sandbox.errors import Refused as Refused, SandboxError as SandboxError, SpaceWarning as SpaceWarning
-    from sandbox.run.trajectory import Trajectory as Trajectory
+    from sandbox.report.trajectory import Trajectory as Trajectory
     from sandbox.scene import Scene as Scene, dump as dump, load as load, scenes as scenes
     from sandbox.scripting.calls import (
         advise as advise,
@@ -49,7 +49,7 @@ _MODULES: Final = {
         "engines.engine": "Engine Traits",
         "engines.support": "engines",
         "errors": "Refused SandboxError SpaceWarning",
-        "run.trajectory": "Trajectory",
+        "report.trajectory": "Trajectory",
         "scene": "Scene dump load scenes",
         "scripting.calls": "advise compare converge simulate sweep verify",
         "scripting.results": "Advice Comparison Scores SweepTable",

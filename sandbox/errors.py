@@ -101,11 +101,9 @@ def dotted(path: KeyPath) -> str:
     >>> dotted(("balls", 2, "radius"))
     'balls[2].radius'
     """
-    return "".join(f"[{key}]" if isinstance(key, int) else f".{_bare_or_quoted(key)}" for key in path).lstrip(".")
-
-
-def _bare_or_quoted(key: str) -> str:
-    return key if re.fullmatch(rf"[\w-]{{1,{MAX_VALUE_LENGTH}}}", key, re.ASCII) else shown(key)
+    bare = re.compile(rf"[\w-]{{1,{MAX_VALUE_LENGTH}}}", re.ASCII)
+    keys = (f"[{key}]" if isinstance(key, int) else f".{key if bare.fullmatch(key) else shown(key)}" for key in path)
+    return "".join(keys).lstrip(".")
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:

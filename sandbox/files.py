@@ -8,7 +8,7 @@ import os
 import shutil
 import stat
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from secrets import token_hex
@@ -78,24 +78,16 @@ def write_text(path: str | Path, text: str) -> None:
         file.write(text.encode())
 
 
-def check_outputs(outputs: Mapping[str, str | None], read: Iterable[str | Path | None] = ()) -> None:
-    """Check, before anything runs, that each output can be written. Raises SandboxError if one cannot.
+def written_file(path: str) -> Path | None:
+    """Return the file that is written at a path; None for standard output, a device or a pipe.
 
-    outputs: option -> its path. read: input files, which must not be overwritten.
+    Raises SandboxError if it cannot be written.
     """
-    taken: set[str | Path] = {Path(os.path.realpath(path)) for path in read if path and os.path.exists(path)}  # noqa: PTH110
-    for option, path in outputs.items():
-        if path is None:
-            continue
-        with write_errors(path or "''"):
-            if target := _file_behind(path):
-                with _partial_of(target):
-                    pass
-        place = "-" if path in STANDARD_OUTPUT else target
-        if place in taken:
-            raise SandboxError(f"{option} {path}: is an input, or another output; choose another file")
-        if place:
-            taken.add(place)
+    with write_errors(path or "''"):
+        if target := _file_behind(path):
+            with _partial_of(target):
+                pass
+    return target
 
 
 def _file_behind(path: str | Path) -> Path | None:

@@ -1,7 +1,6 @@
-"""Processes of our own: how many can run at once, and one that answers through a pipe."""
+"""A process of our own, which answers through a pipe."""
 
 import multiprocessing
-import os
 import signal
 import sys
 import threading
@@ -10,11 +9,6 @@ from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from types import ModuleType
 from typing import Any
-
-
-def core_count() -> int:
-    """Return how many processes can run at once."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class ChildProcess:

@@ -29,15 +29,11 @@ def potential_energy(position: Floats, mass: Floats, gravity: Sequence[float], s
     return np.einsum("...nk,k,n->...", lowest - position, field, mass)
 
 
-def energy(moving: State | States, bodies: Bodies, gravity: Sequence[float], size: Sequence[float]) -> Floats:
+def energy(moving: State | States, bodies: Bodies, gravity: Sequence[float] = (), size: Sequence[float] = ()) -> Floats:
     """Return the energy of all balls, of flight, spin and gravity, kg px²/s²: (...)."""
-    kinetic = kinetic_energy(moving.velocity, bodies.mass) + spin_energy(moving.spin, bodies.moment)
+    spin = 0.5 * np.einsum("...n,...n,n->...", moving.spin, moving.spin, bodies.moment)
+    kinetic = kinetic_energy(moving.velocity, bodies.mass) + spin
     return kinetic + potential_energy(moving.position, bodies.mass, gravity, size) if any(gravity) else kinetic
-
-
-def spin_energy(spin: Floats, moment: Floats) -> Floats:
-    """Return the energy of the spins of all balls, kg px²/s²: (...)."""
-    return 0.5 * np.einsum("...n,...n,n->...", spin, spin, moment)
 
 
 def momentum(velocity: Floats, mass: Floats) -> Floats:
@@ -48,11 +44,6 @@ def momentum(velocity: Floats, mass: Floats) -> Floats:
 def length(vector: Floats) -> Floats:
     """Return the length of each vector: (..., 2) -> (...). The length of a velocity is its speed."""
     return np.hypot(vector[..., 0], vector[..., 1])
-
-
-def outside(position: Floats, size: Sequence[float]) -> Floats:
-    """Return how far each ball's centre is outside an arena, px, negative if it is inside: (..., n)."""
-    return np.maximum(-position, position - size).max(axis=-1)
 
 
 @kernel

@@ -10,7 +10,6 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 Contacts = NDArray[np.void]  # (k,) of dtype CONTACT
-Pushes = NDArray[np.void]  # (k,) of dtype PUSH
 
 CONTACT: Final = np.dtype(
     [
@@ -22,15 +21,6 @@ CONTACT: Final = np.dtype(
         ("depth", "f8"),  # px, overlap when the contact was found
         ("tangential", "f8"),  # kg px/s along (-normal_y, normal_x), which friction gives to the second
         ("slip", "f8"),  # px/s along the same, of the first's rim past the second's before the contact
-    ]
-)
-
-
-PUSH: Final = np.dtype(
-    [
-        ("row", "i8"),  # of the state that the step leads to, in a block
-        ("ball", "i8"),
-        ("dv", "f8", (2,)),  # px/s, by which the ball's velocity changes before the step
     ]
 )
 
@@ -56,7 +46,7 @@ class State:
     def __post_init__(self) -> None:
         for name in ("angle", "spin"):
             if getattr(self, name) is _NOT_GIVEN:
-                object.__setattr__(self, name, np.zeros(len(self.position)))
+                object.__setattr__(self, name, np.zeros(np.shape(self.position)[:1]))
 
     def copy(self) -> "State":
         """Return a state that shares no array with this one."""
@@ -83,12 +73,6 @@ class States(NamedTuple):
     def rows(self, rows: slice) -> "States":
         """Return the part of some steps, which shares the arrays."""
         return States(*(each[rows] for each in self))
-
-    def after_pushes(self, pushes: Pushes) -> "States":
-        """Return the states with each push (PUSH) already in the velocities before its step, of all but the last."""
-        velocity = self.velocity.copy()
-        np.add.at(velocity, (pushes["row"] - 1, pushes["ball"]), pushes["dv"])
-        return self._replace(velocity=velocity)
 
     def state(self, row: int, time: float) -> State:
         """Return the state of one row, which shares the arrays. time: s."""

@@ -3,15 +3,10 @@
 import csv
 import io
 import json
-import math
 import unicodedata
-from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Iterable, Sequence
+from typing import Final
 
-if TYPE_CHECKING:  # slow to import
-    from rich.console import Console
-
-DEFAULT_WIDTH: Final = 80  # columns of text for a script
 FORMULA_STARTS: Final = ("=", "+", "-", "@")  # a cell that starts so may be evaluated by a spreadsheet
 JOINERS: Final = "\u200c\u200d"  # invisible, but words of many languages and emoji are spelt with them
 
@@ -35,16 +30,6 @@ def printable(text: str) -> str:
     return "".join("\N{REPLACEMENT CHARACTER}" if unprintable(letter) else letter for letter in text)
 
 
-def listed(words: Sequence[str]) -> str:
-    """Return words as a list in a sentence.
-
-    >>> listed(["pymunk"]), listed(["pymunk", "impulse"]), listed(["pymunk", "impulse", "article"])
-    ('pymunk', 'pymunk and impulse', 'pymunk, impulse and article')
-    """
-    *first, last = words
-    return f"{', '.join(first)} and {last}" if first else last
-
-
 def csv_text(lines: Iterable[Sequence[object]]) -> str:
     r"""Return a table as CSV; None is an empty cell, and a list is JSON.
 
@@ -62,33 +47,6 @@ def _cell(cell: object) -> object:
     if isinstance(cell, str):
         return printable(f"'{cell}" if cell.startswith(FORMULA_STARTS) else cell)
     return json.dumps(cell) if isinstance(cell, list | tuple) else cell
-
-
-def json_text(value: object) -> str:
-    """Return a value as JSON, as every file has it: a number that is not finite, which JSON does not have, is null."""
-    return json.dumps(_finite(value), indent=2, allow_nan=False) + "\n"
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _finite(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def console(**options: Any) -> "Console":
-    """Return a Rich console that prints [red] and :smile: verbatim. options: others of Rich."""
-    from rich.console import Console  # noqa: PLC0415
-
-    return Console(highlight=False, markup=False, emoji=False, **options)
-
-
-def text_of(show: "Callable[[Console], object]", width: int) -> str:
-    """Return what a function prints on a console so many columns wide, without colours."""
-    text = io.StringIO()
-    show(console(file=text, width=width, color_system=None, force_terminal=False, force_jupyter=False))
-    return "".join(f"{line.rstrip()}\n" for line in text.getvalue().splitlines())
 
 
 def counted(count: int, noun: str) -> str:

@@ -44,7 +44,7 @@ def tables() -> dict[str, list[str]]:
     """Return the lines of each table by the heading that it follows."""
     made = {title: _table(("key", "meaning"), _keys(model)) for title, model in MODELS.items()}
     for title, of in COMMENTED.items():
-        source = inspect.getsource(of).partition("\nPUSH")[0]
+        source = inspect.getsource(of)
         rows = re.findall(ENTRY if of is sandbox.state else FIELD, source, re.MULTILINE)
         made[title] = _table(("key", "meaning"), ((f"`{key}`", _of_json(comment)) for key, comment in rows))
     made["Causes"] = _table(("key", "label"), ((f"`{cause.key}`", cause.label) for cause in Cause))

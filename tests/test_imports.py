@@ -43,7 +43,7 @@ LIBRARIES: Final = {  # library -> the modules and folders that may import it; n
     "jinja2": ("report",),
     "pygame": ("view", "bench.window", "scripting.program"),
     "av": ("view",),
-    "rich": ("cli", "report", "text"),
+    "rich": ("cli", "report"),
     "typer": ("cli",),
 }
 

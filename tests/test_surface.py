@@ -47,6 +47,7 @@ def test_the_surface_is_what_dir_lists() -> None:
     assert sorted(sandbox.__all__) == dir(sandbox) == sorted((*VERBS, *CLASSES, "__version__"))
     assert all(getattr(sandbox, name) is not None for name in sandbox.__all__)
     assert sandbox.__version__ == version("pymunk-sandbox")
+    assert "gravity" in sandbox.engines()["pymunk"].accepts  # a module that can be called
     assert issubclass(sandbox.SandboxError, ValueError)
     assert issubclass(sandbox.Refused, sandbox.SandboxError)
     with pytest.raises(AttributeError, match=r"^module 'sandbox' has no attribute 'laod'$"):

@@ -10,8 +10,9 @@ from sandbox.engines import Source
 from sandbox.judge.causes import Cause
 from sandbox.judge.judge import Steps
 from sandbox.judge.summary import Verdict
+from sandbox.run.mouse import PUSH, Pushes
 from sandbox.scene.model import Scene
-from sandbox.state import NO_DAMPING, PUSH, Damping, Pushes, States
+from sandbox.state import NO_DAMPING, Damping, States
 
 NO_PUSHES: Final = np.empty(0, PUSH)
 
@@ -25,12 +26,14 @@ def on_states(
     damping: Damping = NO_DAMPING,
     is_soft: bool = False,
 ) -> Verdict:
-    """Judge states. clock: s, the length of each step, by default the scene's."""
+    """Judge states, with one cause for each sentence. clock: s, the length of each step, by default the scene's."""
     steps = np.arange(1, len(states.position))
     dt = 1 / scene.clock.rates(steps) if clock is None else np.array(clock)
     judged = Steps(scene, damping, is_soft=is_soft)
     judged.add(states, pushes, dt)
-    return judged.verdict()
+    verdict = judged.verdict()
+    assert len({(each.cause, each.sentence) for each in verdict.causes}) == len(verdict.causes)
+    return verdict
 
 
 def states_of(scene: Scene, engine: Source, *, seconds: float | None = None) -> States:

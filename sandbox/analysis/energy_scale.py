@@ -7,7 +7,7 @@ import numpy as np
 
 from sandbox.engines.exact.contact import HOP_TIME, MAX_LOAD
 from sandbox.judge.thresholds import NEGLIGIBLE
-from sandbox.quantity import dot, energy, kinetic_energy, length, spin_energy
+from sandbox.quantity import dot, energy, length
 from sandbox.scene.model import Scene
 from sandbox.state import Bools, Contacts, Integers, State, States
 
@@ -22,7 +22,7 @@ class EnergyScale:
 
     def __init__(self, scene: Scene, start: State) -> None:
         self._scene = scene
-        self._largest = float(energy(start, scene.bodies, (), ()))  # without heights
+        self._largest = float(energy(start, scene.bodies))  # without heights
         self._given = 0.0
 
     @property
@@ -37,7 +37,7 @@ class EnergyScale:
         """Enter steps and the contacts in them, by time. before: steps before the first state."""
         self._scene = scene
         if any(scene.gravity):
-            kinetic = float(energy(states, scene.bodies, (), ()).max())
+            kinetic = float(energy(states, scene.bodies).max())
             at_contacts = _largest_at_contacts(scene, states, contacts, before)
             self._largest = max(self._largest, kinetic, at_contacts)
 
@@ -56,8 +56,8 @@ def _largest_at_contacts(scene: Scene, states: States, contacts: Contacts, befor
     fallen = np.clip(contacts["time"][first] - clock.times(before + step - 1), 0.0, 1 / clock.rates(before + step))
     falls = ~_carried(states, contacts, step_of)[step - 1]
     gained = fallen[:, None, None] * np.asarray(scene.gravity) * falls[..., None]
-    flight = kinetic_energy(states.velocity[step - 1] + gained, scene.bodies.mass)
-    return float((flight + spin_energy(states.spin[step - 1], scene.bodies.moment)).max())
+    flying = States(*(part[step - 1] for part in states))
+    return float(energy(flying._replace(velocity=flying.velocity + gained), scene.bodies).max())
 
 
 def _carried(states: States, contacts: Contacts, step_of: Integers) -> Bools:

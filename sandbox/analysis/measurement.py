@@ -16,11 +16,12 @@ from sandbox.engines.engine import traits_of
 from sandbox.judge.causes import Cause
 from sandbox.judge.judge import Steps
 from sandbox.judge.thresholds import NEGLIGIBLE
-from sandbox.quantity import deepest_overlap, energy, impulse_of, length, meeting, momentum, outside
+from sandbox.quantity import deepest_overlap, energy, impulse_of, length, meeting, momentum
 from sandbox.run.lockstep import Runner
+from sandbox.run.mouse import PUSH, after_pushes
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Expect, Scene
-from sandbox.state import NO_DAMPING, PUSH, Contacts, Floats, Integers, State, States
+from sandbox.state import NO_DAMPING, Contacts, Floats, Integers, State, States
 
 MAX_PATH_BYTES: Final = 20_000_000  # of an engine's positions kept; of a long run, one frame in so many
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law
@@ -84,7 +85,7 @@ class Measurement:
         self._contacts.append(contacts)
         pushes, dt = np.array(self.pushes, PUSH), 1 / clock.rates(steps)
         self._judge(states, pushes, dt)
-        pushed, step_of = states.after_pushes(pushes), clock.steps_containing(contacts["time"])
+        pushed, step_of = after_pushes(states, pushes), clock.steps_containing(contacts["time"])
         row_of = np.clip(step_of - done, 1, rows - 1)
         first = slice(MAX_IMPACTS - sum(map(len, self._impacts)))
         within = np.clip(contacts["time"] - clock.times(step_of - 1), 0.0, 1 / clock.rates(step_of))
@@ -111,7 +112,7 @@ class Measurement:
         self._courses.append(self._course(states, gap))
         if self._apart is None and (apart := (gap > bodies.radius).any(axis=1)).any():
             self._apart = scene.clock.time(first + int(apart.argmax()))
-        away = outside(position, scene.arena.size)
+        away = np.maximum(-position, position - scene.arena.size).max(axis=-1)  # px
         if scene.arena.walls and (away > 0).any():
             if self._first_outside is None:
                 step, ball = np.argwhere(away > 0)[0].tolist()

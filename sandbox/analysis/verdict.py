@@ -111,14 +111,14 @@ def _energy(comparison: Comparison, run: Run) -> Iterator[str]:
     if error is None:
         return
     known = np.isfinite(run.energy_gap)
-    until = "" if known.all() else f"until {comparison.time[known.argmin()]:.2f} s"
+    until, then = ("", "in the end") if known.all() else (f"until {comparison.time[known.argmin()]:.2f} s", "then")
     if error <= NEGLIGIBLE_ENERGY:
         yield f"Energy as it should be {until}".rstrip() + "."
         return
     share = run.energy_gap[np.argmax(np.abs(run.energy_gap) >= error * (1 - NEGLIGIBLE))]
     last = float(run.energy_gap[known][-1])
-    in_the_end = f" at worst; {_amount(last)} in the end" if abs(last - share) > FURTHER_ON * error else ""
-    yield f"{until.capitalize()}, {_amount(share)}{in_the_end}.".removeprefix(", ")
+    end = f" at worst; {_amount(last)} {then}" if abs(last - share) > FURTHER_ON * error else ""
+    yield f"{until.capitalize()}, {_amount(share)}{end}.".removeprefix(", ")
     runs = (run, comparison.runs[comparison.against])
     given, expected = (each.energy_by_cause.get(Cause.APPLIED, 0.0) for each in runs)
     if abs(given - expected) > NEGLIGIBLE_ENERGY * run.energy_scale:

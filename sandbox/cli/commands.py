@@ -7,8 +7,8 @@ import faulthandler
 import math
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext, redirect_stdout, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
@@ -19,10 +19,12 @@ from sandbox import __version__
 from sandbox.cli import options
 from sandbox.cli.exit import exit_codes, print_error
 from sandbox.cli.options import file_option, scene_and_inputs, settings_by_key
+from sandbox.cli.outputs import check_outputs, has_document, printed_beside
 from sandbox.cli.progress import progress_bar, sweep_with_bar
 from sandbox.errors import EngineError, SandboxError
-from sandbox.files import STANDARD_OUTPUT, check_outputs, write_text
-from sandbox.text import console, counted, json_text, printable
+from sandbox.files import STANDARD_OUTPUT, write_text
+from sandbox.report.output import console, json_text
+from sandbox.text import counted, printable
 from sandbox.view import Layer
 
 if TYPE_CHECKING:
@@ -209,7 +211,7 @@ def compare(
     outputs = {"--json": json_file, "--csv": csv_file, "--report": report}
     check_outputs(outputs, [scene, inputs])
     chosen, replayed = scene_and_inputs(scene, inputs, seconds=seconds, seed=seed, rate=rate)
-    with _printed_beside(outputs.values()):
+    with printed_beside(outputs.values()):
         comparison = _compare(chosen, engines, against, replayed)
         trials: Sequence[TriedSettings] = ()
         if advise:
@@ -225,7 +227,7 @@ def compare(
         from sandbox.report.comparison_page import page
 
         write_text(report, page(comparison, trials))
-    if not _has_document(outputs.values()):
+    if not has_document(outputs.values()):
         print_comparison(comparison, console(), all_rows=all_rows, first=first, contacts=contacts)
         if trials:
             print()
@@ -246,16 +248,6 @@ def _compare(
 
     with progress_bar(scene.title or scene.name) as progress:
         return compare_engines(scene, names, against=against, inputs=inputs, progress=progress)
-
-
-def _has_document(files: Iterable[str | None]) -> bool:
-    """Return whether one of some outputs is standard output."""
-    return not {*files}.isdisjoint(STANDARD_OUTPUT)
-
-
-def _printed_beside(files: Iterable[str | None]) -> AbstractContextManager[object]:
-    """While engines run, send what their own code prints to standard error, if an output is standard output."""
-    return redirect_stdout(sys.stderr) if _has_document(files) else nullcontext()
 
 
 @app.command(context_settings={"allow_interspersed_args": False, "ignore_unknown_options": False})
@@ -292,7 +284,7 @@ def watch(
     warn_of_misplaced_options(given)
     trials = Trials(HEADLESS_SECONDS if headless and seconds is None else seconds, parts, iterations)
     diagnoses = Report(given, trials, json_file, headless if tries is None else tries, costs)
-    with _printed_beside([json_file]):
+    with printed_beside([json_file]):
         code = run_on_trial(given, trials, diagnoses.write, headless=headless)
     raise typer.Exit(code)
 
@@ -309,14 +301,14 @@ def trace(
     out: Annotated[str, file_option("A .npz or .csv file; - prints CSV.")] = "-",
 ) -> None:
     """Write positions and velocities at every step."""
-    from sandbox.run.trajectory import simulate, trace_writer
+    from sandbox.report.trajectory import simulate, trace_writer
 
     if steps is not None and seconds is not None:
         raise SandboxError("--steps and --seconds exclude each other")
     check_outputs({"--out": out}, [scene, inputs])
     trace_writer(out)  # rejects an unknown ending before anything runs
     chosen, replayed = scene_and_inputs(scene, inputs, seconds=seconds, seed=seed, rate=rate)
-    with _printed_beside([out]):
+    with printed_beside([out]):
         trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
     trajectory.save(out)
 
@@ -340,7 +332,7 @@ def verify(
     Exit code 1: an engine named with --engines missed an expectation or broke; without --engines, the exact engine did.
     """
     from sandbox.engines import registry
-    from sandbox.report.tables import Scoreboard, print_misses, print_tally
+    from sandbox.report.tables import Scoreboard, print_summary
     from sandbox.scores.verify import PATIENCE, all_passed, as_json
     from sandbox.scores.verify import verify as score_engines
     from sandbox.scripting.calls import scenes_to_score
@@ -348,8 +340,8 @@ def verify(
     check_outputs({"--json": json_file}, scenes or ())
     scored = scenes_to_score(scenes or None)
     names = engines or list(registry())
-    printed, board = not _has_document([json_file]), {}
-    with _printed_beside([json_file]), progress_bar("") as progress:
+    printed, board = not has_document([json_file]), {}
+    with printed_beside([json_file]), progress_bar("") as progress:
         rows = score_engines(scored, names, tolerance, math.inf if scenes else PATIENCE, progress)
         scoreboard = Scoreboard([scene.name for scene in scored], names, console()) if printed else None
         for scene, row in rows:
@@ -362,9 +354,7 @@ def verify(
     if json_file:
         write_text(json_file, json_text(as_json(board)))
     if printed:
-        print_misses(board, console())
-        print()
-        print_tally(board, console())
+        print_summary(board, console())
     if not all_passed(board, engines):
         raise typer.Exit(1)
 
@@ -387,10 +377,9 @@ def sweep(
     The table has a row for each; on Ctrl-C, those that have finished. Exit code 1: some rows are missing, because their
     runs failed.
     """
-    from sandbox.processes import core_count
     from sandbox.scene.files import load
     from sandbox.sweeps import Row, as_csv, in_order, plan
-    from sandbox.sweeps.workers import check_scheduler
+    from sandbox.sweeps.workers import check_scheduler, core_count
 
     if workers and scheduler is not None:
         raise SandboxError("--workers and --scheduler exclude each other")
@@ -398,7 +387,7 @@ def sweep(
     if scheduler is not None:
         check_scheduler(scheduler)
     chosen = load(scene).changed(**({} if seconds is None else {"seconds": seconds}))
-    with _printed_beside([out]):
+    with printed_beside([out]):
         planned = plan(chosen, seeds, rates, engines, settings_by_key(set_ or ()), against=against)
     rows: list[Row] = []
     try:
@@ -431,11 +420,11 @@ def converge(
 
     check_outputs({"--json": json_file}, [scene])
     chosen, _ = scene_and_inputs(scene, None, seed=seed, seconds=seconds)
-    with _printed_beside([json_file]), progress_bar(chosen.title or chosen.name) as progress:
+    with printed_beside([json_file]), progress_bar(chosen.title or chosen.name) as progress:
         convergence = measure_order(chosen, engines, rates or RATES, starts, progress)
     if json_file:
         write_text(json_file, json_text(convergence.as_json()))
-    if not _has_document([json_file]):
+    if not has_document([json_file]):
         print_convergence(convergence, console())
 
 
@@ -468,16 +457,11 @@ def check(
 @app.command()
 def scenes() -> None:
     """List the bundled scenes."""
-    from rich.table import Table
-
+    from sandbox.report.tables import plain_table
     from sandbox.scene.files import scenes as bundled_scenes
 
-    table = Table(box=None, pad_edge=False)
-    for column in ("scene", "balls", "about"):
-        table.add_column(column)
-    for name, scene in bundled_scenes().items():
-        table.add_row(name, str(len(scene.bodies)), scene.about)
-    console().print(table)
+    rows = ([name, str(len(scene.bodies)), scene.about] for name, scene in bundled_scenes().items())
+    console().print(plain_table(("scene", "balls", "about"), *rows, justify="left"))
 
 
 @app.command()

@@ -8,11 +8,12 @@ from textwrap import fill
 from typing import Final, TextIO
 
 from sandbox.files import STANDARD_OUTPUT, write_text
+from sandbox.report.output import console, json_text
 from sandbox.scripting.program import End
 from sandbox.scripting.tries import tried
 from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.watch import Trials
-from sandbox.text import console, counted, json_text, printable
+from sandbox.text import counted, printable
 
 HEADLESS_SECONDS: Final = 20.0  # of a Space's time, as nobody closes a window
 _OPTIONS: Final = ("--headless", "--seconds", "--json", "--try", "--no-tries")

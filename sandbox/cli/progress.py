@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from sandbox.text import console
+from sandbox.report.output import console
 
 if TYPE_CHECKING:
     from sandbox.sweeps import Row, Sweep

@@ -9,18 +9,16 @@ from sandbox.compiled import has_numba
 from sandbox.engines import check_name, known
 from sandbox.engines.support import Support, rows
 from sandbox.errors import SandboxError
-from sandbox.text import console
+from sandbox.report.numbers import rounded
+from sandbox.report.output import console
+from sandbox.report.tables import plain_table
 
 
 def print_engines(supported: Mapping[str, Support]) -> None:
     """Print what each engine supports, and the engines that are not installed."""
-    table = Table(box=None, pad_edge=False)
-    for label in ("", *supported):
-        table.add_column(label, overflow="fold")
-    for label, values in rows(supported):
-        table.add_row(label, *("yes" if value else "no" for value in values))
-    terminal = console()
-    terminal.print(table)
+    terminal, words = console(), ("no", "yes")
+    lines = ([label, *(words[value] for value in values)] for label, values in rows(supported))
+    terminal.print(plain_table(["", *supported], *lines, justify="left"))
     if not has_numba():
         terminal.print("\nnumba is not installed, or may not compile: engines run as Python, slowly with many balls")
     for name in known():
@@ -40,9 +38,5 @@ def print_figures(title: str, figures: Sequence[Figure]) -> None:
     table.add_column("")
     for figure in figures:
         values = (figure.median, figure.lowest, figure.highest)
-        table.add_row(figure.means, *map(_rounded, values), figure.unit)
+        table.add_row(figure.means, *map(rounded, values), figure.unit)
     console().print(table, "")
-
-
-def _rounded(value: float) -> str:
-    return f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"

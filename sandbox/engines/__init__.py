@@ -64,7 +64,7 @@ def named(engines: Engines) -> dict[str, Source]:
         raise SandboxError(f"{KINDS}, got {shown(engines)}")
     by_name = dict(engines) if isinstance(engines, Mapping) else _by_name(engines)
     if not by_name:
-        raise SandboxError(f"engine must name one or several, got {shown(engines)}")
+        raise SandboxError(f"engines must contain at least one, got {shown(engines)}")
     for name, source in by_name.items():
         if not isinstance(name, str) or not name or printable(name) != name:
             raise SandboxError(f"an engine must have a printable name, got {shown(name)}")

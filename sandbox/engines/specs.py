@@ -66,8 +66,9 @@ def settings_in(spec: str) -> tuple[str, dict[str, float]]:
     base, bracket, rest = spec.partition("(")
     if not bracket or file_and_name(spec):
         return spec, {}
-    if base != TUNED or not rest.endswith(")"):
-        raise SandboxError(f"{spec}: only {TUNED} takes settings, as in {EXAMPLE}")
+    if (base := base.rstrip()) != TUNED or not rest.endswith(")"):
+        wrong = "lacks a closing bracket" if base == TUNED else f"only {TUNED} takes settings"
+        raise SandboxError(f"{spec}: {wrong}, as in {EXAMPLE}")
     settings = parse_settings(spec, rest[:-1])
     for key, value in settings.items():
         if not isinstance(value, int | float):

@@ -21,9 +21,10 @@ from sandbox.judge.run import NEVER, Contacts, Islands, Run, cross, dot
 from sandbox.judge.summary import Judged, Verdict, summary
 from sandbox.judge.thresholds import ALIKE, MAX_TOGETHER, NEGLIGIBLE, REST
 from sandbox.judge.words import of_flight
+from sandbox.run.mouse import Pushes
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT
-from sandbox.state import Bools, Damping, Floats, Integers, Pushes, States
+from sandbox.state import Bools, Damping, Floats, Integers, States
 
 BLOCK: Final = 2**20  # steps of a ball that are judged at once, some 300 MB of arrays
 

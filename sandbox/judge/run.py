@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from sandbox.judge.thresholds import DOUBLE, NEGLIGIBLE, SINGLE
 from sandbox.quantity import meeting, pass_through
+from sandbox.run.mouse import Pushes
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT, arena_faces, walls_of
-from sandbox.state import Bools, Floats, Integers, Pushes, States
+from sandbox.state import Bools, Floats, Integers, States
 
 Vectors = NDArray[np.complex128]
 OUTWARD: Final = np.array([-1 + 0j, -1j, 1 + 0j, 1j])  # normals of the arena's left, top, right and bottom wall

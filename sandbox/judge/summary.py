@@ -118,13 +118,12 @@ def _causes(scene: Scene, errors: Errors, reach: float, flights: dict[str, str])
     keys = [_said_by(*key) for key in zip(*(errors[name].tolist() for name in ("cause", "law", "place")), strict=True)]
     numbers = {key: number for number, key in enumerate(sorted(set(keys)))}
     group = np.array([numbers[key] for key in keys])
+    said = [(cause, of_errors(scene, errors[group == k], flights)) for k, (cause, _, _) in enumerate(numbers)]
     found, whole = [], float(size.sum()) or 1.0
-    for number in range(len(numbers)):
-        rows = errors[group == number]
-        values = rows["value"][np.isfinite(rows["value"])]
+    for cause, sentence in dict.fromkeys(said):
+        is_said = np.array([each == (cause, sentence) for each in said])[group]
+        values = errors["value"][is_said & np.isfinite(errors["value"])]
         parameter = float(np.median(values)) if len(values) else None
-        share = float(size[group == number].sum()) / whole
-        times = int(rows["times"].sum())
-        sentence = of_errors(scene, rows, flights)
-        found.append(CauseOfError(Cause(rows["cause"][0]), times, share, parameter, sentence))
+        share, times = float(size[is_said].sum()) / whole, int(errors["times"][is_said].sum())
+        found.append(CauseOfError(Cause(cause), times, share, parameter, sentence))
     return tuple(sorted(found, key=lambda each: -each.share))

@@ -1,1 +1,1 @@
-"""Comparisons, advice and scores as text; a comparison as a page in one HTML file."""
+"""What a user gets: comparisons, advice and scores as text, a comparison as an HTML page, trajectories as files."""

@@ -6,7 +6,7 @@ from itertools import zip_longest
 from typing import Final
 
 from rich.cells import cell_len
-from rich.console import Console
+from rich.console import Console, JustifyMethod
 from rich.table import Table
 
 from sandbox.analysis.advice import TriedSettings, advice_rows, recommend
@@ -113,7 +113,7 @@ def _print_first_contacts(scene: Scene, engine: str, run: Run, most: int, termin
         terminal.print(f"\n{first_of}{counted(len(run.contacts), 'contact')} in {engine}:")
     for title, rows in contacts:
         terminal.print(f"\n{title}")
-        terminal.print(_table(*rows))
+        terminal.print(plain_table(*rows))
 
 
 def sentence(scene: Scene, difference: Difference) -> str:
@@ -192,21 +192,21 @@ def share_text(share: float) -> str:
 
 def print_convergence(convergence: Convergence, terminal: Console) -> None:
     """Print the errors of engines at each rate, the orders fitted to them, and what theory expects."""
-    scene = convergence.scene
+    scene, (errors, *_) = convergence.scene, convergence.errors.values()
     terminal.print(
         f"{scene.title or scene.name}: seed {scene.seed}, {scene.seconds:.4g} s, RMS distance from {REFERENCE}, the "
-        f"median of {counted(convergence.starts, 'start')}\n"
+        f"median of {counted(errors.shape[1], 'start')}\n"
     )
-    terminal.print(_table(*convergence.table()))
+    terminal.print(plain_table(*convergence.table()))
     for sentence in convergence.sentences():
         terminal.print(f"\n{sentence}")
 
 
-def _table(labels: Sequence[str], *rows: Sequence[str]) -> Table:
-    """Return a table whose first column is text, with figures to the right of it."""
+def plain_table(labels: Sequence[str], *rows: Sequence[str], justify: JustifyMethod = "right") -> Table:
+    """Return a table whose first column is text; justify: how the others are, by default as figures."""
     table = Table(box=None, pad_edge=False)
     for number, label in enumerate(labels):
-        table.add_column(label, justify="right" if number else "left", overflow="fold")
+        table.add_column(label, justify=justify if number else "left", overflow="fold")
     for row in rows:
         table.add_row(*row)
     return table
@@ -225,8 +225,9 @@ class Scoreboard:
             self._print("scene", {engine: engine for engine in engines})
 
     def print_row(self, scene: str, row: Mapping[str, Result]) -> None:
-        """Print the scores of one scene."""
-        self._print(scene, {engine: _cell(result) for engine, result in row.items()})
+        """Print the scores of one scene, unless no engine runs any more."""
+        if any(result.outcome is not Outcome.NOT_RUN for result in row.values()):
+            self._print(scene, {engine: _cell(result) for engine, result in row.items()})
 
     def _print(self, scene: str, cells: Mapping[str, str]) -> None:
         if self._is_wide:
@@ -242,18 +243,16 @@ class Scoreboard:
 
 def print_advice(trials: Sequence[TriedSettings], terminal: Console) -> None:
     """Print the results of other settings of Pymunk, and what to change."""
-    terminal.print(_table(*([row[0].replace(", ", ",\n"), *row[1:]] for row in advice_rows(trials))))
+    terminal.print(plain_table(*([row[0].replace(", ", ",\n"), *row[1:]] for row in advice_rows(trials))))
     terminal.print(f"\n{recommend(trials)}")
 
 
 def print_scores(board: Board, terminal: Console) -> None:
-    """Print all scores, what was missed, and in how many scenes each engine met all expectations."""
+    """Print all scores, and what they come to."""
     scoreboard = Scoreboard(list(board), list(next(iter(board.values()))), terminal)
     for scene, row in board.items():
         scoreboard.print_row(scene, row)
-    print_misses(board, terminal)
-    terminal.print()
-    print_tally(board, terminal)
+    print_summary(board, terminal)
 
 
 def _cell(result: Result) -> str:
@@ -263,8 +262,8 @@ def _cell(result: Result) -> str:
     return word
 
 
-def print_misses(board: Board, terminal: Console) -> None:
-    """Print what was missed most in each scene by each engine, what could not be judged, and which engines broke."""
+def print_summary(board: Board, terminal: Console) -> None:
+    """Print what each engine missed most in each scene, what could not be judged, what broke, and the tally."""
     for scene, row in board.items():
         for engine, result in row.items():
             if result.outcome in (Outcome.MET, Outcome.REFUSED, Outcome.NOT_RUN) and not any(
@@ -275,12 +274,7 @@ def print_misses(board: Board, terminal: Console) -> None:
             more = f" ({len(others)} more)" if others else ""
             when = "" if result.time is None else f" at {result.time:.3f} s"
             terminal.print(f"\n{scene}, {engine}{more}{when}: {first.removeprefix(f'{engine}: ')}")
-
-
-def print_tally(board: Board, terminal: Console) -> None:
-    """Print for each engine in how many scenes it met all expectations, missed one and so on."""
-    for line in tally_lines(board):
-        terminal.print(line)
+    terminal.print("", *tally_lines(board), sep="\n")
 
 
 def tally_lines(board: Board) -> Iterator[str]:

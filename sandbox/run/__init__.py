@@ -1,1 +1,1 @@
-"""Running a scene: the clock, inputs, edits and the mouse; engines in lockstep; trajectories."""
+"""Running a scene: inputs, edits and the mouse; engines in lockstep."""

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sandbox.quantity import dot, length, pass_through
 from sandbox.run.edits import DeleteBall
@@ -12,7 +13,7 @@ from sandbox.run.inputs import End, Grab, Input, Move, Release
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT, nearest_on_segment, walls_of
-from sandbox.state import Floats, State
+from sandbox.state import Floats, State, States
 
 PULL_RATE: Final = 25.0  # 1/s, of the critically damped pull: a ball reaches the pointer in about a fifth of a second
 MAX_PULL_ACCELERATION: Final = 40_000.0  # px/s², whatever the scene's gravity
@@ -24,6 +25,14 @@ MIN_DEPTH: Final = 0.01  # of its radius, by which it is pulled on in a step whe
 MIN_DISTANCE: Final = 1e-9  # px
 
 Push = tuple[int, Vector]  # a ball, and what is added to its velocity, px/s
+Pushes = NDArray[np.void]  # (k,) of dtype PUSH: those in some steps
+PUSH: Final = np.dtype(
+    [
+        ("row", "i8"),  # of the state that the step leads to, in a block
+        ("ball", "i8"),
+        ("dv", "f8", (2,)),  # px/s, by which the ball's velocity changes before the step
+    ]
+)
 
 
 class Mouse:
@@ -90,6 +99,13 @@ class Applied(NamedTuple):
         """Return what is added to the velocities of an engine's balls in a state."""
         ball = self.mouse.ball
         return [*self.kicks] if ball is None else [*self.kicks, (ball, self.mouse.pull(state))]
+
+
+def after_pushes(states: States, pushes: Pushes) -> States:
+    """Return states with each push already in the velocities before its step, of all but the last."""
+    velocity = states.velocity.copy()
+    np.add.at(velocity, (pushes["row"] - 1, pushes["ball"]), pushes["dv"])
+    return states._replace(velocity=velocity)
 
 
 def _free_part(way: Floats, scene: Scene, position: Floats, ball: int) -> Floats:

@@ -1,7 +1,4 @@
-"""The functions of a script: simulate, compare, advise, verify, sweep, converge.
-
-Every wrong argument raises SandboxError.
-"""
+"""The functions of a script, from `simulate` to `converge`. Every wrong argument raises SandboxError."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -12,8 +9,8 @@ from sandbox.analysis.advice import try_settings
 from sandbox.engines import REFERENCE, Engines, Source, named, registry
 from sandbox.engines.specs import Value
 from sandbox.errors import SandboxError
-from sandbox.run import trajectory
-from sandbox.run.trajectory import Trajectory
+from sandbox.report import trajectory
+from sandbox.report.trajectory import Trajectory
 from sandbox.scene.files import bundled
 from sandbox.scene.model import Scene
 from sandbox.scores import verify as scoring
@@ -175,7 +172,7 @@ def sweep(
 
 def converge(
     scene: AnyScene,
-    engines: str | Sequence[str] | None = None,
+    engines: Engines | None = None,
     *,
     rates: Iterable[int] = convergence.RATES,
     starts: int = convergence.STARTS,
@@ -184,7 +181,7 @@ def converge(
 ) -> Convergence:
     """Run engines at several rates, from several starts each, and return how fast their errors vanish.
 
-    engines: as in `sweep`; starts: shifted by fractions of a step; seed, seconds: by default the scene's.
+    engines: as in `compare`, by default as in `sweep`; starts: shifted by fractions of a step; seed, seconds: likewise.
     Raises SandboxError if an argument is wrong, Refused if an engine cannot run the scene.
     """
     chosen, _ = replay(scene, (), seconds=seconds, seed=seed)

@@ -10,10 +10,11 @@ from sandbox.analysis.advice import TriedSettings, advised, recommend
 from sandbox.analysis.figures import Figures
 from sandbox.errors import SandboxError
 from sandbox.files import write_text
+from sandbox.report.output import DEFAULT_WIDTH, json_text, text_of
 from sandbox.report.tables import headline, print_comparison, print_scores, tally_lines
 from sandbox.scores.verify import SceneResults, all_passed, as_json
 from sandbox.sweeps import Row, RowResult, Sweep, as_csv
-from sandbox.text import DEFAULT_WIDTH, counted, json_text, text_of
+from sandbox.text import counted
 
 
 def save(path: str | os.PathLike[str], texts: Mapping[str, Callable[[], str]]) -> None:

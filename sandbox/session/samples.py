@@ -6,10 +6,10 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.quantity import kinetic_energy, length, momentum, spin_energy
+from sandbox.quantity import energy, length, momentum
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
-from sandbox.state import Floats, State
+from sandbox.state import Floats
 
 CAPACITY: Final = 2048  # samples kept of a run, however long; about as many as a screen has columns
 TIME, FALL, FIRST = range(3)  # columns of a sample; the quantities of the engines are the last
@@ -34,10 +34,6 @@ def fall(scene: Scene) -> Floats:
     """Return the energy of a fall of each ball through its radius along each axis of gravity, kg px²/s²: (n,)."""
     weight: Floats = np.abs(scene.gravity).sum() * scene.bodies.mass
     return weight * scene.bodies.radius
-
-
-def _kinetic(state: State, scene: Scene) -> float:
-    return float(kinetic_energy(state.velocity, scene.bodies.mass) + spin_energy(state.spin, scene.bodies.moment))
 
 
 class Series:
@@ -114,13 +110,12 @@ class Samples:
         for table in self._table(self.series.at(moment.step)):
             for k, name in enumerate(self.engines):
                 if reading := running.get(name):
-                    state, energy = reading.state, reading.energy
-                    total = float(length(momentum(state.velocity, scene.bodies.mass)))
+                    state = reading.state
                     table[: Quantity.GAP, k] = (
-                        energy - reading.work,
-                        energy - lowest,
-                        _kinetic(state, scene),
-                        total,
+                        reading.energy - reading.work,
+                        reading.energy - lowest,
+                        energy(state, scene.bodies),
+                        length(momentum(state.velocity, scene.bodies.mass)),
                     )
                     if reference:
                         table[Quantity.GAP, k] = length(state.position - reference.state.position).max()

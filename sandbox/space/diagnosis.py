@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from sandbox.space.energy import Ledger
 from sandbox.space.findings import Finding
-from sandbox.text import counted, listed, printable
+from sandbox.text import counted, printable
 
 MAX_PERCENT: Final = 1000.0  # of energy, in the headline
 
@@ -49,7 +49,7 @@ class Diagnosis:
         suspect = [f"{words} {_percent(100 * share)}" for words, share in shares.items()]
         said = [] if self.findings or not self.steps else ["No rule found a fault."]
         if suspect:
-            said.append(f"Energy came or went where none should: {listed(suspect)} of the largest kinetic energy.")
+            said.append(f"Energy came or went where none should: {', '.join(suspect)} of the largest kinetic energy.")
         return " ".join(said)
 
     def lines(self, width: int) -> Iterator[str]:

@@ -8,7 +8,8 @@ from importlib.resources import files
 from textwrap import wrap
 from typing import Final, NamedTuple, TypeVar
 
-from sandbox.text import DEFAULT_WIDTH, printable
+from sandbox.report.output import DEFAULT_WIDTH
+from sandbox.text import printable
 
 MAX_BODIES_SHOWN: Final = 3  # of a finding, in text
 INDENT: Final = "   "  # below a finding's number

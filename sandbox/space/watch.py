@@ -15,6 +15,7 @@ from weakref import WeakSet
 import numpy as np
 import pymunk
 
+from sandbox.report.output import DEFAULT_WIDTH, json_text
 from sandbox.space.contents import Contents, checked
 from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.energy import ledger_of
@@ -25,7 +26,6 @@ from sandbox.space.passages import Passages
 from sandbox.space.recording import Recording, original_step
 from sandbox.space.rules import END_RULES, RULES
 from sandbox.space.steps import LONGEST_STEP, STEP_RULES, Evidence
-from sandbox.text import DEFAULT_WIDTH, json_text
 
 MAX_SPACES: Final = 10  # that are diagnosed
 MAX_LOOKED_AT: Final = 500_000  # shapes in all looks of the linter, which take some 10 µs each
@@ -225,11 +225,14 @@ def watch(space: pymunk.Space) -> Iterator["Watched"]:
         yield Watched(trials)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Watched:
     """What a Space did within a `with` block. `sandbox watch` prints its `table`, and writes its `to_json`."""
 
     _trials: Trials
+
+    def __repr__(self) -> str:
+        return f"<Watched: {self.diagnosis.heading}>"
 
     @property
     def diagnosis(self) -> Diagnosis:

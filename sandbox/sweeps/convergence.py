@@ -13,7 +13,7 @@ import numpy as np
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.verdict import why_it_ends
-from sandbox.engines import REFERENCE, Engines, create, default_engines, named, resolved
+from sandbox.engines import REFERENCE, Engines, Source, create, resolved
 from sandbox.engines.engine import advance
 from sandbox.engines.specs import TUNED
 from sandbox.errors import SandboxError
@@ -22,6 +22,7 @@ from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.scene.units import Dimension
 from sandbox.state import Contacts, Floats, State, States
+from sandbox.sweeps.jobs import sources_of
 
 RATES: Final = (60, 120, 240, 480, 960)
 STARTS: Final = 8
@@ -48,7 +49,7 @@ class Fit(NamedTuple):
         return "none" if self.order is None else f"{self.order + 0.0:.2f} ± {self.spread:.1g}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Convergence:
     """The errors of engines at several rates.
 
@@ -62,10 +63,10 @@ class Convergence:
     laws: Mapping[str, Law]
     cut: str
 
-    @property
-    def starts(self) -> int:
-        """The number of starts at each rate."""
-        return len(next(iter(self.errors.values()))[0])
+    def __repr__(self) -> str:
+        return (
+            f"<Convergence: {self.scene.name}, {', '.join(f'{engine} {self.fit(engine)}' for engine in self.errors)}>"
+        )
 
     def middle(self, engine: str) -> Floats:
         """Return the median over the starts at each rate, (rates,) px."""
@@ -142,37 +143,38 @@ def converge(
 ) -> Convergence:
     """Run engines at several rates, from several starts each, and measure how far they are from the exact engine.
 
-    The runs last for the scene's seconds, or as long as the paths of `exact` mean anything. progress: called now and
-    then with the fraction that is done. Raises SandboxError for fewer than three different rates, and if too little of
-    the run means anything; Refused if an engine cannot run the scene.
+    The runs last for the scene's seconds, or up to the step in which the paths of `exact` lose their meaning. progress:
+    called now and then with the fraction that is done. Raises SandboxError for fewer than three different rates, and if
+    too little of the run means anything; Refused if an engine cannot run the scene.
     """
     rates = sorted(set(rates))
     if len(rates) < MIN_RATES:
         raise SandboxError(f"rates: an order needs at least {MIN_RATES} rates, such as 60,120,240, got {len(rates)}")
     scene = scene.changed(expect=())
-    names = list(named(default_engines(scene) if engines is None else engines))
-    for engine in names:
-        create(engine, scene, spawn(scene))
+    sources = sources_of(engines, scene)
+    for engine, source in sources.items():
+        create(source, scene, spawn(scene), engine)
     reference = compare(scene, [REFERENCE])
-    until = min(float(reference.time[-1]), reference.trusted_until or np.inf)
+    end = np.inf if reference.trusted_until is None else reference.trusted_until - 1 / scene.rate  # the step before
+    until = min(float(reference.time[-1]), end)
     if until < 2 / rates[0]:
         raise SandboxError(
             f"{scene.name}: the paths of {REFERENCE} mean something for {until:.3g} s only, which is less than two "
             f"steps at {rates[0]} per second"
         )
     cut = why_it_ends(reference) if until < scene.seconds else ""
-    laws = {engine: law_of(engine, scene, reference.runs[REFERENCE].contacts) for engine in names}
-    scene, errors = scene.changed(seconds=until), {engine: np.empty((len(rates), starts)) for engine in names}
-    done, work = 0, starts * sum(rates) * (1 + len(names))
+    laws = {engine: law_of(engine, scene, reference.runs[REFERENCE].contacts) for engine in sources}
+    scene, errors = scene.changed(seconds=until), {engine: np.empty((len(rates), starts)) for engine in sources}
+    done, work = 0, starts * sum(rates) * (1 + len(sources))
     for row, rate in enumerate(rates):
         at_rate = scene.changed(rate=rate)
         steps = at_rate.steps - 1  # the last start is almost a step later
         for column, start in enumerate(_shifted_starts(at_rate, starts)):
-            exact = _positions(REFERENCE, at_rate, start, steps)
-            for engine in names:
-                away = _positions(engine, at_rate, start, steps) - exact
+            exact = _positions(REFERENCE, REFERENCE, at_rate, start, steps)
+            for engine, source in sources.items():
+                away = _positions(engine, source, at_rate, start, steps) - exact
                 errors[engine][row, column] = np.sqrt(np.mean(np.sum(away**2, axis=-1)))
-            done += rate * (1 + len(names))
+            done += rate * (1 + len(sources))
             if progress:
                 progress(done / work)
     return Convergence(scene, rates, errors, laws, cut)
@@ -187,10 +189,10 @@ def _shifted_starts(scene: Scene, count: int) -> Iterator[State]:
         engine.step()
 
 
-def _positions(engine: str, scene: Scene, start: State, steps: int) -> Floats:
+def _positions(engine: str, source: Source, scene: Scene, start: State, steps: int) -> Floats:
     """Run an engine, and return the positions after each step: (steps, n, 2) px."""
     states = States.empty(steps, len(scene.bodies))
-    advance(create(engine, scene, start), states)
+    advance(create(source, scene, start, engine), states)
     return states.position
 
 

@@ -13,7 +13,7 @@ from itertools import product
 from typing import Any, Final, NamedTuple
 
 from sandbox.analysis.comparison import compare, figure_columns
-from sandbox.engines import REFERENCE, Engines, create, default_engines, named
+from sandbox.engines import REFERENCE, Engines, Source, create, default_engines, named
 from sandbox.engines.article import pow_variant
 from sandbox.engines.specs import TUNED, Value, format_settings, parse_settings, settings_in, with_settings
 from sandbox.errors import EngineError, SandboxError, suggestion
@@ -94,14 +94,16 @@ def plan(
 ) -> Sweep:
     """Plan a job for each seed, rate, engine, and combination of the settings that the engine has.
 
-    seeds, rates: by default the scene's; engines: by default Pymunk, and the first textbook engine that can run the
-    scene; settings: of Pymunk, and the elasticity and friction of every contact, which are those of every engine.
+    seeds, rates: by default the scene's; engines: as in `sources_of`, by their names; settings: of Pymunk, and the
+    elasticity and friction of every contact, which are those of every engine.
     Raises SandboxError for an invalid setting, rate or seed, and if an engine cannot run the scene.
     """
     seeds = [scene.seed] if seeds is None else seeds
     rates = [scene.rate] if rates is None else rates
     settings = settings or {}
-    names = list(named(default_engines(scene) if engines is None else engines))
+    names = list(sources := sources_of(engines, scene))
+    if unnamed := [name for name in names if sources[name] != name]:
+        raise SandboxError(f"{unnamed[0]}: runs of a sweep find engines by name; name its file, as in mine.py:Mine")
     _check_keys(names, settings)
     tunings_of = {engine: _tunings(engine, settings) for engine in names}
     count = len(seeds) * len(rates) * sum(map(len, tunings_of.values()))
@@ -121,6 +123,11 @@ def plan(
         for tuning in tunings_of[engine]
     )
     return Sweep(scene, against, tuple(dict.fromkeys(jobs)))
+
+
+def sources_of(engines: Engines | None, scene: Scene) -> dict[str, Source]:
+    """Return engines by name, by default Pymunk, and the first textbook engine that can run the scene."""
+    return named(default_engines(scene) if engines is None else engines)
 
 
 def _check_keys(engines: Sequence[str], settings: Mapping[str, object]) -> None:

@@ -3,6 +3,7 @@
 The processes are not those of `concurrent.futures`: a ProcessPoolExecutor breaks as a whole when a worker dies.
 """
 
+import os
 import socket
 import sys
 from collections import deque
@@ -20,6 +21,11 @@ from sandbox.sweeps.jobs import Job, RowResult, Sweep, groups, run_jobs
 
 MAX_GROUP: Final = 16  # jobs that share a reference in one process
 CONNECT_TIMEOUT: Final = 3.0  # s, for a Dask scheduler to answer
+
+
+def core_count() -> int:
+    """Return how many processes can run at once."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def run_here(sweep: Sweep, jobs: Sequence[Job]) -> Iterator[RowResult]:

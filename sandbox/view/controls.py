@@ -147,7 +147,7 @@ class Action(Enum):
 
 BY_MOUSE: Final = {
     Topic.FIRST: ("Drag a ball", "pull it while time passes; if paused, set its velocity"),
-    Topic.TIME: ("Drag in the chart", "go to that time, as in the bar"),
+    Topic.TIME: ("Drag in the chart", "go to that time, as on the timeline"),
     Topic.COMPARE: ("Mouse on a ball", "its position, velocity and energy in every engine"),
     Topic.EDIT: ("Drag a wall", "move it; the tools below the panes do more"),
     Topic.SEE: ("Wheel, drag", "zoom in and out; move what the panes show by empty ground"),

@@ -14,9 +14,9 @@ from sandbox.analysis.verdict import verdict
 from sandbox.engines import can_run
 from sandbox.engines.engine import RunningEngine, advance
 from sandbox.errors import SandboxError
+from sandbox.report.trajectory import simulate
 from sandbox.run.edits import AddBall, DeleteBall, SetGravity, SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
-from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.state import States

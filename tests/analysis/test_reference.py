@@ -16,9 +16,9 @@ from sandbox.engines import create
 from sandbox.engines.exact import ExactEngine
 from sandbox.engines.stand_ins import RenumberedEngine
 from sandbox.judge.causes import Cause
+from sandbox.report.trajectory import simulate
 from sandbox.run.inputs import Grab, Input, Kick, Move, Release
 from sandbox.run.lockstep import Lockstep
-from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn

@@ -100,6 +100,8 @@ def test_an_error_in_energy_that_shrinks_is_said_to_be_the_worst() -> None:
     worst, end = percent(run.figures.energy_error), percent(run.energy_gap[-1])
     assert lines(comparison, "pymunk")[0] == f"{worst} too much energy at worst; {end} too much energy in the end."
     assert 0 < run.energy_gap[-1] < 0.9 * run.figures.energy_error
+    known = np.where(comparison.time < comparison.time[-1], run.energy_gap, np.nan)
+    assert lines(changed(comparison, "pymunk", energy_gap=known), "pymunk")[0].endswith(" too much energy then.")
 
 
 def test_a_remedy_is_said_once_and_only_of_pymunk() -> None:

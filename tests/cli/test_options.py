@@ -5,14 +5,7 @@ import re
 import pytest
 from conftest import Command
 
-from sandbox.cli.options import (
-    parse_layers,
-    parse_rates,
-    parse_seeds,
-    parse_setting,
-    parse_size,
-    settings_by_key,
-)
+from sandbox.cli.options import parse_layers, parse_rates, parse_seeds, parse_setting, parse_size, settings_by_key
 from sandbox.errors import SandboxError
 from sandbox.view import Layer
 
@@ -35,8 +28,6 @@ NAMES = "must be different names separated by commas, as in pymunk,exact"
     ("arguments", "message"),
     [
         (("compare", "article", "--engines", "a,,\x1b"), f"Invalid value for '--engines': 'a,,\\x1b' {NAMES}"),
-        (("compare", "article", "--engines", ""), f"Invalid value for '--engines': '' {NAMES}"),
-        (("bench", "--only", "start,start"), f"Invalid value for '--only': 'start,start' {NAMES}"),
         (("trace", "article", "--engine", ""), 'an engine must have a printable name, got ""'),
         (("sweep", "article", "--rates", "0"), "Invalid value for '--rates': '0' must be whole numbers from 1 on"),
         (

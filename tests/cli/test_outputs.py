@@ -14,11 +14,12 @@ from forked import exit_code_of, forked, outcome_of, write_text
 from pygame import Surface, surfarray
 
 from sandbox.analysis.comparison import compare
+from sandbox.cli.outputs import check_outputs
 from sandbox.errors import SandboxError
-from sandbox.files import check_outputs, whole_file
+from sandbox.files import whole_file
 from sandbox.report.comparison_page import page
+from sandbox.report.trajectory import simulate
 from sandbox.run.inputs import Grab, Release, write_inputs
-from sandbox.run.trajectory import simulate
 from sandbox.scene.files import dump, load
 from sandbox.scene.spawn import spawn
 from sandbox.sweeps import as_csv, plan

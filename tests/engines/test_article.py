@@ -13,7 +13,7 @@ from sandbox.analysis.comparison import compare
 from sandbox.engines import create
 from sandbox.engines.article import pow_variant
 from sandbox.errors import Refused
-from sandbox.run.trajectory import simulate
+from sandbox.report.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn
 

@@ -19,7 +19,7 @@ from sandbox.engines.article import POW_PROBES, SQUARE, pow_variant
 from sandbox.engines.engine import advance
 from sandbox.engines.machine_code import compile_engines
 from sandbox.errors import Refused
-from sandbox.run.trajectory import simulate
+from sandbox.report.trajectory import simulate
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn

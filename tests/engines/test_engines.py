@@ -11,8 +11,8 @@ from conftest import scene_of
 from sandbox.engines import create, default_engines, refusal, registry
 from sandbox.engines.engine import RunningEngine, traits_of
 from sandbox.errors import SandboxError
+from sandbox.report.trajectory import simulate
 from sandbox.run.inputs import End, Grab, Input, Move, Release
-from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load
 from sandbox.scene.spawn import spawn
 from sandbox.state import CONTACT
@@ -136,13 +136,12 @@ def test_an_installed_package_that_cannot_be_loaded_is_one_message(
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("pymunk (substeps=4)", ONLY_PYMUNK),
         ("(substeps=4)", ONLY_PYMUNK),
         ("pymunk(substeps=4, substeps=8)", "has substeps twice"),
         ("pymunk(iterations=1.5)", "pymunk.iterations must be a whole number, got 1.5"),
         ("pymunk(substeps=true)", "'substeps=true' must be a setting and its number, as in pymunk(substeps=4, itera"),
         ("pymunk(substeps)", "'substeps' must be a setting and its number, as in pymunk(substeps=4, iterations=30)"),
-        ("pymunk(substeps=4", ONLY_PYMUNK),
+        ("pymunk (substeps=4", "lacks a closing bracket, as in pymunk(substeps=4, iterations=30)"),
         ("pymunk(substep=4)", "substep is not a setting of pymunk; did you mean substeps?"),
         ("exact(substeps=4)", ONLY_PYMUNK),
     ],

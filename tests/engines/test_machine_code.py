@@ -22,7 +22,7 @@ from sandbox.engines.checked import build
 from sandbox.engines.engine import advance
 from sandbox.engines.exact import engine as exact_engine
 from sandbox.engines.machine_code import KERNEL_ENGINES, MachineCode, _all, compile_engines
-from sandbox.run.trajectory import simulate
+from sandbox.report.trajectory import simulate
 from sandbox.scene.files import bundled, load, parse
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn

@@ -17,10 +17,10 @@ from sandbox.engines.engine import Traits
 from sandbox.engines.specs import file_and_name, settings_in
 from sandbox.errors import EngineError, Refused, SandboxError
 from sandbox.judge.causes import Cause
+from sandbox.report.trajectory import simulate
 from sandbox.run.edits import SetGravity
 from sandbox.run.inputs import Grab
 from sandbox.run.lockstep import Lockstep
-from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn

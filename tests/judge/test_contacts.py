@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from sandbox.judge.contacts import due, near_pairs, near_walls, to_touch
 from sandbox.judge.run import NEVER, Contacts, Run
+from sandbox.run.mouse import PUSH
 from sandbox.scene.model import Scene
-from sandbox.state import PUSH, States
+from sandbox.state import States
 
 DT: Final = 1 / 60
 WALLS: Final = (

@@ -15,8 +15,9 @@ from sandbox.judge.causes import Cause
 from sandbox.judge.summary import Verdict
 from sandbox.judge.thresholds import MAX_TOGETHER
 from sandbox.quantity import energy
+from sandbox.run.mouse import PUSH, Pushes
 from sandbox.scene.model import Scene
-from sandbox.state import PUSH, Floats, Pushes, States
+from sandbox.state import Floats, States
 
 DT: Final = 1 / 60
 

@@ -15,8 +15,9 @@ from sandbox.judge.contacts import due
 from sandbox.judge.observe import Singles, When
 from sandbox.judge.run import Contacts, Run
 from sandbox.judge.summary import CauseOfError
+from sandbox.run.mouse import PUSH
 from sandbox.scene.model import Scene
-from sandbox.state import PUSH, States
+from sandbox.state import States
 
 DT: Final = 1 / 60
 CENTRE: Final = 400 + 300j  # px, where the first ball is when the two touch

@@ -10,9 +10,10 @@ from verdicts import causes_of, on_states, states_of
 from sandbox.analysis.comparison import compare
 from sandbox.judge.causes import Cause
 from sandbox.judge.judge import Steps
+from sandbox.run.mouse import PUSH, Pushes
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import NO_DAMPING, PUSH, Pushes, States
+from sandbox.state import NO_DAMPING, States
 
 
 def falling(seed: int = 1) -> Scene:

@@ -8,10 +8,11 @@ from rich.console import Console
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.difference import Difference
 from sandbox.judge.causes import Cause
+from sandbox.report.output import text_of
 from sandbox.report.tables import comparison_rows, print_comparison, velocities_and_spins
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
-from sandbox.text import counted, text_of
+from sandbox.text import counted
 
 
 def test_spins_that_are_rounding_are_not_printed_nor_what_is_not_known() -> None:

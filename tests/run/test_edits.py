@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from sandbox.analysis.comparison import compare
 from sandbox.engines import registry
 from sandbox.errors import Refused, SandboxError
+from sandbox.report.trajectory import Trajectory, simulate
 from sandbox.run.edits import (
     AddBall,
     AddWall,
@@ -28,7 +29,6 @@ from sandbox.run.edits import (
 )
 from sandbox.run.inputs import Grab, Input, Move, Release, load_inputs, write_inputs
 from sandbox.run.lockstep import Lockstep
-from sandbox.run.trajectory import Trajectory, simulate
 from sandbox.scene.files import dump, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn

@@ -15,12 +15,12 @@ from sandbox.judge.ledger import ERROR
 from sandbox.judge.words import OF_STEPS, of_errors
 from sandbox.report.comparison_page import page
 from sandbox.report.first_contacts import first_contacts
+from sandbox.report.output import DEFAULT_WIDTH, text_of
 from sandbox.report.scales import gap_scale
 from sandbox.report.tables import print_comparison
 from sandbox.scene.files import dump, load, parse
 from sandbox.scene.model import Scene
 from sandbox.scene.units import PIXELS, Dimension, LengthUnit, Units
-from sandbox.text import DEFAULT_WIDTH, text_of
 
 METRES = Units(length=LengthUnit.METRE, pixels_per_metre=100)
 METRES_TOML = '[units]\nlength = "m"\npixels_per_metre = 100\n'

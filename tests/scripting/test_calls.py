@@ -94,7 +94,14 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "no such scene": (lambda: ANY.compare("articel"), NO_SCENE),
     "load a list": (lambda: ANY.load(["article"]), f'{SCENE} ["article"]'),
     "engines are numbers": (lambda: ANY.compare("oblique", [1, 2]), f"engines {SOURCES} 1"),
-    "no engine": (lambda: ANY.simulate("oblique", []), "engine must name one or several, got []"),
+    "width is text": (
+        lambda: ANY.verify("oblique", "exact").table("80"),
+        'width must be a whole number of at least 1, got "80"',
+    ),
+    "sweep of a class": (
+        lambda: ANY.sweep("oblique", {"mine": dict}),
+        "mine: runs of a sweep find engines by name; name its file, as in mine.py:Mine",
+    ),
     "no such engine": (lambda: ANY.simulate("oblique", "exakt"), "no engine 'exakt'; did you mean exact?"),
     "against is a number": (lambda: ANY.compare("oblique", against=3), "against must be text in quotes, got 3"),
     "seconds are nan": (lambda: ANY.compare("oblique", seconds=NAN), "seconds must be a finite number, got nan"),
@@ -275,7 +282,7 @@ CALLS = sandbox.compare, sandbox.verify, sandbox.sweep, sandbox.converge, sandbo
 
 @pytest.mark.parametrize("call", CALLS, ids=lambda call: call.__name__)
 def test_no_engine_at_all_is_an_error(call: Callable[..., object]) -> None:
-    with pytest.raises(sandbox.SandboxError, match=r"^engine must name one or several, got \[\]$"):
+    with pytest.raises(sandbox.SandboxError, match=r"^engines must contain at least one, got \[\]$"):
         call("oblique", [])
 
 

@@ -8,6 +8,7 @@ from conftest import scene_of
 from moments import THROW, flat, run
 
 from sandbox.errors import Refused, SandboxError
+from sandbox.report.trajectory import simulate
 from sandbox.run.edits import (
     AddBall,
     AddWall,
@@ -20,7 +21,6 @@ from sandbox.run.edits import (
     SetVelocity,
 )
 from sandbox.run.inputs import Grab, Input, Move, Release
-from sandbox.run.trajectory import simulate
 from sandbox.scene.model import Scene
 from sandbox.session.history import History
 from sandbox.session.samples import Quantity

@@ -26,9 +26,9 @@ from sandbox.engines import registry
 from sandbox.errors import SandboxError
 from sandbox.files import MAX_TEXT_FILE_BYTES
 from sandbox.quantity import length
+from sandbox.report.trajectory import simulate
 from sandbox.run.edits import AddBall, ChangeBall, Edit, SetGravity, SetRate, SetVelocity
 from sandbox.run.inputs import INPUT_KINDS, Input, Kick, load_inputs
-from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load, schema
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn, warnings

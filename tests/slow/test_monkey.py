@@ -18,8 +18,8 @@ from pygame._sdl2.video import Window as SystemWindow
 from pygame.event import Event
 from window_driver import key_event
 
+from sandbox.report.trajectory import simulate
 from sandbox.run.inputs import End, Start, load_inputs, write_inputs
-from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.view.controls import Action, Panel
 from sandbox.view.layout import MIN_SIZE

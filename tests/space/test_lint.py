@@ -209,6 +209,12 @@ def test_a_moment_that_fits_about_the_middle_or_the_centre_of_gravity_is_no_seco
     assert "moment" in rules_of(sandbox.lint(space))
 
 
+def test_a_circle_that_no_contact_can_turn_may_have_any_moment() -> None:
+    space = sound_space()
+    disc(space, 200, moment=10).friction = 0
+    assert "moment" not in rules_of(sandbox.lint(space))
+
+
 SHAPES: Sequence[Callable[[pymunk.Body], pymunk.Shape]] = (
     lambda body: pymunk.Circle(body, 10),
     lambda body: pymunk.Segment(body, (-30, 0), (30, 0), 10),

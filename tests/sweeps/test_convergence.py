@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import Command, scene_of
 
-from sandbox.run.trajectory import simulate
+from sandbox.report.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.sweeps.convergence import Convergence, Law, converge, law_of
@@ -78,6 +78,14 @@ def test_it_says_why_runs_were_cut_short() -> None:
     assert measured.scene.seconds < 4
     first, *_ = measured.sentences()
     assert first.startswith(f"The runs end at {measured.scene.seconds:.3g} s: by then, shifting balls by some units")
+
+
+def test_runs_end_before_the_step_whose_contacts_no_law_decides() -> None:
+    """Two balls are hit at once: up to there, `impulse` flies as `exact` does; from there on, it decides otherwise."""
+    target = "radius = 20\nposition = [300, {}]".format
+    thrown = "radius = 20\nposition = [100, 300]\nvelocity = [200, 0]"
+    measured = converge(scene_of(thrown, target(279), target(321), more="seconds = 2"), ["impulse"], (60, 240, 960), 1)
+    assert measured.errors["impulse"].max() < 1e-9
 
 
 def test_rounding_has_no_order() -> None:

@@ -15,9 +15,9 @@ from desktop_driver import Desktop, Mirror, steps_of
 from pygame.event import Event
 from window_driver import hover, point
 
+from sandbox.report.trajectory import simulate
 from sandbox.run.edits import AddBall, AddWall, ChangeBall, SetGravity
 from sandbox.run.inputs import Grab, Release, load_inputs
-from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import load
 from sandbox.view.theme import LIGHT

@@ -7,8 +7,8 @@ import pytest
 from conftest import scene_of
 from window_driver import click, colours, given, mouse, point, press, pull, run, shown, step, tool
 
+from sandbox.report.trajectory import simulate
 from sandbox.run.edits import DeleteBall, SetGravity, SetRate
-from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.view.engines_page import FULL, MAX_PANES
 from sandbox.view.instruments import GAP

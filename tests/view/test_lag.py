@@ -9,7 +9,7 @@ import pytest
 from conftest import scene_of
 from window_driver import THREE_BALLS, given, press, step
 
-from sandbox.run.trajectory import simulate
+from sandbox.report.trajectory import simulate
 from sandbox.session.samples import Quantity
 from sandbox.view import Layer
 from sandbox.view.window import Window
@@ -69,11 +69,14 @@ def test_no_outlines_of_another_time_are_drawn(lagging: Window, gate: threading.
     assert lagging.view._outlined is lagging.view.moment.states["exact"]
 
 
-def test_an_edit_does_not_wait_for_a_reference_that_is_far_behind(
+def test_an_edit_or_a_step_does_not_wait_for_a_reference_that_is_far_behind(
     lagging: Window, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("sandbox.view.playback.MAX_WAIT", 0.0)
+    monkeypatch.setattr("sandbox.session.session.MAX_RECENT", 20)
     frames(lagging, 20)
+    press(lagging, "Right")
+    assert lagging.notice.text == "exact is 0.3 s behind: wait until it is there"
     lagging.editor.select(0)
     for paused, what in ((False, "pause"), (True, "wait")):
         lagging.playback.paused = paused

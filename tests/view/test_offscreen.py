@@ -17,7 +17,7 @@ from conftest import Command, sample, scene_of
 from PIL import Image
 
 from sandbox.errors import SandboxError
-from sandbox.run.trajectory import simulate
+from sandbox.report.trajectory import simulate
 from sandbox.scene.fields import rgb
 from sandbox.scene.model import Scene
 from sandbox.view import Layer

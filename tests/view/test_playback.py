@@ -11,7 +11,7 @@ from conftest import scene_of
 from pygame.event import Event
 from window_driver import WorkerHere, colour_at, given, mouse, press, run, shown, step
 
-from sandbox.run.trajectory import simulate
+from sandbox.report.trajectory import simulate
 from sandbox.scene.fields import rgb
 from sandbox.session.samples import Quantity
 from sandbox.view.case_so_far import CaseSoFar

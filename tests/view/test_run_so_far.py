@@ -10,9 +10,9 @@ from conftest import sample, scene_of
 
 from sandbox.analysis.comparison import RunningComparison, compare
 from sandbox.engines import named
+from sandbox.report.trajectory import simulate
 from sandbox.run.edits import DeleteBall, SetElasticity, SetRate, SetVelocity
 from sandbox.run.inputs import Grab, Input, Kick, Move, Release
-from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.session.session import Session

@@ -9,8 +9,8 @@ import pytest
 from PIL import Image
 from window_driver import SMALL_SCENE, hover, pixels, point, press, run, shown
 
+from sandbox.report.trajectory import simulate
 from sandbox.run.inputs import load_inputs
-from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn
 from sandbox.view.controls import Action

@@ -11,7 +11,7 @@ from pygame.event import Event
 from window_driver import SMALL_SCENE, press, run, step
 
 from sandbox.errors import SandboxError
-from sandbox.run.trajectory import simulate
+from sandbox.report.trajectory import simulate
 from sandbox.scene.files import bundled, load
 from sandbox.view.window import Window
 

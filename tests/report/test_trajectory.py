@@ -11,9 +11,9 @@ import pytest
 from conftest import scene_of
 
 from sandbox.errors import SandboxError
+from sandbox.report.trajectory import Trajectory, simulate
 from sandbox.run.edits import AddBall, DeleteBall, SetGravity
 from sandbox.run.inputs import Kick
-from sandbox.run.trajectory import Trajectory, simulate
 from sandbox.scene.files import load
 from sandbox.state import no_contacts
 
