@@ -137,8 +137,9 @@ class _Block:
         at_rest = some.part(alone & rest)
         self.done[at_rest.k, at_rest.i] = self.carried[at_rest.k, at_rest.i] = True
         self.ledger.rightful(self.own, run.gain(at_rest.k, at_rest.i))
-        self._early(nodes)
-        self._islands()
+        if (self.active & ~self.done).any():
+            self._early(nodes)
+            self._islands()
         self._missed(c.part(waits | dropped), self.touch[waits | dropped], keys[acts & c.any_in(self.kicked)])
 
     def _has_more(self, c: Contacts, among: Contacts, own: Bools | int) -> Bools:
