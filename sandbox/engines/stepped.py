@@ -70,7 +70,7 @@ class SteppedEngine(RunningEngine):
         before = columns(self._world.ball, *_MOVING)
         while (rows := self._run_kernel()) > len(self._log.row):
             self._put(before)
-            self._log = empty_log(2 * len(self._log.row))
+            self._log = empty_log(2 * rows)
         self._steps += 1
         if rows:
             contacts = self._log.row[:rows].copy()

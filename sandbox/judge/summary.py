@@ -18,7 +18,8 @@ from sandbox.state import Floats
 class Judged(NamedTuple):
     """A block of steps, judged. errors: in order; sums: of what is right, (4, causes); clock: (steps,) s.
 
-    contacts: how many it has; flights: sentences of how the engine flies; is_spinless: whether nothing ever turns.
+    contacts: how many it has; flights: sentences of how the engine flies; is_spinless: whether nothing ever turns;
+    overlap: px, the deepest of two balls before a step of the engine.
     """
 
     errors: Errors
@@ -27,6 +28,7 @@ class Judged(NamedTuple):
     contacts: int
     flights: dict[str, str]
     is_spinless: bool
+    overlap: float
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,8 @@ class Verdict:
 
     causes: the largest share of its error first; errors: ERROR, in order; flights: sentences of how the engine flies;
     ledger: every change of energy, momentum and places; gained: (steps, 3), see `ledger`, up to each step;
-    is_spinless: whether an engine reports no spin of a scene whose balls turn.
+    is_spinless: whether an engine reports no spin of a scene whose balls turn; overlap: px, the deepest of two balls
+    before a step.
     """
 
     causes: tuple[CauseOfError, ...]
@@ -55,6 +58,7 @@ class Verdict:
     ledger: tuple[Entry, ...]
     gained: Floats
     is_spinless: bool
+    overlap: float
 
     def of_steps(self, substeps: int) -> Self:
         """Return the verdict by the steps that contain so many of those that were judged."""
@@ -86,6 +90,7 @@ def summary(scene: Scene, blocks: Sequence[Judged]) -> Verdict:
         entries_of(sums),
         np.cumsum(gained, axis=0),
         scene.is_rough and all(block.is_spinless for block in blocks),
+        max(block.overlap for block in blocks),
     )
 
 
