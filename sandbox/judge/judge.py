@@ -218,8 +218,10 @@ class _Block:
             self.near[each.ends] = True
         c = c.part(np.where(c.pair, c.all_in(kicked), kicked[c.k, c.i]))
         touch = np.full(len(c.k), NEVER)
-        said = choose(Singles(run, c, touch))
+        s = Singles(run, c, touch)
+        said, end = choose(s), s.met(When.END)
         named = (said["cause"] >= 0) & (said["cause"] != Cause.UNKNOWN) & (said["place"] != ANYWHERE)
+        named &= end.u + dot(s.dv[0] - s.dv[1], end.n) <= s.tol  # after a contact, the two do not approach
         named &= ~self._has_more(c, c.part(named), 1)
         self._enter_singles(c.part(named), touch[named], said[named])
 
