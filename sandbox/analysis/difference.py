@@ -7,7 +7,6 @@ import numpy as np
 
 from sandbox.judge.causes import Cause
 from sandbox.judge.ledger import NO_BODY, Errors
-from sandbox.judge.summary import Verdict
 from sandbox.judge.words import of_errors
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
@@ -57,10 +56,9 @@ def contact_name(scene: Scene, first: int, second: int) -> str:
     return f"balls {first} and {second}" if second >= 0 else f"ball {first} and {scene.wall_name(~second)}"
 
 
-def differences(scene: Scene, verdict: Verdict) -> tuple[Difference, ...]:
-    """Return the steps of an engine that are not as the exact step from the same state is, at most MAX_DIFFERENCES."""
-    errors = verdict.errors[:MAX_DIFFERENCES]
-    return tuple(_of_step(scene, errors[k : k + 1], verdict.flights) for k in range(len(errors)))
+def differences(scene: Scene, errors: Errors, flights: dict[str, str]) -> tuple[Difference, ...]:
+    """Return the steps of an engine that are not as the exact step from the same state is. flights: as in `Verdict`."""
+    return tuple(_of_step(scene, errors[k : k + 1], flights) for k in range(len(errors)))
 
 
 def _of_step(scene: Scene, row: Errors, flights: dict[str, str]) -> Difference:

@@ -8,12 +8,14 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.analysis.difference import Difference
+from sandbox.analysis.difference import Difference, differences
 from sandbox.analysis.expectations import Score
 from sandbox.analysis.gas import TheoryRow
 from sandbox.judge.causes import Cause, Entry
+from sandbox.judge.ledger import Errors
 from sandbox.judge.summary import CauseOfError
 from sandbox.quantity import length
+from sandbox.scene.model import Scene
 from sandbox.state import Bools, Contacts, Floats, State
 
 IMPACT: Final = np.dtype([("before", "f8", (2, 3)), ("after", "f8", (2, 3))])  # px/s twice, and rad/s; zeros of a wall
@@ -81,10 +83,11 @@ class Run(Course):
     NaN where that means nothing or soft contacts hold energy; apart: s, when a ball is first more than its radius from
     the reference's; impacts: the motion before and after the first contacts; misreports: a step, from 1, and a ball
     that reported contacts change otherwise than it changed; gained: (steps, 3), momentum and angular momentum that
-    nothing outside gave; differences: its wrong steps, none of the reference's; missed: how many contacts did not
-    happen; path: (frames, n, 2) px.
+    nothing outside gave; errors: of its first wrong steps, none of the reference's; flights: as in `Verdict`; missed:
+    how many contacts did not happen; path: (frames, n, 2) px.
     """
 
+    scene: Scene
     energy_scale: float
     energy_gap: Floats
     apart: float | None
@@ -95,7 +98,8 @@ class Run(Course):
     misreports: tuple[tuple[int, int], ...]
     gained: Floats
     ledger: tuple[Entry, ...]
-    differences: tuple[Difference, ...]
+    errors: Errors
+    flights: dict[str, str]
     missed: int
     causes: tuple[CauseOfError, ...]
     is_spinless: bool
@@ -125,10 +129,15 @@ class Run(Course):
             expected=sum(not score.skipped for score in self.scores),
             met=sum(score.passed for score in self.scores if not score.skipped),
             skipped=sum(bool(score.skipped) for score in self.scores),
-            first_difference=self.differences[0] if self.differences else None,
+            first_difference=next(iter(differences(self.scene, self.errors[:1], self.flights)), None),
             causes=self.causes,
             ledger=self.ledger,
         )
+
+    @cached_property
+    def differences(self) -> tuple[Difference, ...]:
+        """Its wrong steps, none of the reference's."""
+        return differences(self.scene, self.errors, self.flights)
 
     @property
     def energy_change(self) -> Floats:

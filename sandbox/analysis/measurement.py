@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.analysis.difference import differences
+from sandbox.analysis.difference import MAX_DIFFERENCES
 from sandbox.analysis.energy_scale import EnergyScale
 from sandbox.analysis.expectations import overlap_in, scores
 from sandbox.analysis.figures import IMPACT, Course, Escape, Impacts, Run
@@ -16,7 +16,7 @@ from sandbox.engines.engine import traits_of
 from sandbox.judge.causes import Cause
 from sandbox.judge.judge import Steps
 from sandbox.judge.thresholds import NEGLIGIBLE
-from sandbox.quantity import deepest_overlap, energy, impulse_of, length, meeting, momentum
+from sandbox.quantity import deepest_overlap, energy, impulse_of, length, momentum
 from sandbox.run.lockstep import Runner
 from sandbox.run.mouse import PUSH, after_pushes
 from sandbox.scene.fields import Vector
@@ -51,8 +51,6 @@ class Measurement:
         if self._substeps > 1:
             runner.substates()  # starts recording
         self._judged = Steps(scene, self._traits.damping, is_soft=self._traits.soft)
-        self._meets = bool(meeting(scene.bodies.filters).any())
-        self._max_overlap = self._deepest(state.position)  # px
         self.scale = EnergyScale(scene, state)
         self._contacts: list[Contacts] = []
         self._impacts: list[Impacts] = [np.empty(0, IMPACT)]
@@ -93,15 +91,10 @@ class Measurement:
         if self._traits.reports_contacts and not self._traits.soft and self._traits.damping == NO_DAMPING:
             found = misreports(scene, pushed, states, contacts, row_of, dt)
             self._misreports += [(done + row, ball) for row, ball in found]
-        self._max_overlap = max(self._max_overlap, self._deepest(states.position[1:]))
         self.scale.follow(scene, states, contacts, done)
         self._entered += rows - 1
         states.fill(0, states.state(-1, 0.0))
         self.pushes.clear()
-
-    def _deepest(self, position: Floats) -> float:
-        bodies = self._scene.bodies
-        return deepest_overlap(position, bodies.radius, bodies.filters)[0] if self._meets else 0.0
 
     def _measure(self, states: States, reference: Floats | None, first: int) -> None:
         """Measure states. reference: of these, or one row more before them; first: the step of the first."""
@@ -153,26 +146,28 @@ class Measurement:
         reference: None for its own; trusted_until: s, when its paths mean nothing; expects: to be scored; disturbed: if
         balls were pushed.
         """
-        scene, course, contacts = self._scene, Course.joined(self._courses), np.concatenate(self._contacts)
+        scene, bodies, course = self._scene, self._scene.bodies, Course.joined(self._courses)
+        contacts = np.concatenate(self._contacts)
         verdict = self._judged.verdict().of_steps(self._substeps)
-        changes_in_flight = any(law != OF_PLACE for law in verdict.flights)
         final = self.states.state(0, scene.clock.time(self._entered)).copy()
         energy_scale = reference.energy_scale if reference else self.scale.value
         trusted = math.inf if trusted_until is None else trusted_until
         means_energy = math.inf if scene.keeps_energy and not disturbed else trusted
         return Run(
             **vars(course),
+            scene=scene,
             energy_scale=energy_scale,
             energy_gap=self._energy_gap(course, (reference or course).energy, energy_scale, means_energy),
             apart=self._apart if self._apart is not None and self._apart < trusted else None,
-            max_overlap=self._max_overlap,
+            max_overlap=max(verdict.overlap, deepest_overlap(final.position, bodies.radius, bodies.filters)[0]),
             contacts=contacts,
             reports_contacts=self._traits.reports_contacts,
             impacts=np.concatenate(self._impacts),
-            misreports=() if changes_in_flight else tuple(self._misreports),
+            misreports=() if any(law != OF_PLACE for law in verdict.flights) else tuple(self._misreports),
             gained=verdict.gained,
             ledger=verdict.ledger,
-            differences=differences(scene, verdict) if reference and course.gap_max.any() else (),
+            errors=verdict.errors[: MAX_DIFFERENCES if reference and course.gap_max.any() else 0].copy(),
+            flights=verdict.flights,
             missed=int(np.count_nonzero(verdict.errors["cause"] == Cause.MISSED)),
             causes=verdict.causes,
             is_spinless=verdict.is_spinless,

@@ -82,16 +82,15 @@ class Twins:
         build, state = runner.build, runner.state()
         self.trust = Trust()
         self._hands, self._radius = lockstep.applied, scene.bodies.radius
-        shifted = [lockstep.new_runner(build, _shifted(state, number)) for number in range(SHIFTED_TWINS)]
+        self._shifted = [lockstep.new_runner(build, _shifted(state, number)) for number in range(SHIFTED_TWINS)]
         renumbered = lockstep.new_runner(partial(RenumberedEngine, build), state)
         by_event = isinstance(runner.engine, ExactEngine)
-        finer = [lockstep.new_runner(_finer, state)] if by_event and any(scene.gravity) else []
-        self._shifted, self._finer = shifted, finer
+        self._finer = [lockstep.new_runner(_finer, state)] if by_event and any(scene.gravity) else []
         self._resting = RESTING * math.hypot(*scene.gravity) * (HOP_TIME if by_event else 1 / scene.rate)  # px/s
         before = np.zeros((2, 2 + len(self._radius)), bool)  # of two rows
-        self._differs = dict.fromkeys((renumbered, *(shifted if by_event else ())), before)
+        self._differs = dict.fromkeys((renumbered, *(self._shifted if by_event else ())), before)
         self._times = np.zeros(2)  # s, of these rows
-        self.runners = [*shifted, renumbered, *finer]  # those that still run
+        self.runners = [*self._shifted, renumbered, *self._finer]  # those that still run
 
     def follow(self, original: States, time: Floats) -> None:
         """Do the steps that the original has done since the last call, at some times (s), and compare the states."""

@@ -65,7 +65,7 @@ def _lines(comparison: Comparison, name: str, remedies: dict[Cause, str]) -> Ite
     yield from _causes(comparison, name, remedies)
     if run.is_spinless and reference.final.spin.any():
         yield "It reports no spins, so its friction cannot match; an engine that is a class can report them."
-    if not run.differences and run.gap_max.any() and any(each.cause != Cause.UNKNOWN for each in reference.causes):
+    if not len(run.errors) and run.gap_max.any() and any(each.cause != Cause.UNKNOWN for each in reference.causes):
         yield f"No step of it is wrong: the differences are errors of {_short(comparison)}."
     if run.apart == 0:
         yield f"Begins more than a ball's radius from {_short(comparison)}, so their paths cannot be compared."

@@ -6,11 +6,11 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 
-from sandbox.engines.engine import RunningEngine, traits_of
+from sandbox.engines.engine import RunningEngine, advance, traits_of
 from sandbox.errors import EngineError, LimitReached
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import Contacts, State, States, no_contacts
+from sandbox.state import Contacts, Floats, State, States, no_contacts
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -35,6 +35,9 @@ class RenumberedEngine:
 
     def state(self) -> State:
         return _reversed(self._engine.state())
+
+    def advance(self, _: int, *states: Floats) -> None:
+        advance(self._engine, States(*(each[:, ::-1] for each in states)))
 
     def record_contacts(self) -> None:
         self._engine.record_contacts()

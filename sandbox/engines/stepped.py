@@ -11,7 +11,7 @@ from sandbox.engines.engine import RunningEngine
 from sandbox.engines.machine_code import MachineCode
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import Bodies, Contacts, Floats, State
+from sandbox.state import Bodies, Contacts, Floats, State, States
 from sandbox.threads import checkpoint
 
 LOG_ROWS: Final = 64  # of a new engine's log
@@ -70,7 +70,7 @@ class SteppedEngine(RunningEngine):
         before = columns(self._world.ball, *_MOVING)
         while (rows := self._run_kernel()) > len(self._log.row):
             self._put(before)
-            self._log = empty_log(2 * len(self._log.row))
+            self._log = empty_log(2 * rows)
         self._steps += 1
         if rows:
             contacts = self._log.row[:rows].copy()
@@ -91,10 +91,21 @@ class SteppedEngine(RunningEngine):
             for ball, value in zip(self._world.ball, values, strict=True):
                 setattr(ball, name, value)
 
+    def advance(self, steps: int, *states: Floats) -> None:
+        moving = np.empty((steps, len(_MOVING), len(self._world.ball)))
+        for row in moving:
+            self.step()
+            row[:] = columns(self._world.ball, *_MOVING)
+        for part, values in zip(states, self._parts(moving), strict=True):
+            part[:] = values
+
     def state(self) -> State:
-        moving = columns(self._world.ball, *_MOVING)
-        position, velocity = (pair.T.copy("C") for pair in (moving[:2], moving[2:4]))
-        return State(self._steps / self._rate, position, velocity * self._unit, moving[4], moving[5])
+        return State(self._steps / self._rate, *self._parts(columns(self._world.ball, *_MOVING)))
+
+    def _parts(self, moving: Floats) -> States:
+        """Return _MOVING, (..., 6, n), as the parts of states."""
+        x, y, vx, vy, angle, spin = np.moveaxis(moving, -2, 0)
+        return States(np.stack([x, y], axis=-1), np.stack([vx, vy], axis=-1) * self._unit, angle, spin)
 
     def record_contacts(self) -> None:
         self._contacts.recording = True

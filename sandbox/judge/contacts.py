@@ -37,14 +37,15 @@ def near_pairs(run: Run, step: Integers, ball: Integers, way: Floats, margin: fl
     across, down = int(column.max()) + 2, int(row.max()) + 2
     key = (step * down + row) * across + column
     order = np.argsort(key)
-    (key, step, ball), (way, r), x = (key[order], step[order], ball[order]), (way[order], r[order]), x[order]
-    fast = np.flatnonzero(way > most)
+    key, step, ball, x, fast = key[order], step[order], ball[order], x[order], np.flatnonzero(way[order] > most)
+    reach = (way + r + margin / 2)[order]
     beside, a = _ranges(np.arange(1, len(key) + 1), np.searchsorted(key, key + 1, "right"))
     below, c = _ranges(np.searchsorted(key, key + across - 1, "left"), np.searchsorted(key, key + across + 1, "right"))
     of_step, d = _ranges(np.searchsorted(step, step[fast], "left"), np.searchsorted(step, step[fast], "right"))
     a, b = np.concatenate([a, c, fast[d]]), np.concatenate([beside, below, of_step])
-    gap = np.abs(x[a] - x[b]) - r[a] - r[b]
-    keep = (gap <= way[a] + way[b] + margin) & (step[a] == step[b]) & (ball[a] != ball[b])
+    near = np.abs(x[a] - x[b]) <= reach[a] + reach[b]
+    a, b = a[near], b[near]
+    keep = (step[a] == step[b]) & (ball[a] != ball[b])
     a, b = a[keep], b[keep]
     i, j = np.minimum(ball[a], ball[b]), np.maximum(ball[a], ball[b])
     _, once = np.unique((step[a] * run.n + i) * run.n + j, return_index=True)  # two that are fast are found twice

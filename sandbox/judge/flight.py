@@ -9,7 +9,7 @@ import numpy as np
 
 from sandbox.judge.causes import Cause
 from sandbox.judge.run import Flights, Run, Vectors, dot
-from sandbox.judge.thresholds import ALIKE, DOUBLE, FEW
+from sandbox.judge.thresholds import ALIKE, DOUBLE, DOUBTED, FEW
 from sandbox.state import Bools, Floats, Integers
 
 MOST: Final = 20_000  # flights that a law is read from
@@ -86,11 +86,11 @@ def pull_of(speed: FlightLaw, gravity: complex) -> complex:
 
 
 def _best(laws: Iterator[FlightLaw], fits: Callable[[FlightLaw], Bools]) -> FlightLaw:
-    """Return the law that explains most flights, the first, which is right, if none explains half of them.
+    """Return the law that explains nearly all flights, the first, which is right, if none does.
 
     A later law must explain most of what an earlier one does not.
     """
-    best, most = None, 0.5
+    best, most = None, 1 - DOUBTED
     for law in laws:
         best = best or law
         share = float(np.mean(fits(law)))

@@ -21,6 +21,7 @@ from sandbox.judge.run import NEVER, Contacts, Islands, Run, cross, dot
 from sandbox.judge.summary import Judged, Verdict, summary
 from sandbox.judge.thresholds import ALIKE, MAX_TOGETHER, NEGLIGIBLE, REST
 from sandbox.judge.words import of_flight
+from sandbox.quantity import deepest_overlap
 from sandbox.run.mouse import Pushes
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT
@@ -71,8 +72,8 @@ class Steps:
         if not self._judged and not self._is_soft:
             block.doubt_overlaps(errors)
         block.close(errors)
-        is_spinless = not states.spin.any()
-        return Judged(errors, block.ledger.sums, clock, block.contacts, block.flights, is_spinless)
+        overlap = block.deepest_overlap(self._damping.substeps)
+        return Judged(errors, block.ledger.sums, clock, block.contacts, block.flights, not states.spin.any(), overlap)
 
 
 class _Block:
@@ -94,6 +95,7 @@ class _Block:
         self.ways: Shown = Counter()
         self.way = way_of(run)
         self.c = Contacts.joined(*(near(run, *run.every, self.way.ravel()) for near in (near_pairs, near_walls)))
+        self.before = run.depth(self.c, run.x[:-1])
         free = np.ones(run.v0.shape, bool)
         free[self.c.ends] = False
         self.habit = _fly(run, free, damping)
@@ -107,13 +109,20 @@ class _Block:
         self.is_odd = self.habit.is_odd or bool(free.any() and self.active[free].mean() > 0.5)
         self.done, self.near, self.carried = np.zeros((3, *run.v0.shape), bool)
 
+    def deepest_overlap(self, substeps: int) -> float:
+        """Return the deepest overlap of two balls where every so many steps begin, px."""
+        run, rows = self.run, np.flatnonzero(self.c.pair & (self.c.k % substeps == 0))
+        if not len(rows):
+            return 0.0
+        x = run.x[self.c.k[rows[self.before[rows].argmax()]]]
+        return deepest_overlap(pairs(x), run.r, run.scene.bodies.filters)[0]
+
     # Contacts
 
     def judge_contacts(self) -> None:
         """Judge single contacts, what came early, islands of several, and what did not happen."""
         run, c = self.run, self.c
         self.touch = due(run, c)
-        self.before = run.depth(c, run.x[:-1])
         self.deepest = np.maximum(self.before, run.depth(c, run.hx))
         self.is_due = self.touch < NEVER
         some_act, all_act = c.any_in(self.active), np.where(c.pair, c.all_in(self.active), self.active[c.k, c.i])
@@ -138,8 +147,9 @@ class _Block:
         at_rest = some.part(alone & rest)
         self.done[at_rest.k, at_rest.i] = self.carried[at_rest.k, at_rest.i] = True
         self.ledger.rightful(self.own, run.gain(at_rest.k, at_rest.i))
-        self._early(nodes)
-        self._islands()
+        if (self.active & ~self.done).any():
+            self._early(nodes)
+            self._islands()
         self._missed(c.part(waits | dropped), self.touch[waits | dropped], keys[acts & c.any_in(self.kicked)])
 
     def _has_more(self, c: Contacts, among: Contacts, own: Bools | int) -> Bools:
@@ -209,8 +219,10 @@ class _Block:
             self.near[each.ends] = True
         c = c.part(np.where(c.pair, c.all_in(kicked), kicked[c.k, c.i]))
         touch = np.full(len(c.k), NEVER)
-        said = choose(Singles(run, c, touch))
+        s = Singles(run, c, touch)
+        said, end = choose(s), s.met(When.END)
         named = (said["cause"] >= 0) & (said["cause"] != Cause.UNKNOWN) & (said["place"] != ANYWHERE)
+        named &= end.u + dot(s.dv[0] - s.dv[1], end.n) <= s.tol  # after a contact, the two do not approach
         named &= ~self._has_more(c, c.part(named), 1)
         self._enter_singles(c.part(named), touch[named], said[named])
 

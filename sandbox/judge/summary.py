@@ -10,7 +10,7 @@ import numpy as np
 from sandbox.judge.causes import Cause, Entry, entries_of
 from sandbox.judge.laws import BY_NAME
 from sandbox.judge.ledger import Errors
-from sandbox.judge.words import of_errors
+from sandbox.judge.words import OF_STEPS, of_errors
 from sandbox.scene.model import Scene
 from sandbox.state import Floats
 
@@ -18,7 +18,8 @@ from sandbox.state import Floats
 class Judged(NamedTuple):
     """A block of steps, judged. errors: in order; sums: of what is right, (4, causes); clock: (steps,) s.
 
-    contacts: how many it has; flights: sentences of how the engine flies; is_spinless: whether nothing ever turns.
+    contacts: how many it has; flights: sentences of how the engine flies; is_spinless: whether nothing ever turns;
+    overlap: px, the deepest of two balls before a step of the engine.
     """
 
     errors: Errors
@@ -27,6 +28,7 @@ class Judged(NamedTuple):
     contacts: int
     flights: dict[str, str]
     is_spinless: bool
+    overlap: float
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,8 @@ class Verdict:
 
     causes: the largest share of its error first; errors: ERROR, in order; flights: sentences of how the engine flies;
     ledger: every change of energy, momentum and places; gained: (steps, 3), see `ledger`, up to each step;
-    is_spinless: whether an engine reports no spin of a scene whose balls turn.
+    is_spinless: whether an engine reports no spin of a scene whose balls turn; overlap: px, the deepest of two balls
+    before a step.
     """
 
     causes: tuple[CauseOfError, ...]
@@ -55,6 +58,7 @@ class Verdict:
     ledger: tuple[Entry, ...]
     gained: Floats
     is_spinless: bool
+    overlap: float
 
     def of_steps(self, substeps: int) -> Self:
         """Return the verdict by the steps that contain so many of those that were judged."""
@@ -86,6 +90,7 @@ def summary(scene: Scene, blocks: Sequence[Judged]) -> Verdict:
         entries_of(sums),
         np.cumsum(gained, axis=0),
         scene.is_rough and all(block.is_spinless for block in blocks),
+        max(block.overlap for block in blocks),
     )
 
 
@@ -104,6 +109,8 @@ def _net(sums: Floats) -> None:
 @cache
 def _said_by(cause: int, law: str, place: str) -> tuple[int, str, str]:
     """Return the cause, law and place by which errors are grouped. A wrong law is named without a place."""
+    if cause == Cause.UNKNOWN:
+        return cause, law if law in OF_STEPS else "single", ""
     is_timed, is_pushed = cause in (Cause.LATE, Cause.EARLY), cause == Cause.POSITION_CORRECTION
     law = "" if is_timed or (is_pushed and law in ("none", "apart")) else law
     is_alone = is_timed or (is_pushed and place == "pushed") or law in BY_NAME
@@ -123,7 +130,7 @@ def _causes(scene: Scene, errors: Errors, reach: float, flights: dict[str, str])
     for cause, sentence in dict.fromkeys(said):
         is_said = np.array([each == (cause, sentence) for each in said])[group]
         values = errors["value"][is_said & np.isfinite(errors["value"])]
-        parameter = float(np.median(values)) if len(values) else None
+        parameter = float(np.median(values)) if len(values) and cause != Cause.UNKNOWN else None
         share, times = float(size[is_said].sum()) / whole, int(errors["times"][is_said].sum())
         found.append(CauseOfError(Cause(cause), times, share, parameter, sentence))
     return tuple(sorted(found, key=lambda each: -each.share))

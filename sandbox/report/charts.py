@@ -239,9 +239,9 @@ def _mark_first_differences(
 ) -> None:
     for name, style in _styles(comparison).items():
         run = comparison.runs[name]
-        if not run.differences:
+        if not (first := run.figures.first_difference):
             continue
-        time = run.differences[0].time
+        time = first.time
         step = min(math.ceil(comparison.scene.clock.steps(time) - 1e-9), len(run.gap_max) - 1)
         gap = float(scale.position(gaps[name][step]))
         plot.scatter([time], [gap], marker=style.marker, size=22, line_color=style.color, line_width=3, fill_alpha=0)

@@ -138,6 +138,19 @@ def test_another_step_is_named_with_its_share(gravity: Floats, clock: float) -> 
     assert numbers_in(law.sentence) == [pytest.approx(clock)]
 
 
+def test_a_length_that_not_all_steps_have_is_not_said_of_each() -> None:
+    states = flown(as_it_is, G, dt=np.resize([0.7, 0.7, 1.6], STEPS) * DT)
+    assert not on_states(field(G), states).flights
+
+
+def test_what_slows_a_ball_down_near_a_wall_is_no_contact_if_it_still_approaches() -> None:
+    states = flown(as_it_is, G)
+    states.position[:, 0] = 1000, 1989
+    states.position[:, 0, 1] -= 260 * DT * np.arange(STEPS, -1, -1)
+    states.velocity[:, 0] = 0, 260
+    assert causes_of(on_states(field(G), states)) <= {Cause.UNREPORTED, Cause.UNKNOWN}
+
+
 @pytest.mark.parametrize(
     ("damping", "cause"), [(Damping(0.5), Cause.DAMPING), (NO_DAMPING, Cause.UNREPORTED)], ids=["declared", "silent"]
 )

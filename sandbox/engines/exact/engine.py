@@ -17,14 +17,14 @@ from sandbox.engines.exact.heaps.collapse import resolve
 from sandbox.engines.exact.heaps.islands import Islands
 from sandbox.engines.exact.prediction import predict_each
 from sandbox.engines.exact.support import MAX_SUPPORTS, report_supports
-from sandbox.engines.exact.world import OF_DISC, World, move_to_now, release, write_state
+from sandbox.engines.exact.world import OF_DISC, World, motions, move_to_now, release, rotations
 from sandbox.engines.grid import NONE, cell_at, enter, grid_for, morton_order
 from sandbox.engines.machine_code import MachineCode
 from sandbox.errors import LimitReached
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import pieces_of
-from sandbox.state import Contacts, Integers, State
+from sandbox.state import Contacts, Floats, Integers, State, States
 from sandbox.threads import checkpoint
 
 MAX_LOGGED_CONTACTS: Final = 5_000_000  # not yet read: half a GB, and five times that in a comparison
@@ -73,7 +73,7 @@ class ExactEngine(RunningEngine):
         Raises LimitReached if contacts are recorded and exceed MAX_LOGGED_CONTACTS, with or without end.
         """
         since, now = self._now, self._clock.time(self._steps + 1)
-        while min(self._world.node[0].time, self._islands.next_check) <= now:
+        while self._next_event <= now:
             self._process_events(since, now)
             self._check_limit()
         if self._world.has_gravity and self._contacts.recording:
@@ -83,6 +83,18 @@ class ExactEngine(RunningEngine):
             self._report(self._islands.report(since, now))
         self._check_limit()
         self._steps += 1
+
+    def advance(self, steps: int, *states: Floats) -> None:
+        """Do steps; those before the next event are one flight, unless each has to report what supports the discs."""
+        times, done = self._clock.times(self._steps + np.arange(1, steps + 1)), 0
+        while done < steps:
+            self.step()
+            first, done = done, done + 1
+            if not (self._world.has_gravity and self._contacts.recording):
+                done = max(done, int(np.searchsorted(times, self._next_event)))
+                self._steps += done - first - 1
+            rows = slice(first, done)
+            self._write(times[rows], States(*states).rows(rows))
 
     def _process_events(self, since: float, now: float) -> None:
         """Process events until a time (s), or until something else has been done that was due before."""
@@ -124,15 +136,27 @@ class ExactEngine(RunningEngine):
             raise LimitReached("exact", self._start + self._now, f"the next step exceeds the limit of {limit}")
 
     @property
+    def _next_event(self) -> float:
+        return min(self._world.node[0].time, self._islands.next_check)
+
+    @property
     def _now(self) -> float:
         return self._clock.time(self._steps)
 
     def state(self) -> State:
         """Return a snapshot, with every ball moved to now."""
-        count = len(self._disc_of_ball)
-        state = State(self._now, np.empty((count, 2)), np.empty((count, 2)))
-        self._code(write_state)(self._world, self._now, state.position, state.velocity, state.angle, state.spin)
-        return state
+        states = States.empty(1, len(self._disc_of_ball))
+        self._write(np.array([self._now]), states)
+        return states.state(0, self._now)
+
+    def _write(self, times: Floats, states: States) -> None:
+        """Write where the balls are at times (s) before the next event, in scene order."""
+        now, disc = times[:, None], self._disc_of_ball
+        m = motions(self._world, now)
+        for part, x, y in ((states.position, m.x, m.y), (states.velocity, m.vx, m.vy)):
+            part[..., 0], part[..., 1] = x[..., disc], y[..., disc]
+        if self._world.is_rough:
+            states.angle[:], states.spin[:] = (part[:, disc] for part in rotations(self._world, now))
 
     def record_contacts(self) -> None:
         if not self._contacts.recording:

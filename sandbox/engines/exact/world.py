@@ -163,19 +163,8 @@ def release(world: World, i: int) -> None:
     world.disc[i].serial += 1
 
 
-@kernel
-def write_state(world: World, now: float, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-    """Write the state of each ball now, in scene order: (n, 2) px and px/s, (n,) rad and rad/s."""
-    for i in range(len(world.disc)):
-        m, ball = motion(world, i, now), world.event[i].ball
-        position[ball, 0], position[ball, 1] = m.x, m.y
-        velocity[ball, 0], velocity[ball, 1] = m.vx, m.vy
-        if world.is_rough:
-            angle[ball], spin[ball] = rotation(world, i, now)
-
-
-def motions(world: World, now: float) -> Any:
-    """Return where all discs are now, and how they move: a Motion of arrays, (n,) each."""
+def motions(world: World, now: float | Floats) -> Any:
+    """Return where all discs are now, and how they move: a Motion of arrays, (n,) each; of times (k, 1), s, (k, n)."""
     x, y, vx, vy, t = columns(world.disc, "x", "y", "vx", "vy", "t")
     ax, ay = columns(world.body, "ax", "ay")
     dt = now - t
@@ -184,8 +173,8 @@ def motions(world: World, now: float) -> Any:
     return Motion(x + dt * (vx + 0.5 * dt * ax), y + dt * (vy + 0.5 * dt * ay), vx + dt * ax, vy + dt * ay, ax, ay)
 
 
-def rotations(world: World, now: float) -> tuple[Floats, Floats]:
-    """Return the angles (rad) and the spins (rad/s) of all discs now, (n,) each."""
+def rotations(world: World, now: float | Floats) -> tuple[Floats, Floats]:
+    """Return the angles (rad) and the spins (rad/s) of all discs now, in the shape of `motions`."""
     angle, spin, rate = columns(world.turn, "angle", "spin", "spin_rate")
     dt = now - column(world.disc, "t")
     return angle + dt * (spin + 0.5 * dt * rate), spin + dt * rate
