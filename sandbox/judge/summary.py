@@ -10,7 +10,7 @@ import numpy as np
 from sandbox.judge.causes import Cause, Entry, entries_of
 from sandbox.judge.laws import BY_NAME
 from sandbox.judge.ledger import Errors
-from sandbox.judge.words import OF_STEPS, of_errors
+from sandbox.judge.words import of_errors
 from sandbox.scene.model import Scene
 from sandbox.state import Floats
 
@@ -109,8 +109,6 @@ def _net(sums: Floats) -> None:
 @cache
 def _said_by(cause: int, law: str, place: str) -> tuple[int, str, str]:
     """Return the cause, law and place by which errors are grouped. A wrong law is named without a place."""
-    if cause == Cause.UNKNOWN:
-        return cause, law if law in OF_STEPS else "single", ""
     is_timed, is_pushed = cause in (Cause.LATE, Cause.EARLY), cause == Cause.POSITION_CORRECTION
     law = "" if is_timed or (is_pushed and law in ("none", "apart")) else law
     is_alone = is_timed or (is_pushed and place == "pushed") or law in BY_NAME
