@@ -34,7 +34,6 @@ NEAR: Final = 0.1  # of the size of a shape
 ANCHORED: Final = (pymunk.PinJoint, pymunk.SlideJoint, pymunk.DampedSpring)  # by two anchors, one on each body
 MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
 ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "sensor", "surface_velocity")
-LIMITS: Final = {pymunk.DampedSpring: "force_func", pymunk.DampedRotarySpring: "torque_func"}  # of springs
 # Attributes that a program may set, though Pymunk reads none of them, and what to write instead
 IGNORED: Final = {
     **{name: change.instead for name, change in NAMES.items()},
@@ -232,15 +231,11 @@ def _not_finite(contents: Contents) -> Iterator[Fault]:
 
 def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
     things: list[tuple[str, pymunk.Body | pymunk.Shape]] = [("Body", body) for body, _ in contents.new_bodies]
-    things += [("Shape", shape) for shape in contents.shapes if contents.is_new(shape)]
+    things += [("Shape", shape) for shape in contents.shapes if shape not in contents.seen]
     for kind, thing in things:
         for name in vars(thing):
             if cure := IGNORED.get(f"{kind}.{name}"):
                 yield contents.fault(thing, f"{kind.lower()}.{name} was set; write {cure}")
-    for joint in contents.new_joints:
-        if isinstance(joint, tuple(LIMITS)) and math.isfinite(joint.max_force):
-            what = f"max_force of its {type(joint).__name__} was set; write a {LIMITS[type(joint)]} that limits it"
-            yield contents.fault(joint.b if is_dynamic(joint.b) else joint.a, what)
 
 
 def _overlaps(contents: Contents) -> Iterator[Fault]:
