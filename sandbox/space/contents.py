@@ -49,11 +49,6 @@ class Contents:
         """The dynamic bodies that were added since the last time, and the solid shapes of each."""
         return [(body, self.solid_of[id(body)]) for body in self.bodies if is_dynamic(body) and body not in self.seen]
 
-    @property
-    def new_joints(self) -> list[pymunk.Constraint]:
-        """The joints that were added since the last time."""
-        return [joint for joint in self.space.constraints if joint not in self.seen]
-
     @cached_property
     def solid_of(self) -> dict[int, list[pymunk.Shape]]:
         """The solid shapes of each body, by its id."""

@@ -32,6 +32,7 @@ FAR: Final = 3.0  # half lengths of a body, for an anchor
 MAX_LEVER: Final = 4.0  # of the reach of a body's shapes, for a point at which it is pushed
 NEAR: Final = 0.1  # of the size of a shape
 ANCHORED: Final = (pymunk.PinJoint, pymunk.SlideJoint, pymunk.DampedSpring)  # by two anchors, one on each body
+LIMITED: Final = (pymunk.SlideJoint, pymunk.RotaryLimitJoint)  # between min and max
 MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
 ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "sensor", "surface_velocity")
 # Attributes that a program may set, though Pymunk reads none of them, and what to write instead
@@ -154,8 +155,8 @@ def _concave(contents: Contents) -> Iterator[Fault]:
 
 def _anchor_far(contents: Contents) -> Iterator[Fault]:
     """Anchors far outside of their body that, as places in the Space, are within it."""
-    for joint in contents.new_joints:
-        if isinstance(joint, ANCHORED):
+    for joint in contents.space.constraints:
+        if isinstance(joint, ANCHORED) and joint not in contents.seen:
             for body, end, anchor in ((joint.a, joint.b, joint.anchor_a), (joint.b, joint.a, joint.anchor_b)):
                 size = max(map(half_length, body.shapes), default=math.inf)
                 if is_dynamic(body) and anchor.length > FAR * size and (anchor - body.position).length < size:
@@ -164,8 +165,8 @@ def _anchor_far(contents: Contents) -> Iterator[Fault]:
 
 
 def _limits(contents: Contents) -> Iterator[Fault]:
-    for joint in contents.new_joints:
-        if isinstance(joint, pymunk.SlideJoint | pymunk.RotaryLimitJoint) and joint.min > joint.max:
+    for joint in contents.space.constraints:
+        if joint not in contents.seen and isinstance(joint, LIMITED) and joint.min > joint.max:
             what = f"its {type(joint).__name__} has min = {joint.min:.4g} and max = {joint.max:.4g}"
             yield contents.fault(joint.b if is_dynamic(joint.b) else joint.a, what)
 
