@@ -3,6 +3,7 @@
 Without a window, it does not wait either: it gets dummy drivers, and clocks that let it run through.
 """
 
+import math
 import os
 import re
 import runpy
@@ -16,7 +17,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from types import FrameType, ModuleType
+from types import ModuleType
 from typing import Any, Final, NoReturn
 from unittest.mock import patch
 
@@ -65,7 +66,8 @@ def run_on_trial(program: Sequence[str], trials: Trials, ended: Callable[[End], 
     environment = {key: value for key, value in os.environ.items() if key != SAFE_PATH}
     with ExitStack() as stack:
         stack.enter_context(trials)
-        for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, _leave)):
+        handlers = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: lambda number, _: sys.exit(128 + number)}
+        for number, handler in handlers.items():
             stack.callback(signal.signal, number, signal.signal(number, handler))
         stack.enter_context(watchdog(name, trials))
         stack.enter_context(patch.dict(os.environ, environment, clear=True))
@@ -75,11 +77,6 @@ def run_on_trial(program: Sequence[str], trials: Trials, ended: Callable[[End], 
     if trials.out_of_time and any(not thread.daemon for thread in {*threading.enumerate()} - threads):
         finish(end)  # Python would wait for its threads
     return ended(end)
-
-
-def _leave(number: int, _frame: FrameType | None) -> NoReturn:
-    """Exit at a signal."""
-    sys.exit(128 + number)
 
 
 def _end_of(program: Sequence[str], trials: Trials) -> End:
@@ -119,9 +116,8 @@ class Clock:
     def tick(self, framerate: float = 0) -> int:
         """Return the time of a frame, ms, in whole ones that add up to the right time."""
         frame = 1 / (framerate or DEFAULT_FRAMERATE)
-        exact = 1000 * frame + self._left_over
-        self._milliseconds = int(exact)
-        self._left_over = exact - self._milliseconds
+        self._left_over, milliseconds = math.modf(1000 * frame + self._left_over)
+        self._milliseconds = int(milliseconds)
         self._wait(frame)
         return self._milliseconds
 

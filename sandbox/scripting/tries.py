@@ -27,7 +27,6 @@ ENOUGH: Final = 0.5  # of a figure, to which it must fall
 SAME: Final = 0.01  # relative: by more, the program does not repeat itself
 CALLBACKS: Final = 1e-6  # of the largest kinetic energy, that handlers changed
 PASSED: Final = "passed-through"
-UNITS: Final = {PASSED: " passages"}  # of the other figures: px
 Spaces = dict[int, dict[str, Any]]  # what JSON says of the Spaces of a run, by their numbers
 
 
@@ -38,16 +37,6 @@ class _Setting(NamedTuple):
     cure: str
 
 
-def _settings(parts: int) -> tuple[_Setting, _Setting]:
-    """Return the settings that can be tried. parts: of a step."""
-    shorter = f"Shorter steps: for _ in range({parts}): space.step(dt / {parts})."
-    more = f"space.iterations = {10 * TIMES}."
-    return (
-        _Setting("steps", ("--parts", str(parts)), f"steps in {parts} parts", shorter),
-        _Setting("iterations", ("--iterations", str(TIMES)), f"{TIMES} times the iterations", more),
-    )
-
-
 def tried(program: Sequence[str], diagnoses: Sequence[Diagnosis], seconds: float) -> list[Diagnosis]:
     """Return the diagnoses with what became of their findings in other runs of the program. seconds: of each."""
     findings = [finding for diagnosis in diagnoses for finding in diagnosis.findings if _tries(diagnosis, finding)]
@@ -55,9 +44,14 @@ def tried(program: Sequence[str], diagnoses: Sequence[Diagnosis], seconds: float
         return list(diagnoses)
     parts = max([PARTS, *(math.ceil(finding.size) for finding in findings if finding.rule == PASSED)])
     wanted = {key for finding in findings for key in TEXTS[finding.rule]["tries"]}
+    shorter = f"Shorter steps: for _ in range({parts}): space.step(dt / {parts})."
+    more = f"space.iterations = {10 * TIMES}."
+    settings = (
+        _Setting("steps", ("--parts", str(parts)), f"steps in {parts} parts", shorter),
+        _Setting("iterations", ("--iterations", str(TIMES)), f"{TIMES} times the iterations", more),
+    )
     unchanged = _run(program, seconds, ())
-    settings = [setting for setting in _settings(parts) if setting.key in wanted and unchanged]
-    runs = {setting: _run(program, seconds, setting.options) for setting in settings}
+    runs = {each: _run(program, seconds, each.options) for each in settings if unchanged and each.key in wanted}
     return [_with_runs(diagnosis, unchanged, runs) for diagnosis in diagnoses]
 
 
@@ -93,7 +87,7 @@ def _with_runs(diagnosis: Diagnosis, unchanged: Spaces, runs: dict[_Setting, Spa
             return finding
         if again is None:
             return replace(finding, tried=("nothing, as a second run of the program failed",))
-        before, unit = again["figures"][finding.rule], UNITS.get(finding.rule, " px")
+        before, unit = again["figures"][finding.rule], " passages" if finding.rule == PASSED else " px"
         if why := _why_not(diagnosis, diagnosis.figures[finding.rule], before, unit):
             return replace(finding, tried=(why,))
         words, cures = [], []

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final
 
-from sandbox.space.origins import line_of_frame
+from sandbox.space.origins import program_line
 from sandbox.space.watch import Trials, interrupt_main_thread
 from sandbox.text import printable
 
@@ -61,7 +61,7 @@ def _look(program: str, trials: Trials, main: int, signals: socket.socket, done:
             trial, frame = trials.stepping, sys._current_frames().get(trials.thread or main)
             print(
                 f"{printable(program)}: step {trial.steps + 1} of its Space does not return. It is in "
-                f"{printable(line_of_frame(frame))}. {_SLEEPING}",
+                f"{printable(program_line(frame))}. {_SLEEPING}",
                 file=sys.stderr,
                 flush=True,
             )

@@ -49,11 +49,6 @@ class Contents:
         """The dynamic bodies that were added since the last time, and the solid shapes of each."""
         return [(body, self.solid_of[id(body)]) for body in self.bodies if is_dynamic(body) and body not in self.seen]
 
-    @property
-    def new_joints(self) -> list[pymunk.Constraint]:
-        """The joints that were added since the last time."""
-        return [joint for joint in self.space.constraints if joint not in self.seen]
-
     @cached_property
     def solid_of(self) -> dict[int, list[pymunk.Shape]]:
         """The solid shapes of each body, by its id."""
@@ -62,33 +57,28 @@ class Contents:
             shapes[id(shape.body)].append(shape)
         return shapes
 
-    def is_new(self, shape: pymunk.Shape) -> bool:
-        """Return whether a shape was added since the last time."""
-        return shape not in self.seen
-
     @property
     def new(self) -> Iterator[pymunk.Shape]:
         """The shapes that collide and were added since the last time."""
-        return filter(self.is_new, self.solid)
+        return (shape for shape in self.solid if shape not in self.seen)
 
     @cached_property
     def _index_of(self) -> dict[int, int]:
         return {id(body): index for index, body in enumerate(self.bodies)}
 
-    def report(self, body: pymunk.Body, detail: str, shape: pymunk.Shape | None = None) -> BodyReport:
-        """Name a body, by a shape of it, and what is wrong with it."""
+    def report(self, thing: pymunk.Body | pymunk.Shape, detail: str) -> BodyReport:
+        """Name a body, or a body by a shape of it, and what is wrong with it."""
+        body, shape = (thing, None) if isinstance(thing, pymunk.Body) else (body_of(thing), thing)
         solid = self.solid_of.get(id(body)) or [each for each in body.shapes if not each.sensor]  # if it is gone
         shape = shape or next(iter(solid), None)
         kind = f"a {BODY_TYPES[body.body_type]} {shape_words(shape) if shape else 'body without a shape'}"
-        line = self.origins.line_of(body) or (self.origins.line_of(shape) if shape else "")
+        line = self.origins.lines.get(body) or (self.origins.lines.get(shape, "") if shape else "")
         place = place_of(shape) if shape and not is_dynamic(body) else body.position
         return BodyReport(self._index_of.get(id(body)), kind, (place[0], place[1]), line, detail)
 
     def fault(self, thing: pymunk.Body | pymunk.Shape, detail: str, size: float = 1.0, figure: str = "") -> Fault:
         """Return the fault of a body, or of a body by its shape."""
-        if isinstance(thing, pymunk.Body):
-            return Fault(self.report(thing, detail), size, figure)
-        return Fault(self.report(body_of(thing), detail, thing), size, figure)
+        return Fault(self.report(thing, detail), size, figure)
 
     def name(self, body: pymunk.Body) -> str:
         """Name a body in a sentence."""
@@ -97,7 +87,7 @@ class Contents:
 
     def overlaps(self) -> Iterator[tuple[pymunk.Shape, pymunk.Shape, float]]:
         """Yield pairs of shapes, of which one is new, that overlap, and how deep, px."""
-        shapes, new = self.solid, [*map(self.is_new, self.solid)]
+        shapes, new = self.solid, [shape not in self.seen for shape in self.solid]
         # Of a shape that moves, where it is; of others, where Pymunk believes it to be
         boxes = [shape.bb if is_static(body_of(shape)) else shape.cache_bb() for shape in shapes]
         low, high = np.hsplit(np.array(boxes).reshape(-1, 4), 2)

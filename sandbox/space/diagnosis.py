@@ -3,13 +3,11 @@
 import textwrap
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from typing import Any, Final
+from typing import Any
 
 from sandbox.space.energy import Ledger
 from sandbox.space.findings import Finding
 from sandbox.text import counted, printable
-
-MAX_PERCENT: Final = 1000.0  # of energy, in the headline
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,7 @@ class Diagnosis:
     def headline(self) -> str:
         """Whether a rule found a fault, and whether energy came or went where none should."""
         shares = self.energy.suspect if self.energy else {}
-        suspect = [f"{words} {_percent(100 * share)}" for words, share in shares.items()]
+        suspect = [f"{words} {100 * share:+,.0f} %" for words, share in shares.items()]
         said = [] if self.findings or not self.steps else ["No rule found a fault."]
         if suspect:
             said.append(f"Energy came or went where none should: {', '.join(suspect)} of the largest kinetic energy.")
@@ -72,8 +70,3 @@ class Diagnosis:
             "findings": [asdict(finding) for finding in self.findings],
             "energy": self.energy.as_json() if self.energy else None,
         }
-
-
-def _percent(percent: float) -> str:
-    shown = max(-MAX_PERCENT, min(percent, MAX_PERCENT))
-    return f"{'' if shown == percent else 'beyond '}{shown:+,.0f} %"

@@ -19,7 +19,7 @@ from sandbox.scene.files import ball_groups, load
 from sandbox.scene.model import MIN_LENGTH, SPACE_SETTINGS, Arena, PymunkSettings, Scene
 from sandbox.scene.overlaps import needed_overlap
 from sandbox.scene.spawn import spawn
-from sandbox.space.contents import body_of, checked, corners_of, half_length, is_dynamic
+from sandbox.space.contents import body_of, checked, corners_of, is_dynamic
 from sandbox.state import Bodies, Floats, State
 from sandbox.text import counted
 
@@ -38,8 +38,8 @@ def from_space(
     Circles on dynamic bodies become balls, in the order of their shapes; segments and the outlines of polygons on
     static bodies become walls, and circles pegs, which are walls of no length; so do those on kinematic bodies at rest.
     size: width and height of the view, px, by default up to the furthest ball or wall; rate: steps per second.
-    Raises SandboxError, which lists all that a scene cannot have. Warns (SpaceWarning) of moments of inertia that are
-    not those of uniform discs, of sensors, which touch nothing and are left out, and of contacts that have begun.
+    Raises SandboxError, which lists what a scene cannot have, or else its numbers out of range. Warns (SpaceWarning) of
+    moments that are not those of uniform discs, of sensors, which are left out, and of contacts that have begun.
 
     >>> space, body = pymunk.Space(), pymunk.Body()
     >>> body.position, space.gravity = (100, 50), (0, 900)
@@ -102,29 +102,19 @@ def _unsupported(space: pymunk.Space, solid: Sequence[pymunk.Shape]) -> Iterator
             yield "force or torque"
         if body.body_type == pymunk.Body.KINEMATIC and (body.velocity != (0, 0) or body.angular_velocity):
             yield "moving kinematic body"
-    yield from (name for shape in solid for name in _unsupported_of(shape))
+    for shape in solid:
+        is_disc = isinstance(shape, pymunk.Circle) and shape.offset == body_of(shape).center_of_gravity == (0, 0)
+        if is_dynamic(body_of(shape)) and not is_disc:
+            yield "dynamic shape that is not a circle round its body's place"
+        if shape.surface_velocity != (0, 0):
+            yield "surface velocity"
     balls, walls = ({shape.filter for shape in solid if is_dynamic(body_of(shape)) == moves} for moves in (True, False))
     if any(pass_through(ball, wall) for ball, wall in product(balls, walls)):
         yield "filter between a ball and a wall"
     for handler in space._handlers.values():  # Pymunk has no public list of them
         if any((handler.begin, handler.pre_solve, handler.post_solve, handler.separate)):
             yield "collision handler"
-    if not 0 < space.damping <= 1:
-        yield "damping outside 0 to 1"
     yield from (type(joint).__name__ for joint in space.constraints)
-
-
-def _unsupported_of(shape: pymunk.Shape) -> Iterator[str]:
-    body, is_moving = body_of(shape), is_dynamic(body_of(shape))
-    is_disc = isinstance(shape, pymunk.Circle) and shape.offset == body.center_of_gravity == (0, 0)
-    if is_moving and not is_disc:
-        yield "dynamic shape that is not a circle round its body's place"
-    if not is_moving and not shape.radius and half_length(shape) < MIN_LENGTH / 2:
-        yield "wall without size"
-    if not 0 <= shape.elasticity <= 1:
-        yield "elasticity outside 0 to 1"
-    if shape.surface_velocity != (0, 0):
-        yield "surface velocity"
 
 
 def _settings_of(space: pymunk.Space, solid: Sequence[pymunk.Shape]) -> dict[str, float]:
@@ -172,10 +162,9 @@ def _view(walls: Sequence[dict[str, Any]], position: Floats, radius: Floats) -> 
 
     What is not finite is left to the checks of a scene.
     """
-    ends = [(wall[end], wall["thickness"] / 2) for wall in walls for end in ("start", "to")]
-    ends += zip(position.tolist(), radius.tolist(), strict=True)
-    reach = [[place[axis] + half for place, half in ends] for axis in (0, 1)]
-    width, height = (max([1, *map(math.ceil, filter(math.isfinite, each))]) for each in reach)
+    ends = [np.add(wall[end], wall["thickness"] / 2) for wall in walls for end in ("start", "to")]
+    reach = np.vstack([*ends, position + radius[:, None]])
+    width, height = np.ceil(reach.max(axis=0, where=np.isfinite(reach), initial=1)).tolist()
     return width, height
 
 

@@ -33,7 +33,7 @@ class Origins:
     """Remembers which lines of the program added objects and pushed bodies furthest off, and the dents of polygons."""
 
     def __init__(self) -> None:
-        self._lines: WeakKeyDictionary[Any, str] = WeakKeyDictionary()
+        self.lines: WeakKeyDictionary[Any, str] = WeakKeyDictionary()  # that added objects, as file:line
         self.pushes: WeakKeyDictionary[pymunk.Body, Push] = WeakKeyDictionary()
         self.dents: WeakKeyDictionary[pymunk.Poly, float] = WeakKeyDictionary()  # px
 
@@ -41,13 +41,9 @@ class Origins:
         """Remember the line of the program that is being run as that of some objects, unless they have one."""
         line = ""
         for each in objects:
-            if each not in self._lines:
+            if each not in self.lines:
                 line = line or program_line()
-                self._lines[each] = line
-
-    def line_of(self, thing: Any) -> str:
-        """Return the line that added an object, as file:line; empty if unknown."""
-        return self._lines.get(thing, "")
+                self.lines[each] = line
 
     @contextmanager
     def followed(self) -> Iterator[None]:
@@ -89,13 +85,12 @@ def _dent(hull: list[pymunk.Vec2d], vertices: list[tuple[float, float]]) -> floa
     return dent if dent > MIN_DENT * math.sqrt(abs(pymunk.area_for_poly(hull))) else 0.0
 
 
-def program_line() -> str:
-    """Return the innermost line of the program, as file:line, outside Pymunk, the sandbox and Python's library."""
-    return line_of_frame(sys._getframe(1))
+def program_line(frame: FrameType | None = None) -> str:
+    """Return the innermost line of the program in a frame, by default this one, or those that called it.
 
-
-def line_of_frame(frame: FrameType | None) -> str:
-    """Return the innermost line of the program in a frame or those that called it; empty if there is none."""
+    As file:line, outside Pymunk, the sandbox and Python's library; empty if there is none.
+    """
+    frame = frame or sys._getframe()
     while frame and not is_program(frame.f_code.co_filename):
         frame = frame.f_back
     if not frame:

@@ -173,19 +173,20 @@ class Recording:
         did not touch in that step.
         """
         rows, stamp = [], lib.cpSpaceGetTimestamp(self.space._space)
-        for arbiter in sorted(self.space._get_arbiters(), key=_order):
-            if arbiter.stamp == stamp:
-                shapes = pymunk.Shape._from_cp_shape(arbiter.a), pymunk.Shape._from_cp_shape(arbiter.b)
-                self.shapes |= {id(shape): shape for shape in shapes if shape}
-                bodies = [shape.body.id if shape and shape.body else 0 for shape in shapes]
-                ids = *bodies, *(row_of.get(body, -1) for body in bodies), *map(id, shapes)
-                left = 1.0 if arbiter.state == FIRST else 1 - ratio
-                for number, point in enumerate(arbiter.contacts[0 : arbiter.count]):
-                    normal, tangential = cached.get((frozenset((arbiter.a, arbiter.b)), point.hash), (0.0, 0.0))
-                    impulses = point.jnAcc - left * normal, point.jtAcc - left * tangential
-                    vectors = ((vector.x, vector.y) for vector in (arbiter.n, point.r1, point.r2))
-                    depth = lib.cpArbiterGetDepth(arbiter, number)
-                    rows.append((*ids, arbiter.e, arbiter.u, *vectors, *impulses, depth))
+        # Pymunk lists arbiters by addresses, which differ from run to run; the hash of a shape is its number
+        arbiters = [arbiter for arbiter in self.space._get_arbiters() if arbiter.stamp == stamp]
+        for arbiter in sorted(arbiters, key=lambda each: [*map(lib.cpShapeGetHashID, (each.a, each.b))]):
+            shapes = pymunk.Shape._from_cp_shape(arbiter.a), pymunk.Shape._from_cp_shape(arbiter.b)
+            self.shapes |= {id(shape): shape for shape in shapes if shape}
+            bodies = [shape.body.id if shape and shape.body else 0 for shape in shapes]
+            ids = *bodies, *(row_of.get(body, -1) for body in bodies), *map(id, shapes)
+            left = 1.0 if arbiter.state == FIRST else 1 - ratio
+            for number, point in enumerate(arbiter.contacts[0 : arbiter.count]):
+                normal, tangential = cached.get((frozenset((arbiter.a, arbiter.b)), point.hash), (0.0, 0.0))
+                impulses = point.jnAcc - left * normal, point.jtAcc - left * tangential
+                vectors = ((vector.x, vector.y) for vector in (arbiter.n, point.r1, point.r2))
+                depth = lib.cpArbiterGetDepth(arbiter, number)
+                rows.append((*ids, arbiter.e, arbiter.u, *vectors, *impulses, depth))
         return np.array(rows, CONTACT)
 
     def _joints(self, row_of: dict[int, int]) -> Rows:
@@ -195,11 +196,6 @@ class Recording:
         self.joints |= {id(joint): joint for joint in joints}
         self.bodies |= {body.id: body for body in ends}
         return np.array([_joint(joint, row_of) for joint in joints], JOINT)
-
-
-def _order(arbiter: Any) -> tuple[int, int]:
-    """Return what sorts arbiters as their shapes were added: Pymunk lists them by addresses, which differ by run."""
-    return lib.cpShapeGetHashID(arbiter.a), lib.cpShapeGetHashID(arbiter.b)
 
 
 def _body(body: pymunk.Body) -> tuple[Any, ...]:

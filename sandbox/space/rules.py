@@ -32,9 +32,9 @@ FAR: Final = 3.0  # half lengths of a body, for an anchor
 MAX_LEVER: Final = 4.0  # of the reach of a body's shapes, for a point at which it is pushed
 NEAR: Final = 0.1  # of the size of a shape
 ANCHORED: Final = (pymunk.PinJoint, pymunk.SlideJoint, pymunk.DampedSpring)  # by two anchors, one on each body
+LIMITED: Final = (pymunk.SlideJoint, pymunk.RotaryLimitJoint)  # between min and max
 MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
 ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "sensor", "surface_velocity")
-LIMITS: Final = {pymunk.DampedSpring: "force_func", pymunk.DampedRotarySpring: "torque_func"}  # of springs
 # Attributes that a program may set, though Pymunk reads none of them, and what to write instead
 IGNORED: Final = {
     **{name: change.instead for name, change in NAMES.items()},
@@ -155,8 +155,8 @@ def _concave(contents: Contents) -> Iterator[Fault]:
 
 def _anchor_far(contents: Contents) -> Iterator[Fault]:
     """Anchors far outside of their body that, as places in the Space, are within it."""
-    for joint in contents.new_joints:
-        if isinstance(joint, ANCHORED):
+    for joint in contents.space.constraints:
+        if isinstance(joint, ANCHORED) and joint not in contents.seen:
             for body, end, anchor in ((joint.a, joint.b, joint.anchor_a), (joint.b, joint.a, joint.anchor_b)):
                 size = max(map(half_length, body.shapes), default=math.inf)
                 if is_dynamic(body) and anchor.length > FAR * size and (anchor - body.position).length < size:
@@ -165,8 +165,8 @@ def _anchor_far(contents: Contents) -> Iterator[Fault]:
 
 
 def _limits(contents: Contents) -> Iterator[Fault]:
-    for joint in contents.new_joints:
-        if isinstance(joint, pymunk.SlideJoint | pymunk.RotaryLimitJoint) and joint.min > joint.max:
+    for joint in contents.space.constraints:
+        if joint not in contents.seen and isinstance(joint, LIMITED) and joint.min > joint.max:
             what = f"its {type(joint).__name__} has min = {joint.min:.4g} and max = {joint.max:.4g}"
             yield contents.fault(joint.b if is_dynamic(joint.b) else joint.a, what)
 
@@ -232,15 +232,11 @@ def _not_finite(contents: Contents) -> Iterator[Fault]:
 
 def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
     things: list[tuple[str, pymunk.Body | pymunk.Shape]] = [("Body", body) for body, _ in contents.new_bodies]
-    things += [("Shape", shape) for shape in contents.shapes if contents.is_new(shape)]
+    things += [("Shape", shape) for shape in contents.shapes if shape not in contents.seen]
     for kind, thing in things:
         for name in vars(thing):
             if cure := IGNORED.get(f"{kind}.{name}"):
                 yield contents.fault(thing, f"{kind.lower()}.{name} was set; write {cure}")
-    for joint in contents.new_joints:
-        if isinstance(joint, tuple(LIMITS)) and math.isfinite(joint.max_force):
-            what = f"max_force of its {type(joint).__name__} was set; write a {LIMITS[type(joint)]} that limits it"
-            yield contents.fault(joint.b if is_dynamic(joint.b) else joint.a, what)
 
 
 def _overlaps(contents: Contents) -> Iterator[Fault]:

@@ -411,8 +411,7 @@ def _hanging(evidence: Evidence) -> Iterator[Fault]:
         near = [hit.shape for shape in solid for hit in space.shape_query(shape) if hit.shape not in solid]
         holds = [each for each in near if each and not each.sensor and any(may_collide(shape, each) for shape in solid)]
         if solid and not holds:
-            what = "sleeps, and touches nothing"
-            yield evidence.fault([body.id], evidence.run.steps[-1], what)._replace(since=None)
+            yield evidence.contents.fault(body, "sleeps, and touches nothing")
 
 
 STEP_RULES: Final[Rules[Evidence]] = {

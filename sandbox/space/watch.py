@@ -117,7 +117,6 @@ class Trials:
         self.ended, add = False, pymunk.Space.add
 
         def step(space: pymunk.Space, dt: float) -> None:
-            """Do a step, recorded."""
             self.step(space, dt)
 
         def add_remembered(space: pymunk.Space, *objects: Any) -> None:

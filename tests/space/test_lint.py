@@ -148,11 +148,6 @@ def not_a_number(space: pymunk.Space) -> None:
     body_of(disc(space, 200)).velocity = math.nan, 0
 
 
-def force_of_a_spring(space: pymunk.Space) -> None:
-    space.add(spring := pymunk.DampedSpring(space.static_body, body_of(disc(space, 200)), (0, 0), (0, 0), 9, 9, 1))
-    spring.max_force = 100
-
-
 FAULTS: dict[Callable[[pymunk.Space], None], tuple[str, str]] = {
     small_moment: ("moment", "moment 10, 20 times too small: its shapes have 200"),
     large_moment_of_a_box: ("moment", "moment 1333, 5 times too large: its shapes have 266.7"),
@@ -172,7 +167,6 @@ FAULTS: dict[Callable[[pymunk.Space], None], tuple[str, str]] = {
     elasticity_of_a_body: ("attribute", "body.elasticity was set; write shape.elasticity"),
     group_of_old: ("attribute", "shape.group was set; write shape.filter = pymunk.ShapeFilter(group=..."),
     not_a_number: ("not-finite", "position (200, 100), velocity (nan, 0)"),
-    force_of_a_spring: ("attribute", "max_force of its DampedSpring was set; write a force_func that limits it"),
     speed_limit_of_old: ("attribute", "body.velocity_limit was set; write a velocity_func that scales body.velocity"),
 }
 
