@@ -3,11 +3,13 @@
 import textwrap
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Final
 
 from sandbox.space.energy import Ledger
 from sandbox.space.findings import Finding
 from sandbox.text import counted, printable
+
+MOST: Final = 10.0  # times the largest kinetic energy, in the headline
 
 
 @dataclass(frozen=True)
@@ -35,16 +37,17 @@ class Diagnosis:
     def heading(self) -> str:
         """Which Space it is, and what was recorded, in a line."""
         stepped = f", stepped in {printable(self.stepped_in)}" if self.stepped_in else ""
-        steps = f"{counted(self.steps, 'step')}, {self.seconds:.4g} s"
         bodies = f"{self.bodies:,} {'body' if self.bodies == 1 else 'bodies'}"
         things = f"{bodies}, {counted(self.shapes, 'shape')}, {counted(self.joints, 'joint')}"
-        return f"Space {self.space}{stepped}: {steps}; {things}"
+        return f"Space {self.space}{stepped}: {counted(self.steps, 'step')}, {self.seconds:.4g} s; {things}"
 
     @property
     def headline(self) -> str:
         """Whether a rule found a fault, and whether energy came or went where none should."""
-        shares = self.energy.suspect if self.energy else {}
-        suspect = [f"{words} {100 * share:+,.0f} %" for words, share in shares.items()]
+        suspect = [
+            f"{of} {'beyond ' * (abs(x) > MOST)}{100 * max(-MOST, min(x, MOST)):+,.0f} %"
+            for of, x in (self.energy.suspect if self.energy else {}).items()
+        ]
         said = [] if self.findings or not self.steps else ["No rule found a fault."]
         if suspect:
             said.append(f"Energy came or went where none should: {', '.join(suspect)} of the largest kinetic energy.")
