@@ -48,10 +48,9 @@ class Diagnosis:
             f"{of} {'beyond ' * (abs(x) > MOST)}{100 * max(-MOST, min(x, MOST)):+,.0f} %"
             for of, x in (self.energy.suspect if self.energy else {}).items()
         ]
-        said = [] if self.findings or not self.steps else ["No rule found a fault."]
-        if suspect:
-            said.append(f"Energy came or went where none should: {', '.join(suspect)} of the largest kinetic energy.")
-        return " ".join(said)
+        rule = "" if self.findings or not self.steps else "No rule found a fault. "
+        came = f"Energy came or went where none should: {', '.join(suspect)} of the largest kinetic energy."
+        return f"{rule}{came if suspect else ''}".rstrip()
 
     def lines(self, width: int) -> Iterator[str]:
         """Yield the text, in so many columns."""
