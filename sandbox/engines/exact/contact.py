@@ -4,22 +4,14 @@ A contact exchanges momentum along the line of centres as it is, whatever roundi
 and its friction are the products of two factors. With n the unit normal from a disc to what it touches and
 t = (-n_y, n_x) the tangent, the slip u (px/s) is the speed along t of the disc's rim past the other's. An impact with
 the impulse J along n has along t the impulse u m/3, which stops the slip, or mu J if that is less (S. F. Foerster et
-al., Phys. Fluids 6 (1994) 1108, with beta_0 = 0). Three exceptions keep contacts from stopping the clock:
+al., Phys. Fluids 6 (1994) 1108, with beta_0 = 0).
 
-- Collapse. Contacts that follow each other at one time may have no end. After MIN_STREAK of a disc, each within
-  CONTACT_TIME of the last, the sequence is continued by itself, to its end or its limit: see `collapse`.
-- Rest under gravity. A bounce off a face that would last less than CONTACT_TIME is not computed: the face carries the
-  disc from then on. The disc lies still, slides or rolls down a slope, or is stopped where two walls meet, until
-  another disc or a kick moves it or the face ends; the only event meanwhile is the end of slipping. What a wall gives
-  to a disc that it carries is a contact at the end of each step, and before each other contact. The disc goes round the
-  end of a wall in hops: one of radius 10 px that goes off a shelf of 4 px at 20 or 50 px/s leaves it up to 0.03 px/s
-  too fast and, with friction up to 1, its rim up to 0.1 px/s too slow. Discs that lean on each other move apart in hops
-  of about the world's hop time: at 900 px/s² and HOP_TIME these are 1.1e-4 px high. A disc that carries others hops
-  faster, so that the contacts of a pair, about 1/HOP_TIME a second, grow only as the root of the load. Hops exchange
-  momentum as all contacts do, so the walls get the weight of a heap.
-- Heaps at rest. What stands still is frozen, as `islands` describes, and has no contacts. To slow discs an island is
-  infinitely heavy, and a fast hit (`wakes`) wakes it first. A disc with MAX_SLOW_CONTACTS slow contacts in a hop time
-  is jammed, and discs are examined at once.
+Three exceptions keep contacts from stopping the clock:
+
+- A disc's contacts that follow each other at one time may have no end. From MIN_STREAK on, `heaps.collapse` takes over.
+- A face carries a disc from a bounce on that would last less than CONTACT_TIME (see `support`). Discs that lean on each
+  other, or on the end of a wall, part in hops, which exchange momentum as all contacts do (see `heaps`).
+- A static island, as `heaps.islands` describes, is infinitely heavy to slow discs, and a fast hit wakes it.
 """
 
 import math
@@ -58,17 +50,11 @@ class Parting(NamedTuple):
 
 
 @kernel
-def _contact_is_recent(body: Record, now: float) -> bool:
-    """Return whether a body's last contact was within CONTACT_TIME."""
-    return now - body.last_contact < CONTACT_TIME
-
-
-@kernel
 def collapses(world: World, i: int, now: float) -> bool:
     """Return whether disc i has had so many contacts in a row that they may have no end."""
     body = world.body[i]
     least = MIN_STREAK if body.residual < math.inf else MIN_STREAK_AGAIN
-    return body.streak >= least and body.streak & (body.streak - 1) == 0 and _contact_is_recent(body, now)
+    return body.streak >= least and body.streak & (body.streak - 1) == 0 and now - body.last_contact < CONTACT_TIME
 
 
 @kernel
@@ -88,7 +74,7 @@ def _pair_parting(world: World, i: int, j: int, closing: float, pull: float, now
     leans = pull > world.min_pull or now < of_a.leans_until or now < of_b.leans_until
     if world.has_gravity and (leans or (closing == 0 and is_jammed(world, i, now) and is_jammed(world, j, now))):
         hop = world.hop_speed
-        if not (_contact_is_recent(of_a, now) and _contact_is_recent(of_b, now)):
+        if now - min(of_a.last_contact, of_b.last_contact) >= CONTACT_TIME:
             hop = max(_hop_speed(world, i, now), _hop_speed(world, j, now))
         # Friction presses them together only while they slip on what carries them.
         time = min(world.hop_time, world.turn[i].slips_until - now, world.turn[j].slips_until - now)
@@ -276,7 +262,7 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
 def _count_contact(world: World, i: int, closing: float, now: float) -> None:
     """Count a contact of disc i, and let it fly freely. closing: px/s."""
     body = world.body[i]
-    if _contact_is_recent(body, now):
+    if now - body.last_contact < CONTACT_TIME:
         body.streak += 1
         body.fastest = max(body.fastest, closing)
     else:

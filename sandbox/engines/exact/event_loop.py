@@ -23,6 +23,7 @@ UNFINISHED: Final = 1  # it has processed many events, or the log is full
 COLLAPSE: Final = 2  # the disc is in a sequence of impacts that may have no end
 WAKE: Final = 3  # something hits the disc, of a static island, so fast that it wakes it
 JAM: Final = 4  # a disc has so many slow contacts that it must be examined
+NOTHING: Final = 5  # nothing stops it: the contact is resolved here
 
 
 class Stop(NamedTuple):
@@ -56,7 +57,7 @@ def simulate(world: World, since: float, until: float, jams_from: float, max_eve
             predict(world, i, now)  # the partner has changed course: a new prediction is due, and no contact
             continue
         reason, disc = _interruption(world, i, partner, now)
-        if reason != UNFINISHED:
+        if reason != NOTHING:
             return Stop(reason, disc, now, collisions, events)
 
         if partner < 0:
@@ -75,7 +76,7 @@ def simulate(world: World, since: float, until: float, jams_from: float, max_eve
 
 @kernel
 def _interruption(world: World, i: int, partner: int, now: float) -> tuple[int, int]:
-    """Return why a contact is left to `engine`, and of which disc, or UNFINISHED: it is resolved here."""
+    """Return why a contact is left to `engine`, and of which disc, or NOTHING."""
     if collapses(world, i, now):
         return COLLAPSE, i
     if partner >= 0 and collapses(world, partner, now):
@@ -85,7 +86,7 @@ def _interruption(world: World, i: int, partner: int, now: float) -> tuple[int, 
             return WAKE, i
         if wakes(world, partner, i, now):
             return WAKE, partner
-    return UNFINISHED, NONE
+    return NOTHING, NONE
 
 
 @kernel

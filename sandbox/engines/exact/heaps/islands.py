@@ -108,11 +108,10 @@ class Islands:
 
     def report(self, since: float, now: float) -> Contacts:
         """Return what the contacts of islands gave until now, since a time (s)."""
-        for island in self._islands:
-            self._pass_on(island)
         return np.concatenate([no_contacts(), *(self._report_of(island, since, now) for island in self._islands)])
 
     def _report_of(self, island: Island, since: float, now: float) -> Contacts:
+        self._pass_on(island)
         touching, report = island.heap.touching, np.zeros(len(island.force), CONTACT)
         impulse = island.impulse + (now - max(since, island.since)) * island.force
         island.impulse[:] = 0.0
@@ -177,8 +176,6 @@ class Islands:
 
     def _close(self, closed: list[Island], since: float, now: float) -> Contacts:
         """Remove islands, whose discs stay where they are, and return what they must report."""
-        for island in closed:
-            self._pass_on(island)
         self._islands = [island for island in self._islands if not any(island is gone for gone in closed)]
         return np.concatenate([no_contacts(), *(self._report_of(island, since, now) for island in closed)])
 

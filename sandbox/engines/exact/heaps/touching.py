@@ -5,7 +5,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from sandbox.compiled import column
+from sandbox.compiled import column, columns
 from sandbox.engines.exact.contact import JAMMED_CONTACTS, SLOW_HOPS
 from sandbox.engines.exact.world import STATIC, World, motions, rotations
 from sandbox.engines.grid import NONE
@@ -115,9 +115,7 @@ def _are_restless(world: World, m: Any, now: float) -> Bools:
 
     A disc is slow if it, and its rim, are about as slow as hops are. m: of all discs.
     """
-    slow_since, slow_contacts, leans_until = (
-        column(world.body, name) for name in ("slow_since", "slow_contacts", "leans_until")
-    )
+    slow_since, slow_contacts, leans_until = columns(world.body, "slow_since", "slow_contacts", "leans_until")
     rim = np.abs(rotations(world, now)[1]) * column(world.disc, "radius")
     is_slow = np.maximum(np.sqrt(m.vx**2 + m.vy**2), rim) < 2 * SLOW_HOPS * world.hop_speed
     is_jammed = (now - slow_since <= world.hop_time) & (slow_contacts >= JAMMED_CONTACTS)
