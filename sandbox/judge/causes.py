@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Self
 
-from sandbox.state import Floats
-
 
 class Cause(IntEnum):
     """A cause, in the order of the ledger's lines. `key` names it in JSON and CSV, `label` in text."""
@@ -67,12 +65,3 @@ class Entry:
     energy: float  # kg px²/s²; the lines add up to the whole change, without that of `spin`
     momentum: float  # kg px/s transferred wrongly, the sum of the lengths
     displacement: float  # px by which balls were displaced wrongly, the sum of the lengths
-
-
-def entries_of(sums: Floats) -> tuple[Entry, ...]:
-    """Return a line for each cause that occurred. sums: (4, causes), of energy, momentum, displacement, contacts."""
-    return tuple(
-        Entry(cause, int(contacts), float(energy), float(momentum), float(displacement))
-        for cause, (energy, momentum, displacement, contacts) in zip(Cause, sums.T, strict=True)
-        if energy or contacts
-    )

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sandbox.judge.causes import Cause
 from sandbox.judge.laws import BOUNCES, BY_NAME, LAWS, Law, Place, places, six_of
 from sandbox.judge.observe import FITTED, Met, Singles, When
-from sandbox.judge.thresholds import DOUBTED, FEW, REFUTED
+from sandbox.judge.thresholds import ALIKE, DOUBTED, FEW, REFUTED
 from sandbox.state import Bools, Floats, Integers
 
 NAME: Final = "U24"
@@ -54,8 +54,9 @@ class Candidate(NamedTuple):
         """Return how many contacts show what each does, with the same parameter."""
         support = np.full(len(self.fits), float(np.count_nonzero(self.fits)))
         if not np.isnan(self.value[self.fits]).all():
-            digits = three_digits(np.abs(self.value[self.fits]))
-            _, back, times = np.unique(digits, return_inverse=True, return_counts=True)
+            with np.errstate(divide="ignore"):
+                alike = np.round(np.log(np.abs(self.value[self.fits])) / ALIKE)
+            _, back, times = np.unique(alike, return_inverse=True, return_counts=True)
             support[self.fits] = times[back]
         return support
 
@@ -86,11 +87,6 @@ def is_fault(said: Said) -> Bools:
     return wrong
 
 
-def _by_depth(depth: Floats, least: float) -> Integers:
-    """Return the causes of right contacts by how deep the bodies are in each other, px."""
-    return np.where(depth > least, Cause.LATE, np.where(depth < -least, Cause.EARLY, RIGHT))
-
-
 class Case(NamedTuple):
     """Contacts where they may be resolved, the causes that their depths show, and what may have become of places."""
 
@@ -102,7 +98,8 @@ class Case(NamedTuple):
 def _cases(s: Singles) -> Iterator[Case]:
     for met in s.all_met():
         least = max(s.run.tiny, 1e-4 * float(s.run.r.min())) if met.when in FITTED else s.run.tiny
-        yield Case(met, _by_depth(met.depth, least), places(s, met))
+        by_depth = np.where(met.depth > least, Cause.LATE, np.where(met.depth < -least, Cause.EARLY, RIGHT))
+        yield Case(met, by_depth, places(s, met))
 
 
 def choose(s: Singles) -> Said:
@@ -124,30 +121,26 @@ def choose(s: Singles) -> Said:
 def _right(s: Singles, case: Case) -> Iterator[Candidate]:
     """Yield what has the right law, or no impulse."""
     c = case.met
-    laws = [("", six_of(c.due, c.rub), c.closes)]
+    laws, nan = [("", six_of(c.due, c.rub), c.closes)], np.full(len(c.due), np.nan)
     if c.when in (When.END, When.START):
         laws.append((UNTOUCHED, six_of(0 * c.due, 0 * c.due), np.ones(len(c.due), bool)))
     for law, six, may in laws:
         right = c.is_valid & may & (s.miss(c.six, six) <= s.tol + c.slack)
         if not law and c.when in (When.TOUCH, When.END):  # no wrong law explains what only the place is wrong with
-            causes, nan = np.full(len(right), NOTHING), np.full(len(right), np.nan)
-            yield Candidate(FREE_ANYWHERE, c.when, law, ANYWHERE, causes, nan, right, c.depth)
+            nothing = np.full(len(right), NOTHING)
+            yield Candidate(FREE_ANYWHERE, c.when, law, ANYWHERE, nothing, nan, right, c.depth)
         for place, fits in case.places if right.any() else ():
             causes = case.by_depth if place.cause is None else np.full(len(fits), place.cause)
             if law:
                 causes = np.where(c.depth > -s.run.tiny, Cause.POSITION_CORRECTION, Cause.TELEPORTED)
             if (right & fits).any() and (place.name not in ("", "apart") or not law):
                 free = FITTED.get(c.when, 0.0) + place.free
-                yield Candidate(
-                    free, c.when, law, place.name, causes, np.full(len(fits), np.nan), right & fits, c.depth
-                )
+                yield Candidate(free, c.when, law, place.name, causes, nan, right & fits, c.depth)
 
 
 def _wrong(s: Singles, law: Law, case: Case) -> Iterator[Candidate]:
     """Yield what has another law of contact."""
     c = case.met
-    if law.of_pairs and not c.pair.any():
-        return
     with np.errstate(all="ignore"):
         says = law.formula(c, None)
         ok = c.is_valid & says.may & (c.closes | law.parting) & (c.pair | (not law.of_pairs))
@@ -187,14 +180,6 @@ def _decide(candidates: list[Candidate], said: Said, rows: Integers) -> None:
     is_found = tied.any(axis=0)
     for name, column in columns.items():
         said[name][rows[is_found]] = column[is_found]
-
-
-def three_digits(values: Floats) -> Floats:
-    """Return values rounded to three digits, as sentences have them."""
-    with np.errstate(all="ignore"):
-        unit = 10.0 ** (np.floor(np.log10(np.abs(values))) - 2)
-        rounded: Floats = np.where(np.isfinite(unit) & (unit > 0), np.round(values / unit) * unit, values)
-    return rounded
 
 
 def doubt_faults(said: Said, kicked: Bools) -> None:

@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 
 from sandbox.judge.run import NEVER, OUTWARD, Contacts, Run, Vectors, cross, dot
+from sandbox.quantity import pass_through
 from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Floats, Integers
 
@@ -50,7 +51,8 @@ def near_pairs(run: Run, step: Integers, ball: Integers, way: Floats, margin: fl
     i, j = np.minimum(ball[a], ball[b]), np.maximum(ball[a], ball[b])
     _, once = np.unique((step[a] * run.n + i) * run.n + j, return_index=True)  # two that are fast are found twice
     found = Contacts(step[a], i, j).part(once)
-    return found.part(~run.passes(found.i, found.j))
+    filters = run.scene.bodies.filters.T
+    return found.part(~np.asarray(pass_through(filters[:, found.i], filters[:, found.j])))
 
 
 def _ranges(begin: Integers, end: Integers) -> tuple[Integers, Integers]:
@@ -63,22 +65,17 @@ def _ranges(begin: Integers, end: Integers) -> tuple[Integers, Integers]:
 def near_walls(run: Run, step: Integers, ball: Integers, way: Floats, margin: float = 0.0) -> Contacts:
     """Return the contacts of some balls in steps, (k,) each, with walls within their way and a margin, px."""
     found, limit = [Contacts(*[np.empty(0, np.int64)] * 3)], way + run.r[ball] + margin
-    x, y = run.x[step, ball].real.copy(), run.x[step, ball].imag.copy()
+    at = run.x[step, ball]
     for wall in range(run.walls):
         if wall < ARENA_COUNT:
-            n = OUTWARD[wall]
-            rows = np.flatnonzero(run.face[wall] - n.real * x - n.imag * y <= limit)
-        else:
-            middle, half = (run.start[wall] + run.end[wall]) / 2, (run.end[wall] - run.start[wall]) / 2
+            near = run.face[wall] - dot(at, OUTWARD[wall]) <= limit
+        else:  # within a box round it, at first
+            off, half = at - (run.start[wall] + run.end[wall]) / 2, (run.end[wall] - run.start[wall]) / 2
             reach = limit + run.half[wall]
-            box = (np.abs(x - middle.real) <= reach + abs(half.real)) & (
-                np.abs(y - middle.imag) <= reach + abs(half.imag)
-            )
-            rows = np.flatnonzero(box)
-            to = run.x[step[rows], ball[rows]] - run.start[wall]
-            part = np.clip(dot(run.along[wall], to), 0, run.length[wall])
-            rows = rows[np.abs(to - part * run.along[wall]) <= reach[rows]]
-        found.append(Contacts(step[rows], ball[rows], np.full(len(rows), ~wall)))
+            near = (np.abs(off.real) <= reach + abs(half.real)) & (np.abs(off.imag) <= reach + abs(half.imag))
+        rows = np.flatnonzero(near)
+        c = Contacts(step[rows], ball[rows], np.full(len(rows), ~wall))
+        found.append(c.part(run.depth(c, run.x) >= -way[rows] - margin))
     return Contacts.joined(*found)
 
 

@@ -10,11 +10,10 @@ import numpy as np
 from sandbox.judge.causes import Cause
 from sandbox.judge.run import Flights, Run, Vectors, dot
 from sandbox.judge.thresholds import ALIKE, DOUBLE, DOUBTED, FEW
-from sandbox.state import Bools, Floats, Integers
+from sandbox.state import Bools, Floats
 
 MOST: Final = 20_000  # flights that a law is read from
 SCHEMES: Final = (0.0, 0.5, 1.0, *(0.5 + s * 0.5 / k for k in range(2, 65) for s in (1, -1)))  # of gravity, in k parts
-BY_SPEED: Final = ((" v²", 1), ("", -1))  # the power of v in the share of the speed that a drag takes
 
 
 @dataclass(frozen=True)
@@ -39,11 +38,6 @@ class Habit:
     place: FlightLaw
     kept: float = 1.0
 
-    @property
-    def is_odd(self) -> bool:
-        """Whether velocities or spins change in flight by something that also acts in steps with contacts."""
-        return self.speed.cause is Cause.UNREPORTED or (self.speed.cause is None and self.kept != 1)
-
     def end(self, flights: Flights) -> tuple[Vectors, Vectors]:
         """Return where flights end, px, and with which velocities, px/s."""
         w = self.speed.of(flights)
@@ -55,12 +49,7 @@ def by_gravity(f: Flights) -> Vectors:
     return f.v + f.g * f.dt
 
 
-def on_parabola(f: Flights, w: Vectors) -> Vectors:
-    """Return the right ends of flights, px."""
-    return f.x + f.v * f.dt + f.g * f.dt**2 / 2
-
-
-RIGHT: Final = FlightLaw(by_gravity), FlightLaw(on_parabola)
+RIGHT: Final = FlightLaw(by_gravity), FlightLaw(lambda f, w: f.x + f.v * f.dt + f.g * f.dt**2 / 2)
 
 
 def habit_of(run: Run, free: Bools, damping: float) -> Habit:
@@ -77,7 +66,10 @@ def habit_of(run: Run, free: Bools, damping: float) -> Habit:
     place = _best(_places(f, w, y, run.floor, pull_of(speed, run.g)), lambda law: np.abs(law.of(f, w) - y) <= floor)
     if place.clock != 1:
         speed = FlightLaw(lambda f: f.v + f.g * place.clock * f.dt)
-    return Habit(speed, place, _kept(run, step, ball))
+    turning = run.w[step, ball] != 0
+    shares = run.w[step + 1, ball][turning] / run.w[step, ball][turning]
+    kept = float(np.median(shares)) if len(shares) >= FEW else 1.0
+    return Habit(speed, place, 1.0 if abs(kept - 1) < DOUBLE else kept)
 
 
 def pull_of(speed: FlightLaw, gravity: complex) -> complex:
@@ -102,14 +94,6 @@ def _best(laws: Iterator[FlightLaw], fits: Callable[[FlightLaw], Bools]) -> Flig
     return best
 
 
-def _kept(run: Run, step: Integers, ball: Integers) -> float:
-    turning = run.w[step, ball] != 0
-    if np.count_nonzero(turning) < FEW:
-        return 1.0
-    ratio = float(np.median(run.w[step + 1, ball][turning] / run.w[step, ball][turning]))
-    return 1.0 if abs(ratio - 1) < DOUBLE else ratio
-
-
 def _agreed(values: Floats) -> float | None:
     """Return the median of values, None if most are not that."""
     values = values[np.isfinite(values)]
@@ -119,19 +103,15 @@ def _agreed(values: Floats) -> float | None:
     return median if np.median(np.abs(values - median)) <= ALIKE * abs(median) else None
 
 
-def _centre(z: Vectors, least: float = 0.0) -> complex:
-    """Return the median of vectors, without a component that is less than some rounding."""
-    x, y = float(np.median(z.real)), float(np.median(z.imag))
-    return complex(x if abs(x) > least else 0.0, y if abs(y) > least else 0.0)
-
-
 def _speeds(f: Flights, w: Vectors, floor: float, damping: float) -> Iterator[FlightLaw]:
     """Yield laws of velocities that flights show, the likelier first. w: px/s, after them."""
     yield RIGHT[0]
     dt, base = float(np.median(f.dt)), by_gravity(f)
     if damping != 1:
         yield FlightLaw(lambda f: f.v * damping**f.dt + f.g * f.dt, Cause.DAMPING, "damping", (100 * damping,))
-    pull = _centre((w - f.v) / f.dt, floor / dt**2)
+    pulls = (w - f.v) / f.dt
+    middle = np.median([pulls.real, pulls.imag], axis=1)
+    pull = complex(*np.where(np.abs(middle) * dt**2 > floor, middle, 0))  # without a component that is rounding
     if abs(pull - f.g) * dt**2 > floor:
         ratio = pull / f.g if f.g else 0j
         name = "share of gravity" if f.g and abs(ratio.imag) < ALIKE else "pull"
@@ -140,7 +120,7 @@ def _speeds(f: Flights, w: Vectors, floor: float, damping: float) -> Iterator[Fl
         yield from _factors(f, w, floor, first)
     with np.errstate(all="ignore"):
         lost = np.where(np.abs(base) * f.dt > 10 * floor, 1 - np.abs(w) / np.abs(base), np.nan) / f.dt
-        for by_speed, power in BY_SPEED:
+        for by_speed, power in ((" v²", 1), ("", -1)):  # of v, in the share of the speed that a drag takes
             k = _agreed(lost / np.abs(base) ** power)
             if k is not None and abs(k) > DOUBLE:
                 yield FlightLaw(partial(_drag, k=k, power=power), Cause.UNREPORTED, f"drag by{by_speed}", (k,))
@@ -177,12 +157,8 @@ def _places(f: Flights, w: Vectors, y: Vectors, floor: float, pull: complex) -> 
     for slowed in (True, False) if np.abs(w - by_gravity(f)).max() * float(f.dt.max()) > floor else (True,):
         yield from _schemes(f, w, y, floor, pull, slowed=slowed)
     with np.errstate(all="ignore"):
-        fall = (
-            dot((w - f.v) / f.dt, np.asarray(f.g)) / abs(f.g) ** 2
-            if f.g
-            else dot(y - f.x, f.v) / np.abs(f.v) ** 2 / f.dt
-        )
-    clock = _agreed(fall)
+        seen, due = (w - f.v, np.asarray(f.g)) if f.g else (y - f.x, f.v)
+        clock = _agreed(dot(seen, due) / np.abs(due) ** 2 / f.dt)
     if clock is not None and abs(clock - 1) > DOUBLE and clock > 0:
         end = lambda f, w: f.x + f.v * clock * f.dt + f.g * (clock * f.dt) ** 2 / 2  # noqa: E731
         yield FlightLaw(end, Cause.TELEPORTED, "clock", (clock,), clock=clock)

@@ -16,13 +16,12 @@ from sandbox.judge.contacts import until
 from sandbox.judge.laws import BY_NAME, PLACES, shifts_of, six_of
 from sandbox.judge.observe import Bodies, Met, Six, When
 from sandbox.judge.run import NEVER, Islands, Run, Vectors
-from sandbox.judge.thresholds import DOUBTED, MAX_TOGETHER
+from sandbox.judge.thresholds import ALIKE, DOUBTED, MAX_TOGETHER, NEGLIGIBLE
 from sandbox.state import Bools, Floats, Integers
 
 MAX_ISLANDS: Final = 1_500  # of a block, the first ones: each takes up to 0.5 ms, all less than a second
 COMMON: Final = 3  # ways that single contacts show most, and that are tried on islands
 Ends = tuple[Vectors, Vectors, Floats]  # how balls end the step: px, px/s and rad/s
-BY_SOLVER: Final = {Cause.WARM_START: "pulls", Cause.UNCONVERGED: "approach", Cause.LATE: ""}
 
 
 class Way(NamedTuple):
@@ -84,7 +83,7 @@ class IslandSteps:
         self.dt[island] = run.flown[k]
         self.free = run.hx[k, i], run.hv[k, i]
         off = np.maximum(np.abs(self.seen[0] - run.hx[k, i]), np.abs(self.seen[1] - run.hv[k, i]) * self.dt[island])
-        self.tol = 4 * run.floor + 1e-6 * self._most(off)
+        self.tol = 4 * run.floor + NEGLIGIBLE * self._most(off)
 
     def _most(self, values: Floats) -> Floats:
         """Return the largest value of each island. values: of nodes."""
@@ -152,8 +151,6 @@ class IslandSteps:
             dt, ends = self.dt[self.of[now]], np.stack([self.one[now], self.two[now]])
             c = self._met(now, x, v, w, dt, When.END)
             happens = (c.depth > 0) & c.closes
-            if not happens.any():
-                continue
             after, spun = c.after(np.where(happens, rule.six(c), 0.0))
             shifts = shifts_of(c, after - c.v, self.x[ends] - x[ends], dt)
             for place, those in ((rule.pair.place, c.pair), (rule.wall.place, ~c.pair)):
@@ -173,39 +170,34 @@ class IslandSteps:
         run, rows, y = self.run, np.flatnonzero(some[self.of]), self.seen[0]
         depth = run.geometry(self.c.i[rows], self.c.j[rows], y[self.one[rows]], y[self.two[rows]])[1]
         rows = rows[depth > run.floor]
-        of, ends = self.of[rows], (self.one[rows], self.two[rows])
-        c = self._met(rows, *self.seen, self.dt[of], When.END)
+        c, causes = (
+            self._met(rows, *self.seen, self.dt[self.of[rows]], When.END),
+            np.full(self.count, Cause.UNKNOWN, int),
+        )
         change, turned = self.seen[1] - self.free[1], (self.seen[2] - self.w) * run.r[self.i]
         seen, off = np.stack([change.real, change.imag, turned], axis=1), c.u + c.b.e * c.started
         is_rough = run.scene.is_rough & (self._most(np.abs(turned)) * self.dt > run.floor)
-        sizes = (np.bincount(each, minlength=self.count) for each in (self.island, of))
-        shape, causes = np.stack([*sizes, 1 + is_rough], axis=1), np.full(self.count, Cause.UNKNOWN, int)
-        by_island = np.argsort(self.island, kind="stable")
-        for balls, deep, parts in np.unique(shape[some], axis=0).tolist():
-            if not 0 < deep * parts < balls * (1 + parts):
+        for island in np.unique(self.of[rows]).tolist():
+            nodes, deep = np.flatnonzero(self.island == island), np.flatnonzero(self.of[rows] == island)
+            parts, dt, number = 1 + int(is_rough[island]), self.dt[island], np.arange(len(deep))
+            given = np.zeros((len(nodes), 3, parts, len(deep)))  # what unit impulses and unit frictions change
+            for ends, sign, inverses in zip((self.one, self.two), (-1, 1), c.b.inverse[:, deep], strict=True):
+                node = np.searchsorted(nodes, ends[rows[deep]])
+                for rubs in range(parts):
+                    unit = sign * inverses * c.n[deep] * 1j**rubs
+                    given[node, :, rubs, number] += np.stack([unit.real, unit.imag, -2 * rubs * inverses], axis=1)
+            matrix, got = given.reshape(3 * len(nodes), -1), seen[nodes].ravel()
+            solved, most = np.linalg.pinv(matrix) @ got, np.abs(got).max()
+            is_unique = np.linalg.matrix_rank(matrix) == parts * len(deep) < len(nodes) * (1 + parts)
+            if not is_unique or np.abs(matrix @ solved - got).max() * dt > 2 * run.floor + NEGLIGIBLE * most * dt:
                 continue
-            which = some & (shape == (balls, deep, parts)).all(axis=1)
-            nodes = by_island[which[self.island[by_island]]].reshape(-1, balls)
-            contacts = np.flatnonzero(which[of]).reshape(-1, deep)
-            given = np.zeros((len(nodes), balls, 3, parts, deep))  # what unit impulses and unit frictions change
-            at = np.arange(len(nodes))[:, None], np.arange(deep)
-            for rubs in range(parts):
-                for end, sign, inverse in zip(ends, (-1, 1), c.b.inverse, strict=True):
-                    unit = sign * inverse * c.n * 1j**rubs
-                    gives = np.stack([unit.real, unit.imag, -2 * rubs * inverse], axis=1)[contacts]
-                    node = (nodes[:, None] == end[contacts][..., None]).argmax(axis=2)
-                    given[at[0], node, :, rubs, at[1]] += gives
-            matrix, got = given.reshape(len(nodes), 3 * balls, -1), seen[nodes].reshape(len(nodes), -1)
-            solved = (np.linalg.pinv(matrix) @ got[..., None])[..., 0]
-            impulses, most, dt = solved[:, :deep], np.abs(got).max(axis=1), self.dt[which]
-            miss = np.abs((matrix @ solved[..., None])[..., 0] - got).max(axis=1)
-            fits = (np.linalg.matrix_rank(matrix) == deep * parts) & (miss * dt <= 2 * run.floor + 1e-6 * most * dt)
-            least = 1e-5 * np.abs(impulses).max(axis=1, keepdims=True)
-            tol = 1e-3 * (most[:, None] + np.abs(c.started[contacts]))
-            pulls, excess = impulses < -least, np.where(impulses > least, np.abs(off[contacts]), off[contacts])
-            right = ~(pulls | (excess > tol)).any(axis=1)
-            of_solver = np.where(pulls.any(axis=1), Cause.WARM_START, Cause.UNCONVERGED) if deep > 1 else Cause.UNKNOWN
-            causes[which] = np.where(fits, np.where(right, Cause.LATE, of_solver), Cause.UNKNOWN)
+            impulses = solved[: len(deep)]
+            least, tol = 1e-5 * np.abs(impulses).max(), ALIKE * (most + np.abs(c.started[deep]))
+            excess = np.where(impulses > least, np.abs(off[deep]), off[deep])
+            if (impulses >= -least).all() and (excess <= tol).all():
+                causes[island] = Cause.LATE
+            elif len(deep) > 1:
+                causes[island] = Cause.WARM_START if (impulses < -least).any() else Cause.UNCONVERGED
         return causes
 
 
@@ -220,7 +212,7 @@ def explain_islands(islands: IslandSteps, shown: Shown, tried: Bools, said: Said
     late = sum(-times if in_time else times for (in_time, *_), times in shown.items())
     if late > sum(times for (_, _, way), times in shown.items() if way.cause is not None):
         causes = islands.together(unsaid)
-        for cause, law in BY_SOLVER.items():
+        for cause, law in ((Cause.WARM_START, "pulls"), (Cause.UNCONVERGED, "approach"), (Cause.LATE, "")):
             said["cause"][causes == cause], said["law"][causes == cause] = cause, law
     x, c, of = islands.free[0], islands.c, islands.of
     depth = islands.run.geometry(c.i, c.j, x[islands.one], x[islands.two])[1]

@@ -12,7 +12,7 @@ import numpy as np
 from sandbox.judge.causes import Cause
 from sandbox.judge.choose import ANYWHERE, NOTHING, RIGHT, Said, choose, doubt_faults, is_fault, is_right, nothing_said
 from sandbox.judge.contacts import components, due, keys_of, near_pairs, near_walls, way_of
-from sandbox.judge.flight import Habit, habit_of, pull_of
+from sandbox.judge.flight import habit_of, pull_of
 from sandbox.judge.islands import MAX_ISLANDS, IslandSteps, Shown, Way, explain_islands
 from sandbox.judge.laws import BY_NAME, PLACES
 from sandbox.judge.ledger import NO_BODY, Errors, Ledger, pairs
@@ -81,9 +81,10 @@ class _Block:
 
     c: all contacts that may happen, with touch, s, before and deepest, px; contacts: how many do; active: (steps, n),
     which balls do not fly as the engine does; kicked: whose velocity or spin is not as in its flights; done: which are
-    explained; near: which may have touched something; carried: which rest or roll, so that they do not fly; is_odd:
-    whether something besides contacts changes balls in most steps, so that contacts are not judged; ways: how single
-    contacts are resolved; own: the line of what the scene takes where balls rest or several contacts follow each other.
+    explained; still: which move by less than four steps of gravity; near: which may have touched something; carried:
+    which rest or roll, so that they do not fly; is_odd: whether something besides contacts changes balls in most
+    steps, so that contacts are not judged; ways: how single contacts are resolved; own: the line of what the scene
+    takes where balls rest or several contacts follow each other.
     """
 
     def __init__(self, run: Run, damping: float) -> None:
@@ -98,7 +99,9 @@ class _Block:
         self.before = run.depth(self.c, run.x[:-1])
         free = np.ones(run.v0.shape, bool)
         free[self.c.ends] = False
-        self.habit = _fly(run, free, damping)
+        self.habit = habit = habit_of(run, free, damping)
+        hx, hv = (part.reshape(run.v0.shape) for part in habit.end(run.flights(*run.every)))
+        run.fly(hx, hv, pull_of(habit.speed, run.g), habit.kept, habit.place.clock)
         dt = run.dt[:, None]
         off_x, off_v = run.x[1:] - run.hx, run.v[1:] - run.hv
         rim = np.abs(run.w[1:] - run.w[:-1] * run.kept) * run.r * dt
@@ -106,7 +109,11 @@ class _Block:
         place = np.maximum(np.abs(off_x.real), np.abs(off_x.imag))
         self.kicked = speed > 1.5 * run.floor
         self.active = self.kicked | (place > 1.5 * run.floor)
-        self.is_odd = self.habit.is_odd or bool(free.any() and self.active[free].mean() > 0.5)
+        self.slows_spin = Cause.UNREPORTED if habit.speed.cause is None and habit.kept != 1 else None
+        is_slowed = Cause.UNREPORTED in (habit.speed.cause, self.slows_spin)
+        self.is_odd = is_slowed or bool(free.any() and self.active[free].mean() > 0.5)
+        moved = (np.abs(run.x[1:] - run.x[:-1]) - run.tiny) / dt
+        self.still = np.maximum(moved, np.abs(run.v[1:])) <= 4 * abs(run.g) * dt
         self.done, self.near, self.carried = np.zeros((3, *run.v0.shape), bool)
 
     def deepest_overlap(self, substeps: int) -> float:
@@ -125,7 +132,7 @@ class _Block:
         self.touch = due(run, c)
         self.deepest = np.maximum(self.before, run.depth(c, run.hx))
         self.is_due = self.touch < NEVER
-        some_act, all_act = c.any_in(self.active), np.where(c.pair, c.all_in(self.active), self.active[c.k, c.i])
+        some_act, all_act = c.any_in(self.active), c.all_in(self.active)
         acts = (self.is_due & some_act) | ((self.deepest > 0) & all_act)
         waits = self.is_due & ~some_act
         keys = keys_of(c, run)
@@ -162,15 +169,6 @@ class _Block:
     def _at_rest(self, c: Contacts) -> Bools:
         """Return which contacts are of balls that gravity presses to a wall that carries them, or that lie still."""
         run, dt, fall = self.run, self.run.dt[c.k], abs(self.run.g) * self.run.dt[c.k]
-        if not run.g:
-            return np.zeros(len(c.k), bool)
-
-        def still(ball: Integers) -> Bools:
-            moved = np.abs(run.x[c.k + 1, ball] - run.x[c.k, ball]) / dt
-            fast = np.maximum(moved, np.maximum(np.abs(run.v[c.k + 1, ball]), np.abs(run.v0[c.k, ball])))
-            slow: Bools = fast <= 4 * fall
-            return slow
-
         (_, before), (n, after) = (run.geometry(c.i, c.j, run.x[k, c.i], run.x[k, c.other]) for k in (c.k, c.k + 1))
         across = np.maximum(np.abs(dot(run.v0[c.k, c.i], n)), np.abs(dot(run.v[c.k + 1, c.i], n)))
         way = REST * fall * dt
@@ -178,14 +176,18 @@ class _Block:
         mu = run.mu[c.i] * run.wall_mu[np.where(c.pair, 0, ~c.j)]
         slower = np.abs(dot(run.v[c.k + 1, c.i] - run.hv[c.k, c.i], 1j * n))
         rubs = slower <= REST * mu * fall + run.floor / dt + 0.1 * fall
-        return np.where(c.pair, still(c.i) & still(c.other), (carried & rubs) | still(c.i))
+        still = self.still & (np.abs(run.v0) <= 4 * abs(run.g) * run.dt[:, None])
+        return (c.all_in(still) | (~c.pair & carried & rubs)) & bool(run.g)
 
     def _enter_singles(self, c: Contacts, touch: Floats, said: Said) -> None:
         """Enter single contacts in the ledger: what is right, and what is wrong."""
         cause = said["cause"]
         if self.is_odd:
             cause[cause >= 0] = Cause.UNKNOWN
-        clear, in_time = (cause != NOTHING) & ~self._crowded(c), said["when"] == When.TOUCH
+        every = self.c.part(self.c.all_in(self.active) | ~self.c.pair | (self.deepest > -self.run.tiny))
+        own = np.isin(keys_of(c, self.run), keys_of(every, self.run), assume_unique=True)
+        crowded = self._has_more(c, every, own)  # by another active ball, a wall, or what its balls touch
+        clear, in_time = (cause != NOTHING) & ~crowded, said["when"] == When.TOUCH
         is_stepped = np.count_nonzero(clear & ~in_time) > np.count_nonzero(clear & in_time)
         usual = is_stepped & (cause == Cause.LATE) & is_right(said)
         known = (cause == RIGHT) | clear | usual  # else another contact may have done it
@@ -202,12 +204,6 @@ class _Block:
             parameter = None if value is None else float(f"{value:.9g}")
             self.ways[is_timely, is_pair, Way(law if law in BY_NAME else "", parameter, put, fault)] += times
 
-    def _crowded(self, c: Contacts) -> Bools:
-        """Return which contacts are of balls that may have another: with an active ball, a wall, or what they touch."""
-        run, every = self.run, self.c
-        some = every.part(every.all_in(self.active) | ~every.pair | (self.deepest > -run.tiny))
-        return self._has_more(c, some, np.isin(keys_of(c, run), keys_of(some, run), assume_unique=True))
-
     def _early(self, nodes: Integers) -> None:
         """Judge balls that nothing should have touched as contacts that came early."""
         run, kicked = self.run, self.kicked & ~self.done
@@ -217,7 +213,7 @@ class _Block:
         c = Contacts.joined(near_pairs(run, k, i, way, margin), near_walls(run, k, i, way, margin / 2))
         for each in (c.part(run.depth(c, run.hx) > -margin / 4), self.c.part(self.deepest > -run.tiny)):
             self.near[each.ends] = True
-        c = c.part(np.where(c.pair, c.all_in(kicked), kicked[c.k, c.i]))
+        c = c.part(c.all_in(kicked))
         touch = np.full(len(c.k), NEVER)
         s = Singles(run, c, touch)
         said, end = choose(s), s.met(When.END)
@@ -262,9 +258,7 @@ class _Block:
     def _said_of_islands(self, islands: Islands, is_lone: Bools) -> Said:
         """Return what is said of islands: those at rest are right, and those with too many contacts are unknown."""
         run, k, i, count = self.run, islands.k, islands.i, len(is_lone)
-        slow = 4 * abs(run.g) * run.dt[k]
-        moves = (np.abs(run.x[k + 1, i] - run.x[k, i]) > slow * run.dt[k] + run.tiny) | (np.abs(run.v[k + 1, i]) > slow)
-        rests = ~is_lone & (np.bincount(islands.island, moves) == 0) & bool(run.g)
+        rests = ~is_lone & (np.bincount(islands.island, ~self.still[k, i]) == 0) & bool(run.g)
         self.carried[k, i] |= rests[islands.island]
         said = nothing_said(count)
         said["cause"], said["law"] = Cause.UNKNOWN, "several"
@@ -337,10 +331,9 @@ class _Block:
         moved = run.energies(zero, run.hv, kept) - run.energies(zero, v, run.w[:-1])
         self.ledger.rightful(self.own, (lifted + moved)[self.carried])
         lifted, moved = lifted * flies, moved * flies
-        slows_spin = Cause.UNREPORTED if habit.speed.cause is None and run.kept != 1 else None
         every = (
             ("speed", habit.speed.cause, off_v * dt > run.floor, 0 * off_x, off_v, moved),
-            ("slows spin", slows_spin, turning & flies, 0 * off_x, 0 * off_v, moved),
+            ("slows spin", self.slows_spin, turning & flies, 0 * off_x, 0 * off_v, moved),
             ("place", habit.place.cause, off_x > run.floor, off_x, 0 * off_v, lifted),
         )
         wrong = [row for row in every if row[1] is not None and row[2].any()]
@@ -381,11 +374,3 @@ class _Block:
         rest = total[-1] - total[0] - entered
         is_rounding = abs(rest) <= 1e-9 * np.abs(total).max()
         self.ledger.rightful(Cause.ROUNDING if is_rounding else Cause.UNKNOWN, rest)
-
-
-def _fly(run: Run, free: Bools, damping: float) -> Habit:
-    """Find how the engine flies, and set it in the run."""
-    habit = habit_of(run, free, damping)
-    hx, hv = (part.reshape(run.v0.shape) for part in habit.end(run.flights(*run.every)))
-    run.fly(hx, hv, pull_of(habit.speed, run.g), habit.kept, habit.place.clock)
-    return habit

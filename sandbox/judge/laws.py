@@ -12,9 +12,9 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sandbox.judge.causes import Cause
-from sandbox.judge.observe import SIGN, Met, Singles, Six, When, turn_of
+from sandbox.judge.observe import SIGN, Bodies, Met, Singles, Six, When, turn_of
 from sandbox.judge.run import Vectors, dot
-from sandbox.judge.thresholds import DOUBLE
+from sandbox.judge.thresholds import DOUBLE, NEGLIGIBLE
 from sandbox.state import Bools, Floats, Integers
 
 
@@ -75,8 +75,8 @@ def _bounces(c: Met) -> Bools:
 
 def _impulse(c: Met, k: Value) -> Says:
     value: Floats = c.six[0, 0] / c.due if k is None else k + 0 * c.due
-    twice = (np.abs(value - 1 + c.b.e) < 1e-6) & (c.b.e < 1)  # 1 - e of it: resolved twice, or two contacts
-    may = c.closes & (np.abs(value) > 1e-6)
+    twice = (np.abs(value - 1 + c.b.e) < NEGLIGIBLE) & (c.b.e < 1)  # 1 - e of it: resolved twice, or two contacts
+    may = c.closes & (np.abs(value) > NEGLIGIBLE)
     return Says(_given(c, value * c.due), value, may, np.where(twice, Cause.UNKNOWN, _sized(value)))
 
 
@@ -161,16 +161,12 @@ def _not_reduced(of: Callable[[Floats], Floats]) -> Formula:
     return formula
 
 
-def _masses_swapped(c: Met, _: Value) -> Says:
-    return Says(six_of(c.due * c.b.m / c.b.m[::-1], c.rub))
-
-
-def _masses(power: int) -> Formula:
-    """Return the law by which each velocity changes as if masses were a power of the radius."""
+def _masses(of: Callable[[Bodies], Floats]) -> Formula:
+    """Return the law by which each velocity changes as if both had other masses, (2, k)."""
 
     def formula(c: Met, _: Value) -> Says:
-        change = (1 + c.b.e) * c.u / (1 / c.b.r**power).sum(axis=0)
-        return Says(six_of(change / c.b.r**power * c.b.m, c.rub))
+        inverse = 1 / of(c.b)
+        return Says(six_of((1 + c.b.e) * c.u / inverse.sum(axis=0) * inverse * c.b.m, c.rub))
 
     return formula
 
@@ -188,8 +184,8 @@ LAWS: Final = (
     Law("impulse", SMALL, _impulse, "The impulse is {v:.4g} of what is due.", constant=True),
     Law("no e", LARGE, _restitution(lambda es: 1 + 0 * es[0]), "The restitution is left out."),
     Law("one e", LARGE, _restitution(lambda es: es[0], unequal=False), "Restitution is {v:.4g}, one factor of two."),
-    Law("larger e", LARGE, Unequal(lambda es: es.max(axis=0)), "Restitution is the larger factor, {v:.4g}."),
-    Law("smaller e", LARGE, Unequal(lambda es: es.min(axis=0)), "Restitution is the smaller factor, {v:.4g}."),
+    Law("larger e", LARGE, Unequal(np.maximum.reduce), "Restitution is the larger factor, {v:.4g}."),
+    Law("smaller e", LARGE, Unequal(np.minimum.reduce), "Restitution is the smaller factor, {v:.4g}."),
     Law("mean e", LARGE, Unequal(lambda es: es.mean(axis=0)), "Restitution is the mean of both factors, {v:.4g}."),
     Law("while parting", Cause.DOUBLE_BOUNCE, _while_parting, "Bodies that part are reversed again.", parting=True),
     Law("speed before gravity", Cause.LATE, _speed_before_gravity, ""),
@@ -197,26 +193,24 @@ LAWS: Final = (
     Law("friction", Cause.FRICTION_SMALL, _friction, "Friction is {v:.4g} of what it should be.", reads=True),
     Law("no friction", Cause.FRICTION_SMALL, _other_friction(lambda mus: 0 * mus[0]), "Friction is left out."),
     Law("no limit", Cause.FRICTION_LARGE, _other_friction(lambda mus: np.inf + mus[0]), "Friction has no limit."),
+    Law("sum of mu", Cause.FRICTION_LARGE, _other_friction(np.add.reduce), "Friction's factors are added."),
     Law(
-        "sum of mu", Cause.FRICTION_LARGE, _other_friction(lambda mus: mus.sum(axis=0)), "Friction's factors are added."
+        "no turn",
+        V,
+        _no_turn,
+        "Friction does not turn the balls.",
     ),
-    Law("no turn", V, _no_turn, "Friction does not turn the balls."),
     Law("tangential", V, _tangential, "Also {v:.4g} of the impulse acts along the tangent.", constant=True),
     Law("turned normal", NORMAL, _turned_normal, "The normal is turned by {d:.4g}°.", constant=True),
     Two("second share", V, _share(1), "The second gets {v:.4g} of its impulse: momentum is not kept.", constant=True),
     Two("first share", V, _share(0), "The first gets {v:.4g} of its impulse: momentum is not kept.", constant=True),
     Two("first's mass", LARGE, _not_reduced(lambda m: m[0]), ONE_MASS),
     Two("second's mass", LARGE, _not_reduced(lambda m: m[1]), ONE_MASS),
-    Two(
-        "both masses",
-        LARGE,
-        _not_reduced(lambda m: m.sum(axis=0)),
-        "The sum of both masses is taken for the reduced mass.",
-    ),
-    Two("masses swapped", V, _masses_swapped, "Each ball is accelerated as if it had the other's mass."),
-    Two("masses 0", V, _masses(0), "Masses are taken as equal."),
-    Two("masses 2", V, _masses(2), "Masses are taken as the radius squared."),
-    Two("masses 3", V, _masses(3), "Masses are taken as the radius cubed."),
+    Two("both masses", LARGE, _not_reduced(np.add.reduce), "The sum of both masses is taken for the reduced mass."),
+    Two("masses swapped", V, _masses(lambda b: b.m[::-1]), "Each ball is accelerated as if it had the other's mass."),
+    Two("masses 0", V, _masses(lambda b: b.r**0), "Masses are taken as equal."),
+    Two("masses 2", V, _masses(lambda b: b.r**2), "Masses are taken as the radius squared."),
+    Two("masses 3", V, _masses(lambda b: b.r**3), "Masses are taken as the radius cubed."),
 )
 BY_NAME: Final = {law.name: law for law in LAWS}
 
@@ -266,7 +260,7 @@ def shifts_of(c: Met, dv: Vectors, back: Vectors, dt: Floats) -> dict[str, tuple
         "on": (-first * out, wall),
         "mirror": (-first * 2 * out, wall & (e < 1)),
         "reflect": (-first * (1 + e) * out, wall),
-        "reflect as bounced": (-first * bounced * out, wall & (np.abs(bounced - 1 - e) > 1e-9)),
+        "reflect as bounced": (-first * bounced * out, wall & (np.abs(bounced - 1 - e) > DOUBLE)),
         "reflect with friction": (-first * ((1 + e) * out + late * rubbed * 1j * n), wall),
     }
 

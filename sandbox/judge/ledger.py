@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sandbox.judge.causes import Cause
 from sandbox.judge.choose import NAME, RIGHT, Said
 from sandbox.judge.flight import by_gravity
-from sandbox.judge.observe import Singles, When
+from sandbox.judge.observe import SIGN, Singles, When
 from sandbox.judge.run import NEVER, Islands, Run, Vectors, cross
 from sandbox.state import Bools, Floats, Integers
 
@@ -94,8 +94,12 @@ class Ledger:
         run, (k, i, island, c, one, two), of, count = self.run, islands, islands.of, len(said)
         s, dx, dv, dw = Singles(run, c, touch), *np.zeros((2, len(k)), complex), np.zeros(len(k))
         met, end = s.met(When.TOUCH), s.met(When.END)
-        given, rub, heat, rubbed = s.near_end(met, end)
-        left = np.where(touch < NEVER, s.dt - touch, 0.0)
+        is_due = touch < NEVER  # else restitution takes what it takes where the contact is found
+        impulse, rub, left = (np.where(is_due, part, 0.0) for part in (met.due, met.rub, s.dt - touch))
+        u = np.where(is_due, met.u, np.where(end.depth > 0, np.maximum(end.u, 0), 0.0))
+        heat = (1 - s.e**2) * s.red * u**2 / 2
+        rubbed = np.where(is_due, np.abs(rub * met.slip) - 1.5 * rub**2 / s.red, 0.0)
+        given = SIGN * s.inverse * (impulse * met.n + rub * 1j * met.n)
         for node, change, inverse, r in zip((one, two), given, s.inverse, s.r, strict=True):
             np.add.at(dv, node, change)
             np.add.at(dx, node, left * change)
@@ -113,7 +117,7 @@ class Ledger:
         self.rightful(self.own, energy[right & several])
         self.rightful(Cause.ROUNDING, energy[right & ~several])
 
-        order = np.lexsort((touch == NEVER, of))
+        order = np.lexsort((~is_due, of))
         some, begin = np.unique(of[order], return_index=True)
         head = order[begin]  # the contact that stands for an island, which is due if one is
         both, j = np.stack([first, first], axis=1), np.full(count, NO_BODY)
@@ -127,7 +131,7 @@ class Ledger:
         is_free = (summed(~c.pair, of) == 0) & (summed(c.pair, of) + (said["cause"] != Cause.UNKNOWN) > 0)
         columns = {
             **{name: said[name] for name in ("cause", "law", "place", "also", "value", "depth")},
-            "times": np.maximum(summed(touch < NEVER, of), 1), "energy": energy, "displacement": summed(off_x),
+            "times": np.maximum(summed(is_due, of), 1), "energy": energy, "displacement": summed(off_x),
             "speed": summed(off_v), "momentum": summed(run.m[i] * off_v) / np.minimum(np.bincount(island), 2),
             "gained": gained * is_free[:, None], "normal": pairs(normal), "should": should,
             "spin_should": spin_should, "should_normal": pairs(should_normal),

@@ -12,7 +12,7 @@ from typing import Final, Self
 
 import numpy as np
 
-from sandbox.judge.run import NEVER, Contacts, Run, Vectors, cross, dot
+from sandbox.judge.run import Contacts, Run, Vectors, cross, dot
 from sandbox.state import Bools, Floats, Integers
 
 Six = Floats  # (3, 2, k) kg px/s: impulses, frictions, frictions by the spins; each of the first and the second body
@@ -175,20 +175,6 @@ class Singles(Bodies):
             off: Floats = (np.abs(seen - law) * self.per_number).max(axis=(0, 1))
         off[~np.isfinite(off)] = np.inf
         return off
-
-    def near_end(self, met: Met, end: Met) -> tuple[Vectors, Floats, Floats, Floats]:
-        """Return what the exact contact changes, (2, k) px/s, its friction, and what that and restitution take.
-
-        met, end: where contacts are in time, and at the end of the step.
-
-        Of contacts that are not due in the step, these are 0, but restitution takes what it takes where they are found.
-        """
-        has = self.touch < NEVER
-        impulse, rub = (np.where(has, part, 0.0) for part in (met.due, met.rub))
-        u = np.where(has, met.u, np.where(end.depth > 0, np.maximum(end.u, 0), 0.0))
-        heat = (1 - self.e**2) * self.red * u**2 / 2
-        rubbed = np.where(has, np.abs(rub * met.slip) - 1.5 * rub**2 / self.red, 0.0)
-        return SIGN * self.inverse * (impulse * met.n + rub * 1j * met.n), rub, heat, rubbed
 
 
 def turn_of(six: Six) -> Floats:

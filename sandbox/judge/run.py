@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.judge.thresholds import DOUBLE, NEGLIGIBLE, SINGLE
-from sandbox.quantity import meeting, pass_through
+from sandbox.quantity import meeting
 from sandbox.run.mouse import Pushes
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT, arena_faces, walls_of
@@ -73,8 +73,8 @@ class Contacts(NamedTuple):
         return some
 
     def all_in(self, marked: Bools) -> Bools:
-        """Return which are of two balls that are both marked. marked: (steps, n)."""
-        every: Bools = self.pair & marked[self.k, self.i] & marked[self.k, self.other]
+        """Return which have only balls that are marked. marked: (steps, n)."""
+        every: Bools = marked[self.k, self.i] & (~self.pair | marked[self.k, self.other])
         return every
 
     def nodes(self, n: int) -> tuple[Integers, Integers]:
@@ -192,11 +192,6 @@ class Run:
     def depth(self, c: Contacts, x: Vectors) -> Floats:
         """Return how deep the bodies of contacts are in each other at places x, (steps, n) px."""
         return self.geometry(c.i, c.j, x[c.k, c.i], x[c.k, c.other])[1]
-
-    def passes(self, i: Integers, j: Integers) -> Bools:
-        """Return which pairs of balls pass through each other."""
-        filters = self.scene.bodies.filters.T
-        return np.asarray(pass_through(filters[:, i], filters[:, j]))
 
     def energies(self, x: Vectors, v: Vectors, w: Floats, i: Integers | slice = slice(None)) -> Floats:
         """Return the energy of balls i, of flight, height and spin: kg px²/s², in the shape of x."""

@@ -2,15 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import NamedTuple, Self
 
 import numpy as np
 
-from sandbox.judge.causes import Cause, Entry, entries_of
-from sandbox.judge.laws import BY_NAME
+from sandbox.judge.causes import Cause, Entry
 from sandbox.judge.ledger import Errors
-from sandbox.judge.words import of_errors
+from sandbox.judge.words import of_errors, said_by
 from sandbox.scene.model import Scene
 from sandbox.state import Floats
 
@@ -77,7 +75,10 @@ def summary(scene: Scene, blocks: Sequence[Judged]) -> Verdict:
     flights = {name: text for block in blocks for name, text in block.flights.items()}
     for row, name in enumerate(("energy", "momentum", "displacement", "times")):
         np.add.at(sums[row], errors["cause"], errors[name])
-    _net(sums)
+    gravity, late = sums[0, Cause.GRAVITY], sums[0, Cause.LATE]
+    if gravity * late < 0:  # what gravity in steps gives in flight, it gives back where contacts reverse velocities
+        both = np.sign(gravity) * min(abs(gravity), abs(late))
+        sums[0, [Cause.GRAVITY, Cause.LATE]] -= both, -both
     gained = np.zeros((int(begun[-1]), 3))
     np.add.at(gained, errors["step"] - 1, errors["gained"])
     contacts = max(1, sum(block.contacts for block in blocks))
@@ -87,32 +88,11 @@ def summary(scene: Scene, blocks: Sequence[Judged]) -> Verdict:
         _causes(scene, errors, reach, flights),
         errors,
         flights,
-        entries_of(sums),
+        tuple(Entry(Cause(k), int(row[3]), *row[:3]) for k, row in enumerate(sums.T.tolist()) if row[0] or row[3]),
         np.cumsum(gained, axis=0),
         scene.is_rough and all(block.is_spinless for block in blocks),
         max(block.overlap for block in blocks),
     )
-
-
-def _net(sums: Floats) -> None:
-    """Take from gravity's and late contacts' energy what the one gives and the other takes.
-
-    What gravity in steps gives a ball in flight, it gives back where a contact turns its velocity round: the scheme
-    keeps the energy of half a step earlier or later.
-    """
-    gravity, late = sums[0, Cause.GRAVITY], sums[0, Cause.LATE]
-    if gravity * late < 0:
-        both = np.sign(gravity) * min(abs(gravity), abs(late))
-        sums[0, [Cause.GRAVITY, Cause.LATE]] -= both, -both
-
-
-@cache
-def _said_by(cause: int, law: str, place: str) -> tuple[int, str, str]:
-    """Return the cause, law and place by which errors are grouped. A wrong law is named without a place."""
-    is_timed, is_pushed = cause in (Cause.LATE, Cause.EARLY), cause == Cause.POSITION_CORRECTION
-    law = "" if is_timed or (is_pushed and law in ("none", "apart")) else law
-    is_alone = is_timed or (is_pushed and place == "pushed") or law in BY_NAME
-    return cause, law, "" if is_alone else place
 
 
 def _causes(scene: Scene, errors: Errors, reach: float, flights: dict[str, str]) -> tuple[CauseOfError, ...]:
@@ -120,7 +100,7 @@ def _causes(scene: Scene, errors: Errors, reach: float, flights: dict[str, str])
     if not len(errors):
         return ()
     size = errors["displacement"] + errors["speed"] * reach
-    keys = [_said_by(*key) for key in zip(*(errors[name].tolist() for name in ("cause", "law", "place")), strict=True)]
+    keys = [said_by(*key) for key in zip(*(errors[name].tolist() for name in ("cause", "law", "place")), strict=True)]
     numbers = {key: number for number, key in enumerate(sorted(set(keys)))}
     group = np.array([numbers[key] for key in keys])
     said = [(cause, of_errors(scene, errors[group == k], flights)) for k, (cause, _, _) in enumerate(numbers)]

@@ -1,4 +1,8 @@
-"""Every threshold of the judge, each with its derivation. Formulas are exact, so most are about rounding."""
+"""The judge's thresholds, each with its derivation. Formulas are exact, so most are about rounding.
+
+What concerns one formula or one search alone stands there: factors for rounding that adds up, limits of effort, and
+the numbers that a candidate takes to fit.
+"""
 
 from typing import Final
 

@@ -1,10 +1,12 @@
 """The sentence of each cause, formatted in one place from its numbers."""
 
+from functools import cache
 from typing import Final
 
 import numpy as np
 
 from sandbox.judge.causes import Cause
+from sandbox.judge.choose import UNTOUCHED
 from sandbox.judge.flight import FlightLaw
 from sandbox.judge.laws import BY_NAME, PLACES
 from sandbox.judge.ledger import Errors
@@ -51,24 +53,36 @@ def of_flight(units: Units, law: FlightLaw, kept: float) -> str:
     return FLIGHTS[law.name].format(*law.values)
 
 
+@cache
+def said_by(cause: int, law: str, place: str) -> tuple[int, str, str]:
+    """Return the cause, law and place by which errors are grouped. A wrong law is named without a place."""
+    if cause == Cause.UNKNOWN:
+        return cause, law if law in OF_STEPS else "single", ""
+    is_timed, is_pushed = cause in (Cause.LATE, Cause.EARLY), cause == Cause.POSITION_CORRECTION
+    law = "" if is_timed or (is_pushed and law == UNTOUCHED) else law
+    is_alone = is_timed or (is_pushed and place == "pushed") or law in BY_NAME
+    return cause, law, "" if is_alone else place
+
+
 def of_errors(scene: Scene, errors: Errors, flights: dict[str, str]) -> str:
     """Return what is wrong with errors of one cause, law and place. flights: sentences of how the engine flies."""
-    cause, law, place = (errors[name][0] for name in ("cause", "law", "place"))
+    cause, law, place = said_by(*(errors[name][0].item() for name in ("cause", "law", "place")))
     also = str(errors["also"][0]) if (errors["also"] == errors["also"][0]).all() else ""
     if place == "flight":
         return flights[law]
     values = errors["value"][np.isfinite(errors["value"])]
     if cause == Cause.UNKNOWN:
-        return OF_STEPS[law if law in OF_STEPS else "single"]
-    said = _of_law(scene, "" if cause == Cause.LATE and np.isfinite(errors["depth"]).any() else str(law), values)
+        return OF_STEPS[law]
+    said = _of_law(scene, law, values)
     if also and also != law and said:
-        said = f"{said[:-1]}; or: {_lower(_of_law(scene, also, values))}"
+        either = _of_law(scene, also, values)
+        said = f"{said[:-1]}; or: {either[:1].lower()}{either[1:]}"
     depths = np.abs(errors["depth"][np.isfinite(errors["depth"])])
     if cause in (Cause.LATE, Cause.EARLY, Cause.OVERSHOOT) and len(depths):
         said = f"{_found(scene.units, Cause(cause), depths)} {said}".strip()
-    if cause == Cause.POSITION_CORRECTION and place in ("", "pushed"):
+    where = PLACES[place].sentence if place in PLACES else ""
+    if cause == Cause.POSITION_CORRECTION and not place:
         return OF_STEPS["apart"]
-    where = PLACES[place].sentence if place in PLACES and cause != Cause.LATE and law not in BY_NAME else ""
     return " ".join(filter(None, (said, where))) or OF_STEPS["single"]
 
 
@@ -104,7 +118,3 @@ def _found(units: Units, cause: Cause, depths: Floats) -> str:
     far = units.text(Dimension.LENGTH, "{:.3g}", float(depths.max()))
     spread = "up to " if high - low > ALIKE * high else ""
     return f"Found {when}, by {spread}{far}{how}."
-
-
-def _lower(sentence: str) -> str:
-    return f"{sentence[:1].lower()}{sentence[1:]}"
