@@ -229,10 +229,10 @@ def test_fifteen_tasks_of_a_student_need_a_few_clicks_each(display: str, tmp_pat
         assert window.view.moment.scene.bodies.mass[-1] == 3
         student.done("change a mass", results)
         student.click("Engines")
-        student.type("or type one", "pymunk(iterations=30)")
+        student.type("or type one", "pymunk(iterations=25)")  # pygame confuses 0 and ) of one frame: they are one key
         student.done("other setting of Pymunk", results)
         student.click("exact")
-        assert window.view.session.names == ["pymunk", "article", "pymunk(iterations=30)", "exact"]
+        assert window.view.session.names == ["pymunk", "article", "pymunk(iterations=25)", "exact"]
         student.done("other engine", results)
         student.zoom(3)
         assert window.mouse.lens.zoom > 1.5
