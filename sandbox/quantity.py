@@ -31,9 +31,13 @@ def potential_energy(position: Floats, mass: Floats, gravity: Sequence[float], s
 
 def energy(moving: State | States, bodies: Bodies, gravity: Sequence[float] = (), size: Sequence[float] = ()) -> Floats:
     """Return the energy of all balls, of flight, spin and gravity, kg px²/s²: (...)."""
-    spin = 0.5 * np.einsum("...n,...n,n->...", moving.spin, moving.spin, bodies.moment)
-    kinetic = kinetic_energy(moving.velocity, bodies.mass) + spin
+    kinetic = kinetic_energy(moving.velocity, bodies.mass) + spin_energy(moving.spin, bodies.moment)
     return kinetic + potential_energy(moving.position, bodies.mass, gravity, size) if any(gravity) else kinetic
+
+
+def spin_energy(spin: Floats, moment: Floats) -> Floats:
+    """Return the energy of the spins of all balls, kg px²/s²: (...)."""
+    return 0.5 * np.einsum("...n,...n,n->...", spin, spin, moment)
 
 
 def momentum(velocity: Floats, mass: Floats) -> Floats:

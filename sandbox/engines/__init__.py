@@ -53,7 +53,7 @@ KINDS: Final = "engines must be names, classes or functions"  # in messages
 def named(engines: Engines) -> dict[str, Source]:
     """Return what each of some engines is built from, by its name.
 
-    Raises SandboxError if there are none, or if a name is not allowed.
+    Raises SandboxError for an empty collection, and for an invalid name.
 
     >>> named(["exact", "pymunk(substeps=4)"])
     {'exact': 'exact', 'pymunk(substeps=4)': 'pymunk(substeps=4)'}

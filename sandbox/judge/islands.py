@@ -19,7 +19,7 @@ from sandbox.judge.run import NEVER, Islands, Run, Vectors
 from sandbox.judge.thresholds import ALIKE, DOUBTED, MAX_TOGETHER, NEGLIGIBLE
 from sandbox.state import Bools, Floats, Integers
 
-MAX_ISLANDS: Final = 1_500  # of a block, the first ones: each takes up to 0.5 ms, all less than a second
+MAX_ISLANDS: Final = 1_500  # of a block, the first ones: each takes up to 0.5 ms, and all of them less than a second
 COMMON: Final = 3  # ways that single contacts show most, and that are tried on islands
 Ends = tuple[Vectors, Vectors, Floats]  # how balls end the step: px, px/s and rad/s
 
@@ -170,10 +170,8 @@ class IslandSteps:
         run, rows, y = self.run, np.flatnonzero(some[self.of]), self.seen[0]
         depth = run.geometry(self.c.i[rows], self.c.j[rows], y[self.one[rows]], y[self.two[rows]])[1]
         rows = rows[depth > run.floor]
-        c, causes = (
-            self._met(rows, *self.seen, self.dt[self.of[rows]], When.END),
-            np.full(self.count, Cause.UNKNOWN, int),
-        )
+        c = self._met(rows, *self.seen, self.dt[self.of[rows]], When.END)
+        causes = np.full(self.count, Cause.UNKNOWN, int)
         change, turned = self.seen[1] - self.free[1], (self.seen[2] - self.w) * run.r[self.i]
         seen, off = np.stack([change.real, change.imag, turned], axis=1), c.u + c.b.e * c.started
         is_rough = run.scene.is_rough & (self._most(np.abs(turned)) * self.dt > run.floor)

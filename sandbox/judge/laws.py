@@ -194,12 +194,7 @@ LAWS: Final = (
     Law("no friction", Cause.FRICTION_SMALL, _other_friction(lambda mus: 0 * mus[0]), "Friction is left out."),
     Law("no limit", Cause.FRICTION_LARGE, _other_friction(lambda mus: np.inf + mus[0]), "Friction has no limit."),
     Law("sum of mu", Cause.FRICTION_LARGE, _other_friction(np.add.reduce), "Friction's factors are added."),
-    Law(
-        "no turn",
-        V,
-        _no_turn,
-        "Friction does not turn the balls.",
-    ),
+    Law("no turn", V, _no_turn, "Friction does not turn the balls."),
     Law("tangential", V, _tangential, "Also {v:.4g} of the impulse acts along the tangent.", constant=True),
     Law("turned normal", NORMAL, _turned_normal, "The normal is turned by {d:.4g}°.", constant=True),
     Two("second share", V, _share(1), "The second gets {v:.4g} of its impulse: momentum is not kept.", constant=True),

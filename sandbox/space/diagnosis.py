@@ -45,12 +45,12 @@ class Diagnosis:
     def headline(self) -> str:
         """Whether a rule found a fault, and whether energy came or went where none should."""
         suspect = [
-            f"{of} {'beyond ' * (abs(x) > MOST)}{100 * max(-MOST, min(x, MOST)):+,.0f} %"
-            for of, x in (self.energy.suspect if self.energy else {}).items()
+            f"{words} {'beyond ' * (abs(share) > MOST)}{100 * max(-MOST, min(share, MOST)):+,.0f} %"
+            for words, share in (self.energy.suspect if self.energy else {}).items()
         ]
         rule = "" if self.findings or not self.steps else "No rule found a fault. "
-        came = f"Energy came or went where none should: {', '.join(suspect)} of the largest kinetic energy."
-        return f"{rule}{came if suspect else ''}".rstrip()
+        energy = f"Energy came or went where none should: {', '.join(suspect)} of the largest kinetic energy."
+        return f"{rule}{energy if suspect else ''}".rstrip()
 
     def lines(self, width: int) -> Iterator[str]:
         """Yield the text, in so many columns."""

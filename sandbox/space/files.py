@@ -47,5 +47,5 @@ def load_space(path: str | Path) -> pymunk.Space:
     """
     try:
         return checked(_Reader(io.BytesIO(Path(path).read_bytes())).load())
-    except Exception as error:
+    except Exception as error:  # a damaged pickle may raise any
         raise SandboxError(f"{printable(str(path))}: cannot be read as a Space: {error}") from None

@@ -106,7 +106,7 @@ Rules = Mapping[str, Callable[[Source], Iterator[Fault]]]  # how to find the fau
 def findings_of(faults: Mapping[str, Sequence[Fault]]) -> list[Finding]:
     """Return one finding for each rule with faults: by kind; of what a person sees, the largest first; by rule."""
     found = [_finding_of(rule, each) for rule, each in faults.items() if each]
-    return sorted(found, key=lambda each: (1, -each.size) if each.kind is Kind.SEEN else (0, ORDER[each.rule]))
+    return sorted(found, key=lambda x: (1, -x.size, ORDER[x.rule]) if x.kind is Kind.SEEN else (0, 0.0, ORDER[x.rule]))
 
 
 def _finding_of(rule: str, faults: Sequence[Fault]) -> Finding:

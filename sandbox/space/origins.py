@@ -86,9 +86,9 @@ def _dent(hull: list[pymunk.Vec2d], vertices: list[tuple[float, float]]) -> floa
 
 
 def program_line(frame: FrameType | None = None) -> str:
-    """Return the innermost line of the program in a frame, by default this one, or those that called it.
+    """Return the innermost line of the program on the call stack of a frame, by default this one, as file:line.
 
-    As file:line, outside Pymunk, the sandbox and Python's library; empty if there is none.
+    Frames of Pymunk, the sandbox and Python's library are skipped. Empty if no other is left.
     """
     frame = frame or sys._getframe()
     while frame and not is_program(frame.f_code.co_filename):

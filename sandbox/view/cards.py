@@ -8,7 +8,7 @@ from typing import Final
 
 from pygame import Rect, Surface
 
-from sandbox.quantity import kinetic_energy, potential_energy
+from sandbox.quantity import kinetic_energy, potential_energy, spin_energy
 from sandbox.scene.units import Dimension
 from sandbox.session.samples import fall
 from sandbox.view.controls import HELP
@@ -128,7 +128,7 @@ def ball_table(panes: Sequence[Pane], ball: int) -> list[list[str]]:
     for pane in (pane for pane in panes if not pane.is_suspended):
         scene, one = pane.scene, slice(ball, ball + 1)
         position, velocity, mass = pane.state.position[one], pane.state.velocity[one], scene.bodies.mass[one]
-        total = kinetic_energy(velocity, mass) + scene.bodies.moment[ball] * pane.state.spin[ball] ** 2 / 2
+        total = kinetic_energy(velocity, mass) + spin_energy(pane.state.spin[one], scene.bodies.moment[one])
         total += potential_energy(position, mass, scene.gravity, scene.arena.size) - fall(scene)[ball]
         (x, y), (vx, vy) = units.scaled(Dimension.LENGTH, *position[0]), units.scaled(Dimension.VELOCITY, *velocity[0])
         (shown,) = units.scaled(Dimension.ENERGY, float(total))
