@@ -8,6 +8,7 @@ import pymunk
 import pytest
 from spaces import DT, add, ball, boxed, record, wall, world
 
+from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.energy import Cause, Ledger, ledger_of
 from sandbox.space.recording import Recording, Run
 
@@ -410,3 +411,9 @@ def test_a_ledger_ends_before_what_is_not_finite() -> None:
     ledger = ledger_of(Run(record(space, 3)))
     assert np.shape([*ledger.work.values()]) == (len(Cause), 0)
     assert ledger.kinetic == pytest.approx([50])
+
+
+def test_a_headline_says_no_more_than_ten_times_the_largest_kinetic_energy() -> None:
+    ledger = Ledger(np.zeros(2), np.array([0.0, 1.0]), np.zeros(2), {Cause.CORRECTION: np.array([1e9])})
+    diagnosis = Diagnosis(1, "", 1, 1.0, 1, 1, 0, (), ledger, {}, 0.0)
+    assert "bodies moved apart that overlapped beyond +1,000 % of" in diagnosis.headline
