@@ -346,9 +346,10 @@ def test_a_file_of_a_space_has_no_functions_and_runs_none(tmp_path: Path) -> Non
     space.on_collision(1, 2, begin=print)
     with pytest.raises(SandboxError, match=r"builtins.print is not a class of Pymunk$"):
         sandbox.save_space(space, tmp_path / "a.space")
-    (tmp_path / "b.space").write_bytes(pickle.dumps(print))
-    with pytest.raises(SandboxError, match=r"b.space: cannot be read as a Space: builtins.print is not a class"):
-        sandbox.load_space(tmp_path / "b.space")
+    for thing, name in ((print, "builtins.print"), (subprocess.Popen, "subprocess.Popen")):
+        (tmp_path / "b.space").write_bytes(pickle.dumps(thing))
+        with pytest.raises(SandboxError, match=rf"b.space: cannot be read as a Space: {name} is not a class of Pymunk"):
+            sandbox.load_space(tmp_path / "b.space")
 
 
 @pytest.mark.wide
