@@ -11,11 +11,11 @@ At one time only velocities change, and the normals stay. So a sequence goes on 
 by the law of a single contact. Once the impulses of all contacts fall by one ratio q, they still add up to q / (1 - q)
 of the last ones. That is given at once, until a slip ends or another contact closes: then the sequence goes on.
 
-Where q is 1 the bodies have no room to part: a disc in a slot of its own width, a row that fills a floor. Then their
-restitution is 0, and if that has no end either, one solution of all contacts together ends the sequence. Where they
-have room, those that still touch part at the speed of rounding. Under gravity they part in hops (see `contact`), by a
-solution that leaves at least these speeds; contacts that cannot all open, because they bear a load against each other
-between walls, are given none.
+Where q is 1 the bodies have no room to part: a disc in a slot of its own width, a row that fills a floor. Then one
+solution of all contacts together, with restitution 0, ends the sequence, and at once the next one of these bodies, if
+they are as slow as hops and it follows within a hop time. Where they have room, those that still touch part at the
+speed of rounding. Under gravity they part in hops (see `contact`), by a solution that leaves at least these speeds;
+contacts that cannot all open, because they bear a load against each other between walls, are given none.
 """
 
 from typing import Any, Final, NamedTuple
@@ -50,9 +50,7 @@ STEADY: Final = 1e-11  # relative, within which the impulses of all contacts fal
 IMPULSE_ROUNDING: Final = 1e-14  # relative, of impulses at the speed of the fastest bodies, whose rounding all share
 ENDLESS_RATIO: Final = 1 - 1e-9  # from which on impulses do not fall: the bodies have no room
 SHARE_AT_ONCE: Final = 1 - 2**-10  # of what a sequence still adds up to: not all, as the ratio is not exact
-SLOWED: Final = 1e-3  # of the fastest approach: what is left of a sequence without a ratio is solved at once, after
-MANY_SWEEPS: Final = 360  # or in any case after
-MAX_SWEEPS: Final = 24_000
+MAX_CHECKS: Final = 24_000  # of contacts in a sequence, after which it counts as one without end
 # Of springs, lightest mass / s². In a full row that is out of line by 1e-5 of a radius, a disc is a wedge, and with
 # springs that are 1e4 times softer it would go on to move, and set off the next sequence.
 STOP_STIFFNESS: Final = 1e10
@@ -92,25 +90,19 @@ class Group:
             self.normal[c, 3 * end[c]], self.normal[c, 3 * end[c] + 1] = sign * nx[c], sign * ny[c]
             self.tangent[c, 3 * end[c]], self.tangent[c, 3 * end[c] + 1] = -sign * ny[c], sign * nx[c]
             self.tangent[c, 3 * end[c] + 2] = 1.0
-        self._concerns = self.normal != 0
-        self._per_mass = (self.normal**2 @ self.yields[:, None])[:, 0]
         self.still = REST * max(np.abs(self.v).max(), world.hop_speed)
 
     def fastest(self) -> float:
         """Return the fastest approach, px/s."""
         return float((self.normal @ self.v).max(initial=0.0))
 
-    def go_on(self, law: Law, slow: float = 0.0) -> bool:
-        """Continue the impacts until none closes and return True.
-
-        Return False if they have no end, or if they do not show one, and are slower than `slow` (px/s) or very many.
-        """
-        last, sweeps, rows = np.zeros_like(self.slip), 0, self._rows(law)
-        while sweeps < MAX_SWEEPS and (sweeps < MANY_SWEEPS or self.fastest() >= slow):
-            block, sweeps = np.zeros_like(self.impulse), sweeps + SWEEPS_PER_BLOCK
-            for _ in range(SWEEPS_PER_BLOCK):
-                if not self._sweep(rows, block):
-                    return True
+    def go_on(self, law: Law) -> bool:
+        """Continue the impacts until none closes and return True, or False if they have no end or do not show one."""
+        last, rows = np.zeros_like(self.slip), self._rows(law)
+        for _ in range(0, MAX_CHECKS, SWEEPS_PER_BLOCK * max(1, len(rows))):
+            block, closes = self._sweeps(rows)
+            if not closes:
+                return True
             ratio, last = self._ratio(block[0], last), block[0]
             if ratio >= ENDLESS_RATIO:
                 return False
@@ -119,45 +111,51 @@ class Group:
                 last = np.zeros_like(last)
         return False
 
-    def _sweep(self, rows: list[Any], block: Floats) -> bool:
-        """Do the impacts of a sweep over the contacts, add them to `block`, and return whether there was one."""
-        v, closes = self.v.tolist(), False
-        for c, ((nx, ny), ends, per_mass, e, mu, hop) in enumerate(rows):
-            closing = slip = speed = 0.0
-            for k, sign, _ in ends:
-                closing += sign * (v[k] * nx + v[k + 1] * ny)
-                slip += sign * (v[k + 1] * nx - v[k] * ny) + v[k + 2]
-                speed += abs(v[k]) + abs(v[k + 1])
-            if closing + hop <= max(self.still, MIN_APPROACH * speed):
-                continue
-            impulse = (closing + max(e * closing, hop)) / per_mass
-            rub = friction_impulse(slip, mu * impulse, per_mass)
-            if self.impulse[0, c] == 0:
-                self.slip[c] = slip
-            self.impulse[:, c] += impulse, rub
-            block[:, c] += impulse, rub
-            for k, sign, per in ends:
-                v[k] -= per * sign * (impulse * nx - rub * ny)
-                v[k + 1] -= per * sign * (impulse * ny + rub * nx)
-                v[k + 2] -= 2 * per * rub
-            closes = True
-        self.v = np.array(v)
-        return closes
+    def _sweeps(self, rows: list[Any]) -> tuple[Floats, bool]:
+        """Do the impacts of a block of sweeps over the contacts, or fewer if none closes any more.
+
+        Returns their impulses, (2, c), and whether they go on.
+        """
+        v, closes, sweeps = [*self.v.tolist(), 0.0, 0.0, 0.0], True, 0
+        normal, tangential, slips = ([0.0] * len(rows) for _ in range(3))
+        while closes and sweeps < SWEEPS_PER_BLOCK:
+            closes, sweeps = False, sweeps + 1
+            for c, (i, j, per_i, per_j, nx, ny, e, mu, hop) in enumerate(rows):
+                closing = (v[i] * nx + v[i + 1] * ny) - (v[j] * nx + v[j + 1] * ny)
+                speed = abs(v[i]) + abs(v[i + 1]) + abs(v[j]) + abs(v[j + 1])
+                if closing + hop <= max(self.still, MIN_APPROACH * speed):
+                    continue
+                slip = (v[i + 1] * nx - v[i] * ny + v[i + 2]) - (v[j + 1] * nx - v[j] * ny - v[j + 2])
+                impulse = (closing + max(e * closing, hop)) / (per_i + per_j)
+                rub = friction_impulse(slip, mu * impulse, per_i + per_j)
+                x, y = impulse * nx - rub * ny, impulse * ny + rub * nx
+                for k, signed in ((i, -per_i), (j, per_j)):
+                    v[k] += signed * x
+                    v[k + 1] += signed * y
+                    v[k + 2] -= 2 * abs(signed) * rub
+                slips[c] = slips[c] if normal[c] > 0 else slip
+                normal[c] += impulse
+                tangential[c] += rub
+                closes = True
+        self.v, self.slip = np.array(v[:-3]), np.where(self.impulse[0] > 0, self.slip, slips)
+        block = np.array([normal, tangential])
+        self.impulse += block
+        return block, closes
 
     def _rows(self, law: Law) -> list[Any]:
-        """Return each contact's normal, the ends that move, the sum of their inverse masses, and its law."""
-        per = (1 / self.mass).tolist()
-        ends = [
-            [(3 * k, sign, per[k]) for k, sign in ((i, 1.0), (j, -1.0)) if k != NONE]
-            for i, j in zip(self.first.tolist(), self.second.tolist(), strict=True)
-        ]
-        parts = (self.touching.normal.tolist(), ends, self._per_mass.tolist(), *(part.tolist() for part in law))
-        return list(zip(*parts, strict=True))
+        """Return for each contact where its bodies' velocities begin, their inverse masses, its normal and its law.
+
+        What does not move has the inverse mass 0, and a velocity of its own behind those of the discs.
+        """
+        ends = [np.where(end == NONE, len(self.disc), end) for end in (self.first, self.second)]
+        per_mass = np.append(1 / self.mass, 0.0)
+        parts = *(3 * end for end in ends), *(per_mass[end] for end in ends), *self.touching.normal.T, *law
+        return list(zip(*(part.tolist() for part in parts), strict=True))
 
     def _ratio(self, block: Floats, last: Floats) -> float:
         """Return the ratio of the impulses to those of the block before, 0 if not all have the same."""
         ratio = float(block.sum() / last.sum()) if last.any() else 0.0
-        rounding = IMPULSE_ROUNDING * (self._concerns @ np.abs(self.v)).max() / self._per_mass
+        rounding = IMPULSE_ROUNDING * ((self.normal != 0) @ np.abs(self.v)).max() / (self.normal**2 @ self.yields)
         return ratio if (np.abs(block - ratio * last) <= STEADY * block.max() + rounding).all() else 0.0
 
     def _add_rest(self, law: Law, block: Floats, rest: float) -> None:
@@ -199,20 +197,22 @@ def resolve(world: World, seed: int, since: float, now: float, *, collects: bool
     """
     world.body[seed].streak += 1  # so that the contact is resolved by itself if it is part of no group
     group = _group_of(world, seed, 0.0, now)
-    if world.has_gravity and _is_slow(group, now):
+    is_slow = world.has_gravity and _is_slow(group, now)
+    if is_slow:
         # A sequence that was as slow as hops from its start is resolved across gaps too short for contacts of their
         # own. One that has slowed down to this ends before bodies meet that are apart.
         group = _group_of(world, seed, CONTACT_TIME * world.hop_speed, now)
     nothing = np.zeros(len(group.slip))
     law = Law(products(world, group.touching, "elasticity"), products(world, group.touching, "friction"), nothing)
-    slow = SLOWED * group.fastest()
-    has_room, law = group.go_on(law, slow), law._replace(elasticity=nothing)
-    if not has_room and not group.go_on(law, slow):
+    body = world.body[seed]
+    had_no_room = is_slow and body.residual == np.inf and now - body.settled < world.hop_time
+    has_room, law = not had_no_room and group.go_on(law), law._replace(elasticity=nothing)
+    if has_room:
+        _part(group, law)
+    elif is_slow or not group.go_on(law):
         before, impulse, closing = group.v, group.impulse.copy(), group.fastest()
         if group.solve(nothing).max(initial=0.0) > closing:  # than which the springs' rounding would be faster
             group.v, group.impulse = before, impulse
-    if has_room:
-        _part(group, law)
     hops = _hop(group) if world.has_gravity else nothing
     at_rest = len(nothing) * group.still  # a disc at rest is as fast as the approaches to it, added up
     group.v[np.abs(group.v) < at_rest] = 0.0
@@ -263,7 +263,7 @@ def _part(group: Group, law: Law) -> None:
     rounding = 2 * max(group.still, MIN_APPROACH * 2 * (vx + vy).max())  # so that what is parted is beyond rounding
     touches = (group.impulse[0] > 0) & ~(at_wall & (pull > group.world.min_pull))
     before, impulse = group.v, group.impulse.copy()
-    if not group.go_on(law._replace(hop=np.where(touches, rounding, 0.0)), np.inf):
+    if not group.go_on(law._replace(hop=np.where(touches, rounding, 0.0))):
         group.v, group.impulse = before, impulse
 
 
