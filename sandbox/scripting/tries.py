@@ -44,7 +44,7 @@ def tried(program: Sequence[str], diagnoses: Sequence[Diagnosis], seconds: float
         return list(diagnoses)
     parts = max([PARTS, *(math.ceil(finding.size) for finding in findings if finding.rule == PASSED)])
     wanted = {key for finding in findings for key in TEXTS[finding.rule]["tries"]}
-    shorter = f"Shorter steps: for _ in range({parts}): space.step(dt / {parts})."
+    shorter = f"Shorter steps: for _ in range({parts}): space.step(dt / {parts}), and forces before each."
     more = f"space.iterations = {10 * TIMES}."
     settings = (
         _Setting("steps", ("--parts", str(parts)), f"steps in {parts} parts", shorter),

@@ -46,7 +46,7 @@ class Cause(StrEnum):
     FORCES = "forces", "forces and torques"  # Body.force and Body.torque
     # Work of gravity, less the potential energy of the way with the step's first velocity; contacts and joints against
     # what gravity, forces and damping did in the same step:
-    INTEGRATION = "integration", "gravity and what bears it, in steps instead of at every moment"
+    INTEGRATION = "integration", "gravity, and what bears it or forces, in steps instead of at every moment"
     CORRECTION = "correction", "bodies moved apart that overlapped", True  # against gravity
     # The impulses on bodies besides those of contacts:
     JOINTS = "joints", "joints", True  # in steps in which nothing else pushes bodies; otherwise, with such bounces:
@@ -240,8 +240,8 @@ class _Work:
     def _add_positions(self) -> None:
         """Add the change of potential energy, by the step's first velocity and by the rest of the displacement."""
         run, old = self._run, self._run.old
-        weight, is_awake = finite(old["mass"])[:, None] * self._gravity, ~old["asleep"]
-        drift = (is_awake * run.dt[run.step])[:, None] * old["velocity"]
-        moved = run.new["position"] - old["position"] - drift
-        self._book(Cause.INTEGRATION, -dot(weight, drift), run.step)
-        self._book(Cause.CORRECTION, -dot(weight, moved) * (is_awake & ~run.new["is_own"]), run.step)
+        weight, is_own, is_awake = finite(old["mass"])[:, None] * self._gravity, run.new["is_own"], ~old["asleep"]
+        drift, way = (is_awake * run.dt[run.step])[:, None] * old["velocity"], run.new["position"] - old["position"]
+        self._book(Cause.INTEGRATION, -dot(weight, drift) * ~is_own, run.step)
+        self._book(Cause.CORRECTION, -dot(weight, way - drift) * (is_awake & ~is_own), run.step)
+        self._book(Cause.DRIVEN, -dot(weight, way) * is_own, run.step)

@@ -1,4 +1,4 @@
-"""What a program did before and between its steps: where it added objects and pushed bodies; polygons with dents."""
+"""What a program did before and between its steps: where it added objects and pushed bodies, and what it set to 0."""
 
 import math
 import os
@@ -9,7 +9,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Final, NamedTuple
 from unittest.mock import patch
-from weakref import WeakKeyDictionary
+from weakref import WeakKeyDictionary, WeakSet
 
 import pymunk
 
@@ -30,12 +30,16 @@ class Push(NamedTuple):
 
 
 class Origins:
-    """Remembers which lines of the program added objects and pushed bodies furthest off, and the dents of polygons."""
+    """Remembers which lines of the program added objects and pushed bodies furthest off, and the dents of polygons.
+
+    zeros: the shapes whose elasticity, or friction, the program set to 0, which it is anyway.
+    """
 
     def __init__(self) -> None:
         self.lines: WeakKeyDictionary[Any, str] = WeakKeyDictionary()  # that added objects, as file:line
         self.pushes: WeakKeyDictionary[pymunk.Body, Push] = WeakKeyDictionary()
         self.dents: WeakKeyDictionary[pymunk.Poly, float] = WeakKeyDictionary()  # px
+        self.zeros: dict[str, WeakSet[pymunk.Shape]] = {name: WeakSet() for name in ("elasticity", "friction")}
 
     def remember(self, objects: tuple[Any, ...]) -> None:
         """Remember the line of the program that is being run as that of some objects, unless they have one."""
@@ -57,8 +61,23 @@ class Origins:
                 self.dents[poly] = dent
 
         pushes: dict[str, Any] = {name: self._followed_push(name) for name in _PUSHES}
-        with patch.object(pymunk.Poly, "__init__", make_followed), patch.multiple(pymunk.Body, **pushes):
+        factors: dict[str, Any] = {name: self._followed_factor(name) for name in self.zeros}
+        with (
+            patch.object(pymunk.Poly, "__init__", make_followed),
+            patch.multiple(pymunk.Body, **pushes),
+            patch.multiple(pymunk.Shape, **factors),
+        ):
             yield
+
+    def _followed_factor(self, name: str) -> property:
+        """Return a property of a shape that remembers which shapes the program set it to 0 of."""
+        factor = getattr(pymunk.Shape, name)
+
+        def set_followed(shape: pymunk.Shape, value: float) -> None:
+            factor.fset(shape, value)
+            (self.zeros[name].discard if value else self.zeros[name].add)(shape)
+
+        return property(factor.fget, set_followed)
 
     def _followed_push(self, name: str) -> Callable[..., None]:
         """Return a method of a body that pushes, and remembers the push."""

@@ -31,8 +31,8 @@ OVERLAP: Final = 0.01  # of the smaller half width, beyond collision_slop
 FAR: Final = 3.0  # half lengths of a body, for an anchor
 MAX_LEVER: Final = 4.0  # of the reach of a body's shapes, for a point at which it is pushed
 NEAR: Final = 0.1  # of the size of a shape
+THIN: Final = 1e-3  # px, the radius of a segment without thickness
 ANCHORED: Final = (pymunk.PinJoint, pymunk.SlideJoint, pymunk.DampedSpring)  # by two anchors, one on each body
-LIMITED: Final = (pymunk.SlideJoint, pymunk.RotaryLimitJoint)  # between min and max
 MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
 ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "sensor", "surface_velocity")
 # Attributes that a program may set, though Pymunk reads none of them, and what to write instead
@@ -50,8 +50,9 @@ def _moment(contents: Contents) -> Iterator[Fault]:
     for body, shapes in contents.new_bodies:
         if not 0 < body.mass < math.inf or not 0 < body.moment < math.inf or not _can_turn(body, shapes):
             continue
+        area, moment, middle = _uniform(shapes)
         centres = body.center_of_gravity, _missed_middle(shapes, body) or body.center_of_gravity
-        of_shapes = [body.mass * _radius_of_gyration_squared(shapes, centre) for centre in centres]
+        of_shapes = [body.mass * (moment / area + (centre - middle).length ** 2) for centre in centres if area]
         ratios = [body.moment / moment for moment in of_shapes if moment]
         if len(ratios) == 2 and not any(MIN_MOMENT_RATIO <= ratio <= MAX_MOMENT_RATIO for ratio in ratios):
             size, how = max(ratios[1], 1 / ratios[1]), "large" if ratios[1] > 1 else "small"
@@ -69,37 +70,32 @@ def _can_turn(body: pymunk.Body, shapes: list[pymunk.Shape]) -> bool:
     return can_turn and not any(shape.mass for shape in shapes)
 
 
-def _area(shape: pymunk.Shape) -> float:
-    """Return the area by which mass is shared among shapes: of a segment without thickness, its length."""
-    return shape.area or ((shape.b - shape.a).length if isinstance(shape, pymunk.Segment) else 0.0)
-
-
-def _radius_of_gyration_squared(shapes: list[pymunk.Shape], centre: pymunk.Vec2d) -> float:
-    """Return the moment per mass of shapes of one density, about a point of their body, px²."""
-    areas = [_area(shape) for shape in shapes]
-    about = (area * _shape_gyration(shape, centre) for area, shape in zip(areas, shapes, strict=True) if area)
-    return sum(about) / (sum(areas) or 1.0)
-
-
-def _shape_gyration(shape: pymunk.Shape, centre: pymunk.Vec2d) -> float:
-    if isinstance(shape, pymunk.Circle):
-        return pymunk.moment_for_circle(1, 0, shape.radius, shape.offset - centre)
-    if isinstance(shape, pymunk.Segment):
-        return pymunk.moment_for_segment(1, shape.a - centre, shape.b - centre, shape.radius)
-    return pymunk.moment_for_poly(1, corners_of(shape), -centre, shape.radius)
+def _uniform(shapes: list[pymunk.Shape]) -> tuple[float, float, pymunk.Vec2d]:
+    """Return mass, moment and centre of gravity of a body with such shapes of density 1, as Pymunk computes them."""
+    space, body = pymunk.Space(), pymunk.Body()
+    space.add(body)
+    for shape in shapes:
+        if isinstance(shape, pymunk.Circle):
+            same: pymunk.Shape = pymunk.Circle(body, shape.radius, shape.offset)
+        elif isinstance(shape, pymunk.Segment):
+            same = pymunk.Segment(body, shape.a, shape.b, shape.radius or THIN)
+        else:
+            same = pymunk.Poly(body, corners_of(shape), radius=shape.radius)
+        same.density = 1
+        space.add(same)
+    return body.mass, body.moment, body.center_of_gravity
 
 
 def _missed_middle(shapes: list[pymunk.Shape], body: pymunk.Body) -> pymunk.Vec2d | None:
     """Return the middle of a body's shapes if the centre of gravity should be there, but is not."""
-    areas = np.array([_area(shape) for shape in shapes])
     given = any(shape.mass for shape in shapes)  # then Pymunk computed the centre of gravity
     # A joint may hold it to what does not move by forces: then its place may be meant to turn about
     is_hung = any(not is_dynamic(joint.a) or not is_dynamic(joint.b) for joint in body.constraints)
-    if given or areas.sum() <= 0 or math.isinf(body.moment) or is_hung:
+    if given or math.isinf(body.moment) or is_hung:
         return None
-    middle = pymunk.Vec2d(*(areas @ np.array([shape.center_of_gravity for shape in shapes]) / areas.sum()).tolist())
+    area, _, middle = _uniform(shapes)
     off = math.dist(middle, body.center_of_gravity)
-    return middle if off > MAX_OFF_CENTRE * math.sqrt(areas.sum()) else None
+    return middle if off > MAX_OFF_CENTRE * math.sqrt(area) and area else None
 
 
 def _off_centre(contents: Contents) -> Iterator[Fault]:
@@ -164,11 +160,11 @@ def _anchor_far(contents: Contents) -> Iterator[Fault]:
                     yield contents.fault(body, what, anchor.length / size, f"{anchor.length:.4g} px")
 
 
-def _limits(contents: Contents) -> Iterator[Fault]:
-    for joint in contents.space.constraints:
-        if joint not in contents.seen and isinstance(joint, LIMITED) and joint.min > joint.max:
-            what = f"its {type(joint).__name__} has min = {joint.min:.4g} and max = {joint.max:.4g}"
-            yield contents.fault(joint.b if is_dynamic(joint.b) else joint.a, what)
+def _degrees(contents: Contents) -> Iterator[Fault]:
+    """Bodies that begin with more than a turn, and by a whole number."""
+    for body in contents.bodies:
+        if body not in contents.seen and abs(body.angle) > 2 * math.pi and body.angle.is_integer():
+            yield contents.fault(body, f"angle {body.angle:.4g}, {body.angle / (2 * math.pi):.3g} turns")
 
 
 def _wrong_point(contents: Contents) -> Iterator[Fault]:
@@ -204,21 +200,27 @@ def _shape_not_added(contents: Contents) -> Iterator[Fault]:
             yield contents.fault(shapes[0], f"its {shape_words(shapes[0])} is not in the Space")
 
 
-def unused(contents: Contents, quantity: str, touched: Mapping[pymunk.Shape, float] | None = None) -> Iterator[Fault]:
+def unused(
+    contents: Contents, quantity: str, touched: Mapping[pymunk.Shape, tuple[pymunk.Shape, float]] | None = None
+) -> Iterator[Fault]:
     """Yield the shapes with an elasticity or a friction, if all that they could meet has none.
 
-    touched: in a run, the shapes that touched others without it, and since when, s.
+    touched: in a run, shapes that touched only others without it, the first of these, and when, s; nor has then any
+    that does not move by forces. Not if the program set it to 0, which it is anyway.
     """
     # Two shapes of each kind stand for all that another shape could meet
     kinds: dict[object, list[pymunk.Shape]] = defaultdict(list)
     for shape in contents.solid:
-        kinds[shape.filter, body_of(shape).body_type, bool(getattr(shape, quantity))].append(shape)
+        if touched is None or not is_dynamic(body_of(shape)):
+            kinds[shape.filter, body_of(shape).body_type, bool(getattr(shape, quantity))].append(shape)
     samples = [shape for kind in kinds.values() for shape in kind[:2]]
     for shape in contents.new if touched is None else filter(touched.__contains__, contents.solid):
         value, partners = getattr(shape, quantity), [each for each in samples if may_collide(shape, each)]
-        if value and partners and not any(getattr(partner, quantity) for partner in partners):
-            detail = f"{quantity} {value:g}, but a {shape_words(partners[0])} has {quantity} 0"
-            yield contents.fault(shape, detail, value)._replace(since=touched[shape] if touched else None)
+        met = [touched[shape][0]] if touched else partners[:1]
+        is_meant = any(each in contents.origins.zeros[quantity] for each in met)
+        if value and met and not is_meant and not any(getattr(partner, quantity) for partner in partners):
+            detail = f"{quantity} {value:g}, but a {shape_words(met[0])} has {quantity} 0"
+            yield contents.fault(shape, detail, value)._replace(since=touched[shape][1] if touched else None)
 
 
 def _not_finite(contents: Contents) -> Iterator[Fault]:
@@ -272,7 +274,7 @@ RULES: Final[Rules[Contents]] = {
     "placed-twice": _placed_twice,
     "concave": _concave,
     "anchor-far": _anchor_far,
-    "limits": _limits,
+    "degrees": _degrees,
     "off-centre": _off_centre,
     "moment": _moment,
     "categories": _categories,

@@ -77,7 +77,7 @@ class Trial:
         if self._recording.steps:
             evidence = Evidence(self._recording, contents, self._passages)
             found |= {rule: list(find(evidence)) for rule, find in STEP_RULES.items()}
-            energy, figures = ledger_of(evidence.run), evidence.figures()
+            energy, figures = ledger_of(evidence.run) if evidence.run.steps else None, evidence.figures()
         findings, (bodies, shapes, joints) = tuple(self._linter.findings(found)), self._most
         return Diagnosis(
             number, self.line, self.steps, self.time, bodies, shapes, joints, findings, energy, figures, self.cost
@@ -124,7 +124,7 @@ class Trials:
             add(space, *objects)
             if not self.ended:
                 self._origins.remember(objects)
-            if trial := self._trials.get(id(space)):
+            if objects and (trial := self._trials.get(id(space))):  # Pymunk adds nothing after each step
                 trial.changed = True
 
         self._stack = ExitStack()

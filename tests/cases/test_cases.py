@@ -66,6 +66,9 @@ def test_the_first_finding_of_a_program_is_its_cause(command: Command, name: str
     assert (rules_of(space) or [""])[0] == case.rule
     text = json.dumps(space["findings"][0] if case.rule else space["headline"])
     assert case.says in text
+    named = [(body["index"], body["detail"]) for finding in space["findings"] for body in finding["bodies"]]
+    assert len(set(named)) == len(named)
+    assert (space["energy"] is None) == (name == "hook")  # its first step leaves no number
 
 
 @pytest.mark.parametrize("name", TABLE)
@@ -89,7 +92,7 @@ def test_a_step_that_never_returns_ends_with_its_line() -> None:
 
 def test_a_cure_that_helps_is_printed_with_what_it_costs() -> None:
     out = " ".join(run("landing").stdout.split())
-    assert "Cure: Shorter steps: for _ in range(4): space.step(dt / 4)." in out
+    assert "Cure: Shorter steps: for _ in range(4): space.step(dt / 4), and forces before each." in out
     assert "Tried: with steps in 4 parts," in out
     assert "steps cost" in out
 

@@ -123,8 +123,8 @@ def anchor_in_the_space(space: pymunk.Space) -> None:
     space.add(pymunk.PinJoint(space.static_body, body_of(disc(space, 200)), (200, 0), (200, 100)))
 
 
-def swapped_limits(space: pymunk.Space) -> None:
-    space.add(pymunk.SlideJoint(space.static_body, body_of(disc(space, 200)), (200, 0), (0, 0), 120, 80))
+def ramp_in_degrees(space: pymunk.Space) -> None:
+    body_of(box(space, 200)).angle = 20
 
 
 def numbered_categories(space: pymunk.Space) -> None:
@@ -162,7 +162,7 @@ FAULTS: dict[Callable[[pymunk.Space], None], tuple[str, str]] = {
     joint_to_nothing: ("joint-not-added", "its PivotJoint holds on to a Body() that was never added and has no mass"),
     wall_placed_twice: ("placed-twice", "its body is at (300, 400), as are its corners; so they are about (600, 800)"),
     anchor_in_the_space: ("anchor-far", "its PinJoint to the Space's static body has the anchor (200, 100)"),
-    swapped_limits: ("limits", "its SlideJoint has min = 120 and max = 80"),
+    ramp_in_degrees: ("degrees", "angle 20, 3.18 turns"),
     numbered_categories: ("categories", "category 3 is 1 and 2 at once"),
     elasticity_of_a_body: ("attribute", "body.elasticity was set; write shape.elasticity"),
     group_of_old: ("attribute", "shape.group was set; write shape.filter = pymunk.ShapeFilter(group=..."),
