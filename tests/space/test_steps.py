@@ -209,13 +209,6 @@ def lands_on_tiles(step: float = 0, height: float = 150) -> Diagnosis:
     return watched(space, 90)
 
 
-def lies() -> Diagnosis:
-    space = world()
-    wall(space, *FLOOR)
-    box(space, 0, 184)
-    return watched(space, 90)
-
-
 def off_its_law() -> Diagnosis:
     """A ball on a pin joint that is to be 100 px shorter than it is."""
     space = world(gravity=0)
@@ -499,7 +492,6 @@ FAULTS: dict[str, tuple[Callable[[], Diagnosis], set[str]]] = {
     "dumbbell thrust at its end": (dumbbell_thrust_at_its_end, set()),
     "lands on tiles": (lands_on_tiles, {"seams"}),
     "slides against a step": (lambda: lands_on_tiles(20, 0), set()),
-    "lies": (lies, set()),
     "off its law": (off_its_law, {"joint-stretched"}),
     "mouse": (mouse, set()),
     "shot hard": (lambda: shot(1500), {"deep-at-once"}),
