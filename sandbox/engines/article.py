@@ -11,9 +11,9 @@ import numpy as np
 
 from sandbox.compiled import Records, kernel
 from sandbox.engines.contact_log import Log, log_contact
-from sandbox.engines.grid import Grid
+from sandbox.engines.grid import Grid, grid_for
 from sandbox.engines.machine_code import MachineCode
-from sandbox.engines.neighbours import fill, new_grid, next_neighbour, note_push
+from sandbox.engines.neighbours import fill, next_neighbour, note_push
 from sandbox.engines.stepped import SteppedEngine, balls_of
 from sandbox.errors import Refused
 from sandbox.scene.model import Scene
@@ -129,7 +129,7 @@ class ArticleEngine(SteppedEngine):
     def __init__(self, scene: Scene, initial: State) -> None:
         self.check(scene)
         radius, (width, height) = float(scene.bodies.radius[0]), scene.arena.size
-        grid = new_grid(len(scene.bodies), 2 * radius * MAX_TOUCHING, scene.arena.size)
+        grid = grid_for(len(scene.bodies), 2 * radius * MAX_TOUCHING, scene.arena.size)
         world = World(balls_of(scene.bodies), radius, float(width), float(height), SQUARE, grid)
         impulse_unit = scene.rate * float(scene.bodies.mass[0])
         super().__init__(scene, initial, world, frame, CODE, unit=scene.rate, impulse_unit=impulse_unit)

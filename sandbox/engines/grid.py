@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.compiled import Record, Records, kernel
-from sandbox.scene.walls import segment_distance
+from sandbox.scene.walls import PIECE, segment_distance
 
 # Discs and wall pieces per cell, on average, if the discs are small enough to leave the choice. Fewer means crossing
 # empty cells, more means testing discs that are far away.
 ITEMS_PER_CELL: Final = 0.6
 MAX_CELLS: Final = 4  # along a side, for each disc and piece: most of a channel's are empty
 CELL_MARGIN: Final = 1e-9  # relative, of the cells' width and the walls' reach: far above rounding
+NO_PIECES: Final = np.empty(0, PIECE)
 NONE: Final = -1  # instead of a disc, at the end of a cell's list
 FAR: Final = 1e30  # px, where the cells at the arena's edge end: no disc gets there, and its square does not overflow
 
@@ -44,7 +45,7 @@ class Grid(NamedTuple):
     piece: Any
 
 
-def grid_for(count: int, widest: float, size: Sequence[float], pieces: NDArray[np.void]) -> Grid:
+def grid_for(count: int, widest: float, size: Sequence[float], pieces: NDArray[np.void] = NO_PIECES) -> Grid:
     """Return a grid without discs. count: of discs; widest: diameter of the largest, px; size: of the arena, px."""
     width = max(widest * (1 + CELL_MARGIN), math.sqrt(size[0] * size[1] * ITEMS_PER_CELL / (count + len(pieces))))
     most = MAX_CELLS * (count + len(pieces))

@@ -12,10 +12,10 @@ import numpy as np
 
 from sandbox.compiled import Record, Records, kernel
 from sandbox.engines.contact_log import Log, log_contact
-from sandbox.engines.grid import Grid
+from sandbox.engines.grid import Grid, grid_for
 from sandbox.engines.laws import friction_impulse
 from sandbox.engines.machine_code import MachineCode
-from sandbox.engines.neighbours import fill, new_grid, next_neighbour, note_push
+from sandbox.engines.neighbours import fill, next_neighbour, note_push
 from sandbox.engines.stepped import SteppedEngine, balls_of
 from sandbox.quantity import pass_through
 from sandbox.scene.model import Scene
@@ -194,7 +194,7 @@ class ImpulseEngine(SteppedEngine):
     def __init__(self, scene: Scene, initial: State) -> None:
         bodies, gravity = scene.bodies, (float(scene.gravity[0]), float(scene.gravity[1]))
         reach = 2 * float(bodies.radius.max())
-        grid = new_grid(len(bodies), reach, scene.arena.size)
+        grid = grid_for(len(bodies), reach, scene.arena.size)
         kinds = np.unique(bodies.filters, axis=0)
         collides = len(kinds) > 1 or not pass_through(kinds[0], kinds[0])
         walls, dt = _wall_records(scene), 1 / scene.rate

@@ -8,24 +8,12 @@ Cells are at least as wide as balls reach: the 3 x 3 cells around a ball hold ev
 the larger of those along x and y.
 """
 
-from collections.abc import Sequence
 from typing import Final
 
-import numpy as np
-
 from sandbox.compiled import Records, kernel
-from sandbox.engines.grid import NONE, Grid, cell_at, enter, grid_for, leave
-from sandbox.scene.walls import PIECE
+from sandbox.engines.grid import CELL_MARGIN, NONE, Grid, cell_at, enter, leave
 
-REACH_MARGIN: Final = 1 + 1e-9  # of the px between centres that may touch: far above rounding
-
-
-def new_grid(n: int, reach: float, size: Sequence[float]) -> Grid:
-    """Return a grid without balls.
-
-    n: the number of balls; reach: px between centres that may touch; size: width and height of the arena, px.
-    """
-    return grid_for(n, reach * REACH_MARGIN, size, np.empty(0, PIECE))
+REACH_MARGIN: Final = 1 + CELL_MARGIN  # of the px between centres that may touch: far above rounding
 
 
 @kernel

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from sandbox.engines import article, create, impulse
 from sandbox.engines.engine import advance
-from sandbox.engines.neighbours import new_grid
+from sandbox.engines.grid import grid_for
 from sandbox.scene.model import Scene
 from sandbox.state import Floats, State, States
 
@@ -93,4 +93,4 @@ def test_a_ball_at_nan_or_infinity_is_in_a_cell_of_the_grid(place: float) -> Non
 @pytest.mark.parametrize("size", [(1e9, 50.0), (50.0, 1e9), (1e9, 1e9)])
 def test_the_number_of_cells_is_bounded_by_the_number_of_balls(size: tuple[float, float]) -> None:
     """In a channel of 1e9 px, cells as wide as a ball would be 1e8."""
-    assert len(new_grid(100, 10.0, size).cell) < 2000
+    assert len(grid_for(100, 10.0, size).cell) < 2000

@@ -14,7 +14,6 @@ Three exceptions keep contacts from stopping the clock:
 - A static island, as `heaps.islands` describes, is infinitely heavy to slow discs, and a fast hit wakes it.
 """
 
-import math
 from typing import Any, Final, NamedTuple
 
 from sandbox.compiled import Record, kernel
@@ -25,7 +24,6 @@ from sandbox.engines.laws import friction_impulse
 
 CONTACT_TIME: Final = 1e-6  # s, far below the time between contacts, far above the clock's rounding
 MIN_STREAK: Final = 64  # contacts of a disc, each within CONTACT_TIME of the last, from which on they may have no end
-MIN_STREAK_AGAIN: Final = 8  # likewise, of a disc whose last contacts without end found no room to part
 MIN_APPROACH: Final = 1e-12  # of the speeds of bodies that touch, and of a hop; a slower approach is rounding
 HOP_TIME: Final = 1e-3  # s, for which discs that lean on each other are apart; less is truer and costs more
 HOPS_ROUND_END: Final = 10  # hops in a hop time, in which a disc slides round the end of a wall; more are truer
@@ -53,8 +51,8 @@ class Parting(NamedTuple):
 def collapses(world: World, i: int, now: float) -> bool:
     """Return whether disc i has had so many contacts in a row that they may have no end."""
     body = world.body[i]
-    least = MIN_STREAK if body.residual < math.inf else MIN_STREAK_AGAIN
-    return body.streak >= least and body.streak & (body.streak - 1) == 0 and now - body.last_contact < CONTACT_TIME
+    is_due = body.streak >= MIN_STREAK and body.streak & (body.streak - 1) == 0
+    return is_due and now - body.last_contact < CONTACT_TIME
 
 
 @kernel
@@ -72,7 +70,7 @@ def _pair_parting(world: World, i: int, j: int, closing: float, pull: float, now
     of_a, of_b = world.body[i], world.body[j]
     speed = of_a.elasticity * of_b.elasticity * closing
     leans = pull > world.min_pull or now < of_a.leans_until or now < of_b.leans_until
-    if world.has_gravity and (leans or (closing == 0 and is_jammed(world, i, now) and is_jammed(world, j, now))):
+    if world.has_gravity and leans:
         hop = world.hop_speed
         if now - min(of_a.last_contact, of_b.last_contact) >= CONTACT_TIME:
             hop = max(_hop_speed(world, i, now), _hop_speed(world, j, now))
@@ -121,13 +119,6 @@ def _wall_parting(
         if speed < hop:
             return Parting(hop, world.hop_time, False)
     return Parting(speed, 0.0, False)
-
-
-@kernel
-def is_jammed(world: World, i: int, now: float) -> bool:
-    """Return whether disc i has had so many slow contacts that it cannot go anywhere."""
-    body = world.body[i]
-    return now - body.slow_since <= world.hop_time and body.slow_contacts >= JAMMED_CONTACTS
 
 
 @kernel
@@ -197,8 +188,8 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
         if per_k == 0:
             give(world, k, sign * to_b_x, sign * to_b_y)
         else:
-            _count_contact(world, k, closing, now)
-            if world.has_gravity and count_slow_contacts(world, k, closing, now, 1):
+            _count_contact(world, k, now)
+            if world.has_gravity and count_slow_contacts(world, k, closing, now):
                 jams = True
     return jams
 
@@ -248,36 +239,32 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
         depth = disc.radius + piece.half_thickness - distance
         log_contact(log, now, world.event[i].ball, ~piece.wall, nx, ny, impulse, depth, tangential, slip)
 
-    _count_contact(world, i, closing, now)
+    _count_contact(world, i, now)
     if course.rests:
         carry(world, i, p, carrier, shortest_flight, now, log)
     if course.hop_time > 0:
         lean_until(world, i, course.hop_time, now)
     if course.hop_time > 0 or _leans_on_discs(world, body, now):
-        return count_slow_contacts(world, i, closing, now, 1)
+        return count_slow_contacts(world, i, closing, now)
     return False
 
 
 @kernel
-def _count_contact(world: World, i: int, closing: float, now: float) -> None:
-    """Count a contact of disc i, and let it fly freely. closing: px/s."""
+def _count_contact(world: World, i: int, now: float) -> None:
+    """Count a contact of disc i, and let it fly freely."""
     body = world.body[i]
-    if now - body.last_contact < CONTACT_TIME:
-        body.streak += 1
-        body.fastest = max(body.fastest, closing)
-    else:
-        body.streak, body.fastest = 0, closing
+    body.streak = body.streak + 1 if now - body.last_contact < CONTACT_TIME else 0
     body.last_contact = now
     release(world, i)
 
 
 @kernel
-def count_slow_contacts(world: World, i: int, closing: float, now: float, count: int) -> bool:
-    """Count disc i's slow contacts, and return whether they are too many. count: of those now; closing: px/s."""
+def count_slow_contacts(world: World, i: int, closing: float, now: float) -> bool:
+    """Count a contact of disc i if it is slow, and return whether these are too many. closing: px/s."""
     body = world.body[i]
     if closing >= SLOW_HOPS * world.hop_speed:
         return False
     if now - body.slow_since > world.hop_time:
         body.slow_since, body.slow_contacts = now, 0
-    body.slow_contacts += count
+    body.slow_contacts += 1
     return body.slow_contacts >= MAX_SLOW_CONTACTS

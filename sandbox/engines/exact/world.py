@@ -58,7 +58,6 @@ BODY: Final = np.dtype(
         ("settled", "f8"),  # s, time of its last sequence of impacts that was resolved as one
         ("residual", "f8"),  # px/s, approaches that this may have left; infinite if its bodies had no room
         ("streak", "i4"),  # contacts in a row, each within CONTACT_TIME of the one before
-        ("fastest", "f8"),  # px/s, the fastest approach of these
     ]
 )
 

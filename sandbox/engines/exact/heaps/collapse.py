@@ -27,7 +27,6 @@ from sandbox.engines.contact_log import Log, log_contact
 from sandbox.engines.exact.contact import (
     CONTACT_TIME,
     MIN_APPROACH,
-    MIN_STREAK,
     SLOW_HOPS,
     count_slow_contacts,
     give,
@@ -197,10 +196,8 @@ def resolve(world: World, seed: int, since: float, now: float, *, collects: bool
     """
     world.body[seed].streak += 1  # so that the contact is resolved by itself if it is part of no group
     group = _group_of(world, seed, 0.0, now)
-    is_slow = world.has_gravity and _is_slow(group, now)
-    if is_slow:
-        # A sequence that was as slow as hops from its start is resolved across gaps too short for contacts of their
-        # own. One that has slowed down to this ends before bodies meet that are apart.
+    is_slow = world.has_gravity and np.abs(group.normal @ group.v).max(initial=0.0) < SLOW_HOPS * world.hop_speed
+    if is_slow:  # it is resolved across gaps too short for contacts of their own
         group = _group_of(world, seed, CONTACT_TIME * world.hop_speed, now)
     nothing = np.zeros(len(group.slip))
     law = Law(products(world, group.touching, "elasticity"), products(world, group.touching, "friction"), nothing)
@@ -246,14 +243,6 @@ def _group_of(world: World, seed: int, way: float, now: float) -> Group:
     disc = np.flatnonzero(members)
     rim = (column(world.disc, "radius") * rotations(world, now)[1])[disc]
     return Group(world, disc, np.column_stack([velocity[disc], rim]), touching)
-
-
-def _is_slow(group: Group, now: float) -> bool:
-    """Return whether the contacts of a group are as slow as hops, and so were those of its discs' streaks."""
-    bodies = [group.world.body[i] for i in group.disc]
-    streaks = [body.fastest for body in bodies if now - body.last_contact < CONTACT_TIME]
-    fastest = np.abs(group.normal @ group.v).max(initial=0.0)
-    return bool(max([fastest, *streaks]) < SLOW_HOPS * group.world.hop_speed)
 
 
 def _part(group: Group, law: Law) -> None:
@@ -313,8 +302,8 @@ def _write_back(
             world.turn[i].spin = rim / disc.radius
         release(world, i)
         body.last_contact = body.settled = now
-        body.residual, body.streak, body.fastest = residual, 0, 0.0
-    count, jams = 1 if residual < np.inf else MIN_STREAK, False  # a sequence without end jams discs
+        body.residual, body.streak = residual, 0
+    jams = False
     for c in np.flatnonzero(hit):
         i, j, (impulse, rub) = int(touching.first[c]), int(touching.second[c]), group.impulse[:, c].tolist()
         nx, ny = touching.normal[c].tolist()
@@ -327,7 +316,7 @@ def _write_back(
                 if hops[c] > 0:
                     lean_until(world, k, world.hop_time, now)
                 if world.has_gravity:
-                    jams |= count_slow_contacts(world, k, 0.0, now, count)
+                    jams |= count_slow_contacts(world, k, 0.0, now)
         second = ~world.piece[~j].wall if j < 0 else world.event[j].ball
         depth, slip = -float(touching.gap[c]), float(group.slip[c])
         log_contact(log, now, world.event[i].ball, second, nx, ny, impulse, depth, rub, slip)
