@@ -96,15 +96,6 @@ def cell_at(grid: Grid, x: float, y: float) -> int:
     return (int(row) + 1) * stride + int(column) + 1
 
 
-def morton_order(grid: Grid, number: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return each cell's place on a Morton curve (interleaved bits), on which near cells are near each other."""
-    row, column = np.divmod(number, grid.stride)
-    place = np.zeros_like(number)
-    for bit in range(31):
-        place |= ((column >> bit & 1) | (row >> bit & 1) << 1) << 2 * bit
-    return place
-
-
 @kernel
 def extent(index: int, last: int, width: float) -> tuple[float, float]:
     """Return where a column or row of cells begins and ends (px), given its number from 1 and the last one's."""

@@ -37,12 +37,12 @@ def at_rest(scene: Scene) -> ExactEngine:
 
 
 @cache
-def rested() -> tuple[States, Contacts, int]:
-    """Run a heap for a second after it has come to rest: states, contacts, and collisions in that time."""
+def rested() -> tuple[Floats, States, Contacts, int]:
+    """Run a heap for a second after it has come to rest: places before; states, contacts, collisions in that time."""
     engine = at_rest(heap())
-    before, states = engine.collisions, States.empty(60, 20)
+    places, before, states = engine.state().position, engine.collisions, States.empty(60, 20)
     advance(engine, states)
-    return states, engine.contacts(), engine.collisions - before
+    return places, states, engine.contacts(), engine.collisions - before
 
 
 def weight() -> Floats:
@@ -50,7 +50,7 @@ def weight() -> Floats:
 
 
 def test_a_heap_comes_to_rest_without_contacts_and_without_creeping() -> None:
-    states, _, collisions = rested()
+    _, states, _, collisions = rested()
     assert collisions == 0
     still = (states.velocity[-1] == 0).all(axis=1)
     assert still.sum() >= 18  # others may slide on the floor, free of the heap
@@ -58,13 +58,13 @@ def test_a_heap_comes_to_rest_without_contacts_and_without_creeping() -> None:
 
 
 def test_the_floor_gets_the_weight_of_a_heap_at_rest() -> None:
-    _, found, _ = rested()
+    _, _, found, _ = rested()
     floor = found[found["second"] == ~3]
     assert floor["impulse"].sum() == pytest.approx(weight().sum(), rel=KEPT)
 
 
 def test_contacts_of_each_ball_at_rest_carry_it() -> None:
-    _, found, _ = rested()
+    _, _, found, _ = rested()
     given = np.zeros((20, 2))
     momentum = found["impulse"][:, None] * found["normal"]
     np.subtract.at(given, found["first"], momentum)
@@ -78,7 +78,7 @@ def test_contacts_of_each_ball_at_rest_carry_it() -> None:
 
 @pytest.mark.parametrize("rate", sample([240, 7], 2))
 def test_when_a_heap_is_at_rest_does_not_depend_on_the_rate(rate: int) -> None:
-    assert np.array_equal(at_rest(heap(rate)).state().position, rested()[0].position[0])
+    assert np.array_equal(at_rest(heap(rate)).state().position, rested()[0])
 
 
 def test_a_heap_comes_to_rest_the_same_whether_its_contacts_are_read_or_not() -> None:
@@ -86,7 +86,7 @@ def test_a_heap_comes_to_rest_the_same_whether_its_contacts_are_read_or_not() ->
     engine = ExactEngine(scene, spawn(scene))
     for _ in range(SECONDS * 60):
         engine.step()
-    assert np.array_equal(engine.state().position, rested()[0].position[0])
+    assert np.array_equal(engine.state().position, rested()[0])
 
 
 def test_an_upright_column_is_not_at_rest() -> None:

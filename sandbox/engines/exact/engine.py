@@ -18,7 +18,7 @@ from sandbox.engines.exact.heaps.islands import Islands
 from sandbox.engines.exact.prediction import predict_each
 from sandbox.engines.exact.support import MAX_SUPPORTS, report_supports
 from sandbox.engines.exact.world import OF_DISC, World, motions, move_to_now, release, rotations
-from sandbox.engines.grid import NONE, cell_at, enter, grid_for, morton_order
+from sandbox.engines.grid import NONE, cell_at, enter, grid_for
 from sandbox.engines.machine_code import MachineCode
 from sandbox.errors import LimitReached
 from sandbox.scene.fields import Vector
@@ -189,7 +189,7 @@ def _world(scene: Scene, initial: State, hop_time: float) -> World:
     piece = pieces_of(scene).view(np.recarray)
     grid = grid_for(n, 2 * float(bodies.radius.max()), scene.arena.size, piece)
     cell = np.array([cell_at(grid, x, y) for x, y in initial.position.tolist()])
-    ball = np.argsort(morton_order(grid, cell), kind="stable")
+    ball = np.argsort(cell, kind="stable")
     disc, event, body, turn, absorbed = (np.zeros(n, kind).view(np.recarray) for kind in OF_DISC)
     disc["x"], disc["y"] = initial.position[ball].T
     disc["vx"], disc["vy"] = initial.velocity[ball].T
