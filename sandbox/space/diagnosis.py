@@ -17,7 +17,7 @@ class Diagnosis:
     """What a Space did while it was recorded, and what is wrong with it.
 
     space: its number, from 1; stepped_in: the line of the program that stepped it first; seconds: of its time; bodies,
-    shapes, joints: the most at one time; findings: worst first; energy: None if no step was recorded; figures: of the
+    shapes, joints: the most at one time; findings: worst first; energy: None if no step left numbers; figures: of the
     rules whose cures can be tried, also where these are no fault; cost: s of the processor, of the Space's own steps.
     """
 

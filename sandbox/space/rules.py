@@ -2,7 +2,7 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from functools import partial
 from typing import Final
 
@@ -81,8 +81,10 @@ def _uniform(shapes: list[pymunk.Shape]) -> tuple[float, float, pymunk.Vec2d]:
             same = pymunk.Segment(body, shape.a, shape.b, shape.radius or THIN)
         else:
             same = pymunk.Poly(body, corners_of(shape), radius=shape.radius)
-        same.density = 1
-        space.add(same)
+        is_line = isinstance(shape, pymunk.Segment) and not shape.radius
+        same.density = 0.5 / THIN if is_line else 1  # a line has the mass of its length
+        if half_length(shape) and math.isfinite(same.center_of_gravity.length):
+            space.add(same)
     return body.mass, body.moment, body.center_of_gravity
 
 
@@ -161,9 +163,9 @@ def _anchor_far(contents: Contents) -> Iterator[Fault]:
 
 
 def _degrees(contents: Contents) -> Iterator[Fault]:
-    """Bodies that begin with more than a turn, and by a whole number."""
-    for body in contents.bodies:
-        if body not in contents.seen and abs(body.angle) > 2 * math.pi and body.angle.is_integer():
+    """Bodies that do not spin, and begin with more than a turn, by a whole number."""
+    for body in contents.bodies if not contents.seen else ():
+        if abs(body.angle) > 2 * math.pi and body.angle.is_integer() and not body.angular_velocity:
             yield contents.fault(body, f"angle {body.angle:.4g}, {body.angle / (2 * math.pi):.3g} turns")
 
 
@@ -201,26 +203,27 @@ def _shape_not_added(contents: Contents) -> Iterator[Fault]:
 
 
 def unused(
-    contents: Contents, quantity: str, touched: Mapping[pymunk.Shape, tuple[pymunk.Shape, float]] | None = None
+    contents: Contents, quantity: str, touched: Iterable[tuple[pymunk.Shape, pymunk.Shape, float]] | None = None
 ) -> Iterator[Fault]:
     """Yield the shapes with an elasticity or a friction, if all that they could meet has none.
 
-    touched: in a run, shapes that touched only others without it, the first of these, and when, s; nor has then any
-    that does not move by forces. Not if the program set it to 0, which it is anyway.
+    touched: in a run, the shapes whose contacts with walls, or with bodies, had none, the first partner, and when, s:
+    it counts whether other walls have it, and of bodies, whether anything has. What the program set to 0 is meant so.
     """
     # Two shapes of each kind stand for all that another shape could meet
-    kinds: dict[object, list[pymunk.Shape]] = defaultdict(list)
+    kinds: dict[tuple[object, int, bool], list[pymunk.Shape]] = defaultdict(list)
     for shape in contents.solid:
-        if touched is None or not is_dynamic(body_of(shape)):
-            kinds[shape.filter, body_of(shape).body_type, bool(getattr(shape, quantity))].append(shape)
-    samples = [shape for kind in kinds.values() for shape in kind[:2]]
-    for shape in contents.new if touched is None else filter(touched.__contains__, contents.solid):
-        value, partners = getattr(shape, quantity), [each for each in samples if may_collide(shape, each)]
-        met = [touched[shape][0]] if touched else partners[:1]
-        is_meant = any(each in contents.origins.zeros[quantity] for each in met)
-        if value and met and not is_meant and not any(getattr(partner, quantity) for partner in partners):
-            detail = f"{quantity} {value:g}, but a {shape_words(met[0])} has {quantity} 0"
-            yield contents.fault(shape, detail, value)._replace(since=touched[shape][1] if touched else None)
+        has_value = bool(getattr(shape, quantity)) or shape in contents.origins.zeros[quantity]
+        kinds[shape.filter, body_of(shape).body_type, has_value].append(shape)
+    for shape, met, since in ((shape, None, None) for shape in contents.new) if touched is None else touched:
+        partners: dict[pymunk.Shape, bool] = {}
+        only_walls, value = met and not is_dynamic(body_of(met)), getattr(shape, quantity)
+        for (_, kind, has_value), samples in kinds.items():
+            if not (only_walls and kind == pymunk.Body.DYNAMIC):
+                partners |= {each: has_value for each in samples[:2] if may_collide(shape, each)}
+        if value and partners and not any(partners.values()):
+            detail = f"{quantity} {value:g}, but a {shape_words(met or next(iter(partners)))} has {quantity} 0"
+            yield contents.fault(shape, detail, value)._replace(since=since)
 
 
 def _not_finite(contents: Contents) -> Iterator[Fault]:

@@ -135,18 +135,17 @@ class Evidence:
         rows = slice(*self.run.step.searchsorted([number, number + 1]))
         return float(self.put[rows][np.isin(self.run.old["id"][rows], ends)].max(initial=0.0))
 
-    def touched(self, quantity: str) -> dict[pymunk.Shape, tuple[pymunk.Shape, float]]:
-        """Return the shapes all of whose contacts with walls, or all with bodies, had no elasticity or friction.
-
-        With each, the first that it touched, and when, s.
-        """
+    def touched(self, quantity: str) -> Iterator[tuple[pymunk.Shape, pymunk.Shape, float]]:
+        """Yield shapes whose contacts with walls, or with bodies, all had none; the first partner; and when, s."""
         contacts, step, shapes = self.run.contacts, np.tile(self.run.contact_step, 2), self.recording.shapes
         keys, others = (np.append(contacts[f"shape_{a}"], contacts[f"shape_{b}"]) for a, b in ("ab", "ba"))
         moving = [key for key, shape in shapes.items() if shape.body and is_dynamic(shape.body)]
         values, is_wall = np.tile(contacts[quantity], 2), ~np.isin(others, np.array(moving, "u8"))
         kinds = by_key(keys ^ is_wall.astype("u8"), step)  # keys are even: addresses
-        firsts = [rows[0] for rows in kinds if not values[rows].any()]
-        return {shapes[int(keys[row])]: (shapes[int(others[row])], self.run.steps[step[row]].end) for row in firsts}
+        for row in (rows[0] for rows in kinds if not values[rows].any()):
+            shape, partner = shapes[int(keys[row])], shapes[int(others[row])]
+            if shape.space and partner.space and not getattr(partner, quantity):
+                yield shape, partner, self.run.steps[step[row]].end
 
     def lasts(self, steps: Numbers) -> bool:
         """Return whether some steps, by their numbers, follow so closely that they are more than an impact."""

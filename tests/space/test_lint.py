@@ -63,13 +63,6 @@ def smooth_floor_alone_with_discs_of_one_group(space: pymunk.Space) -> None:
         shape.filter = pymunk.ShapeFilter(group=1)
 
 
-def bare_floor_alone_with_discs_of_one_group(space: pymunk.Space) -> None:
-    floor_segment, *others = space.shapes
-    floor_segment.elasticity = 0
-    for shape in others:
-        shape.filter = pymunk.ShapeFilter(group=1)
-
-
 def corners_from_the_corner(space: pymunk.Space) -> None:
     body = pymunk.Body(1, pymunk.moment_for_box(1, (40, 40)))
     body.position = 200, 200
@@ -151,7 +144,6 @@ def not_a_number(space: pymunk.Space) -> None:
 FAULTS: dict[Callable[[pymunk.Space], None], tuple[str, str]] = {
     small_moment: ("moment", "moment 10, 20 times too small: its shapes have 200"),
     large_moment_of_a_box: ("moment", "moment 1333, 5 times too large: its shapes have 266.7"),
-    bare_floor_alone_with_discs_of_one_group: ("elasticity-unused", "elasticity 0.5, but a segment"),
     smooth_floor_alone_with_discs_of_one_group: ("friction-unused", "friction 0.5, but a segment of length 600"),
     corners_from_the_corner: ("off-centre", "centre of gravity at (0, 0), middle of its shapes at (20, 20): 28.28 px"),
     forgotten_shape: ("shape-not-added", "its circle of radius 10 is not in the Space"),
@@ -209,6 +201,17 @@ def test_a_circle_that_no_contact_can_turn_may_have_any_moment() -> None:
     assert "moment" not in rules_of(sandbox.lint(space))
 
 
+def test_a_rod_without_thickness_has_the_mass_of_its_length_and_a_point_has_none() -> None:
+    """The rod has 200 px, and a box 400 px²: a third and two thirds of the mass."""
+    space, ends = pymunk.Space(), ((-100, 0), (100, 0))
+    moment = pymunk.moment_for_box(2, (20, 20)) + pymunk.moment_for_segment(1, *ends, 0)
+    body = pymunk.Body(3, 2.5 * moment)
+    rod, point = pymunk.Segment(body, *ends, 0), pymunk.Segment(body, (0, 0), (0, 0), 0)
+    space.add(body, pymunk.Poly.create_box(body, (20, 20)), rod, point, pymunk.Poly(body, ends, radius=5))
+    (finding,) = sandbox.lint(space)
+    assert finding.bodies[0].detail == f"moment {2.5 * moment:.4g}, 2.5 times too large: its shapes have {moment:.4g}"
+
+
 SHAPES: Sequence[Callable[[pymunk.Body], pymunk.Shape]] = (
     lambda body: pymunk.Circle(body, 10),
     lambda body: pymunk.Segment(body, (-30, 0), (30, 0), 10),
@@ -236,7 +239,7 @@ def test_an_overlap_is_found_whichever_shape_came_first(
 
 
 def test_every_rule_has_a_fault() -> None:
-    of_programs = {"concave", "wrong-point"}
+    of_programs = {"concave", "wrong-point", "elasticity-unused"}
     assert {rule for rule, _ in FAULTS.values()} == {*RULES, *END_RULES} - of_programs
 
 
