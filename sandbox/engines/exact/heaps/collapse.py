@@ -11,11 +11,12 @@ At one time only velocities change, and the normals stay. So a sequence goes on 
 by the law of a single contact. Once the impulses of all contacts fall by one ratio q, they still add up to q / (1 - q)
 of the last ones. That is given at once, until a slip ends or another contact closes: then the sequence goes on.
 
-Where q is 1 the bodies have no room to part: a disc in a slot of its own width, a row that fills a floor. Then one
-solution of all contacts together, with restitution 0, ends the sequence, and at once the next one of these bodies, if
-they are as slow as hops and it follows within a hop time. Where they have room, those that still touch part at the
-speed of rounding. Under gravity they part in hops (see `contact`), by a solution that leaves at least these speeds;
-contacts that cannot all open, because they bear a load against each other between walls, are given none.
+Where q is 1 the bodies have no room to part: a disc in a slot of its own width, a row that fills a floor. Then their
+restitution is 0, and if that has no end either, one solution of all contacts together ends the sequence. Bodies as slow
+as hops are given that solution without a second round, and without a first one if they had no room within the last hop
+time. Where they have room, those that still touch part at the speed of rounding. Under gravity they part in hops (see
+`contact`), by a solution that leaves at least these speeds; contacts that cannot all open, because they bear a load
+against each other between walls, are given none.
 """
 
 from typing import Any, Final, NamedTuple
