@@ -64,6 +64,8 @@ class Diagnosis:
             yield ""
         if self.energy:
             yield from self.energy.text()
+        elif self.seconds > 0:
+            yield "Its energy is not a number."
 
     def as_json(self) -> dict[str, Any]:
         """Return it as a JSON document has it."""

@@ -103,9 +103,6 @@ class Ledger:
         if scale < LEAST_ENERGY:
             yield "Its energy: hardly anything had a velocity."
             return
-        if not np.isfinite(scale):
-            yield "Its energy is not a number."
-            return
         since, until = self.time[[0, -1]].tolist()
         yield f"Its energy from {since:.4g} to {until:.4g} s, in % of the largest kinetic energy, {scale:.3g}:"
         lines = [line for line in self.shares.items() if abs(line[1]) >= SMALLEST_SHOWN]
