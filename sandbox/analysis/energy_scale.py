@@ -37,9 +37,8 @@ class EnergyScale:
         """Enter steps and the contacts in them, by time. before: steps before the first state."""
         self._scene = scene
         if any(scene.gravity):
-            kinetic = float(energy(states, scene.bodies).max())
             at_contacts = _largest_at_contacts(scene, states, contacts, before)
-            self._largest = max(self._largest, kinetic, at_contacts)
+            self._largest = max(self._largest, float(energy(states, scene.bodies).max()), at_contacts)
 
     def give(self, work: float) -> None:
         """Enter what mouse and edits have given so far, kg px²/s²."""
