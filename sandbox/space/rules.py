@@ -75,14 +75,15 @@ def _uniform(shapes: list[pymunk.Shape]) -> tuple[float, float, pymunk.Vec2d]:
     space, body = pymunk.Space(), pymunk.Body()
     space.add(body)
     for shape in shapes:
+        density = 1.0
         if isinstance(shape, pymunk.Circle):
             same: pymunk.Shape = pymunk.Circle(body, shape.radius, shape.offset)
         elif isinstance(shape, pymunk.Segment):
             same = pymunk.Segment(body, shape.a, shape.b, shape.radius or THIN)
+            density = 1.0 if shape.radius else 0.5 / THIN  # a line has the mass of its length
         else:
             same = pymunk.Poly(body, corners_of(shape), radius=shape.radius)
-        is_line = isinstance(shape, pymunk.Segment) and not shape.radius
-        same.density = 0.5 / THIN if is_line else 1  # a line has the mass of its length
+        same.density = density
         if half_length(shape) and math.isfinite(same.center_of_gravity.length):
             space.add(same)
     return body.mass, body.moment, body.center_of_gravity

@@ -140,12 +140,12 @@ class Evidence:
         contacts, step, shapes = self.run.contacts, np.tile(self.run.contact_step, 2), self.recording.shapes
         keys, others = (np.append(contacts[f"shape_{a}"], contacts[f"shape_{b}"]) for a, b in ("ab", "ba"))
         moving = [key for key, shape in shapes.items() if shape.body and is_dynamic(shape.body)]
-        values, is_wall = np.tile(contacts[quantity], 2), ~np.isin(others, np.array(moving, "u8"))
-        kinds = by_key(keys ^ is_wall.astype("u8"), step)  # keys are even: addresses
-        for row in (rows[0] for rows in kinds if not values[rows].any()):
-            shape, partner = shapes[int(keys[row])], shapes[int(others[row])]
-            if shape.space and partner.space and not getattr(partner, quantity):
-                yield shape, partner, self.run.steps[step[row]].end
+        values, is_body = np.tile(contacts[quantity], 2), np.isin(others, np.array(moving, "u8"))
+        for kind in (np.flatnonzero(~is_body), np.flatnonzero(is_body)):
+            for rows in map(kind.__getitem__, by_key(keys[kind], step[kind])):
+                shape, partner = (shapes[int(each[rows[0]])] for each in (keys, others))
+                if shape.space and partner.space and not values[rows].any():
+                    yield shape, partner, self.run.steps[step[rows[0]]].end
 
     def lasts(self, steps: Numbers) -> bool:
         """Return whether some steps, by their numbers, follow so closely that they are more than an impact."""

@@ -195,14 +195,14 @@ def resolve(world: World, seed: int, since: float, now: float, *, collects: bool
     since: s, start of the step; collects: whether contacts are recorded. Returns the discs whose events must be
     predicted anew, the contacts to report, and whether a disc is jammed.
     """
-    world.body[seed].streak += 1  # so that the contact is resolved by itself if it is part of no group
+    body = world.body[seed]
+    body.streak += 1  # so that the contact is resolved by itself if it is part of no group
     group = _group_of(world, seed, 0.0, now)
     is_slow = world.has_gravity and np.abs(group.normal @ group.v).max(initial=0.0) < SLOW_HOPS * world.hop_speed
     if is_slow:  # it is resolved across gaps too short for contacts of their own
         group = _group_of(world, seed, CONTACT_TIME * world.hop_speed, now)
     nothing = np.zeros(len(group.slip))
     law = Law(products(world, group.touching, "elasticity"), products(world, group.touching, "friction"), nothing)
-    body = world.body[seed]
     had_no_room = is_slow and body.residual == np.inf and now - body.settled < world.hop_time
     has_room, law = not had_no_room and group.go_on(law), law._replace(elasticity=nothing)
     if has_room:
