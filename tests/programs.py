@@ -78,84 +78,46 @@ def program(
 # Scenes. Contacts come one at a time, unless the mistake needs several; three balls have seven with each other.
 
 EQUAL: Final = """seconds = 4
-[arena]
-size = [400, 300]
-[[balls]]
-radius = 20
-position = [310, 140]
-velocity = [-70, 110]
-[[balls]]
-radius = 20
-position = [210, 90]
-velocity = [130, 160]
-[[balls]]
-radius = 20
-position = [160, 50]
-velocity = [-10, 20]
+arena = { size = [400, 300] }
+balls = [
+    { radius = 20, position = [310, 140], velocity = [-70, 110] },
+    { radius = 20, position = [210, 90], velocity = [130, 160] },
+    { radius = 20, position = [160, 50], velocity = [-10, 20] },
+]
 """
 UNEQUAL: Final = """seconds = 4
-[arena]
-size = [400, 300]
-[[balls]]
-radius = 20
-mass = 1
-position = [350, 240]
-velocity = [-210, 50]
-[[balls]]
-radius = 15
-mass = 4
-position = [170, 220]
-velocity = [-40, -220]
-[[balls]]
-radius = 25
-mass = 2
-position = [270, 250]
-velocity = [100, -40]
+arena = { size = [400, 300] }
+balls = [
+    { radius = 20, mass = 1, position = [350, 240], velocity = [-210, 50] },
+    { radius = 15, mass = 4, position = [170, 220], velocity = [-40, -220] },
+    { radius = 25, mass = 2, position = [270, 250], velocity = [100, -40] },
+]
 """
 LARGE_AND_SMALL: Final = UNEQUAL.replace("radius = 25", "radius = 15")
-INELASTIC: Final = EQUAL.replace("radius = 20\n", "radius = 20\nelasticity = 0.6\n")
-DIFFERENT: Final = UNEQUAL.replace("mass = 1\n", "elasticity = 0.9\n").replace("mass = 2\n", "elasticity = 0.6\n")
+INELASTIC: Final = EQUAL.replace("radius = 20", "radius = 20, elasticity = 0.6")
+DIFFERENT: Final = UNEQUAL.replace("mass = 1", "elasticity = 0.9").replace("mass = 2", "elasticity = 0.6")
 BOX: Final = """seconds = 4
-[arena]
-size = [400, 300]
-[[balls]]
-radius = 20
-position = [110, 120]
-velocity = [230, 170]
+arena = { size = [400, 300] }
+balls = [{ radius = 20, position = [110, 120], velocity = [230, 170] }]
 """
 TWO_IN_A_BOX: Final = """seconds = 4
-[arena]
-size = [600, 400]
-elasticity = 0.8
-[[balls]]
-radius = 20
-position = [110, 70]
-velocity = [230, 40]
-[[balls]]
-radius = 20
-position = [410, 300]
-velocity = [-210, -40]
+arena = { size = [600, 400], elasticity = 0.8 }
+balls = [
+    { radius = 20, position = [110, 70], velocity = [230, 40] },
+    { radius = 20, position = [410, 300], velocity = [-210, -40] },
+]
 """
 CORNER: Final = """seconds = 2
-[arena]
-size = [400, 300]
-[[balls]]
-radius = 20
-position = [331, 231]
-velocity = [180, 182]
+arena = { size = [400, 300] }
+balls = [{ radius = 20, position = [331, 231], velocity = [180, 182] }]
 """
 FALL: Final = """seconds = 3
 gravity = [0, 900]
-[arena]
-size = [400, 300]
-[[balls]]
-radius = 20
-position = [330, 50]
-velocity = [70, 70]
-[[balls]]
-radius = 20
-position = [320, 170]
-velocity = [20, 150]
+arena = { size = [400, 300] }
+balls = [
+    { radius = 20, position = [330, 50], velocity = [70, 70] },
+    { radius = 20, position = [320, 170], velocity = [20, 150] },
+]
 """
 
 FALLING: Final = "gravity = np.array(scene.gravity)\n"
@@ -338,7 +300,8 @@ PROGRAMS: Final = {
     ),
     "walls_that_mirror_places": program(
         "A ball found in a wall is mirrored at it, though it leaves more slowly than it came.",
-        BOX + "elasticity = 0.8", "pushed", source=MIRRORED.replace("*= -1", "*= -scene.bodies.elasticity[i]"),
+        BOX.replace("radius = 20", "radius = 20, elasticity = 0.8"), "pushed",
+        source=MIRRORED.replace("*= -1", "*= -scene.bodies.elasticity[i]"),
     ),
     "walls_that_put_too_far": program(
         "A ball found in a wall is mirrored at it, and put 0.3 px further away.", "bouncing", "", "placed pushed",
