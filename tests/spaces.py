@@ -21,15 +21,25 @@ def record(
     return recording
 
 
+def at(step: int, act: Callable[[], object]) -> Callable[[int], None]:
+    """Return a function to call before each step, which acts before one of them."""
+
+    def act_then(number: int) -> None:
+        if number == step:
+            act()
+
+    return act_then
+
+
 def world(iterations: int = 10, gravity: float = 900) -> pymunk.Space:
     space = pymunk.Space()
     space.gravity, space.iterations = (0, gravity), iterations
     return space
 
 
-def ground(iterations: int = 10, **values: Any) -> pymunk.Space:
+def ground(iterations: int = 10, gravity: float = 900, **values: Any) -> pymunk.Space:
     """A Space with a floor, whose top is at y = 195."""
-    space = world(iterations)
+    space = world(iterations, gravity)
     wall(space, (-500, 200), (500, 200), **values)
     return space
 

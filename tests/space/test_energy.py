@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pymunk
 import pytest
-from spaces import DT, add, ball, boxed, record, wall, world
+from spaces import DT, add, at, ball, boxed, record, wall, world
 
 from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.energy import Cause, Ledger, ledger_of
@@ -389,12 +389,7 @@ def test_a_heap_that_falls_asleep_and_is_woken_adds_up() -> None:
     ball = pymunk.Body()
     circle = pymunk.Circle(ball, 8)
     circle.density, ball.position, ball.velocity = 0.02, (40, 40), (200, 200)
-
-    def throw(number: int) -> None:
-        if number == 150:
-            space.add(ball, circle)
-
-    recording = record(space, 300, before=throw)
+    recording = record(space, 300, before=at(150, lambda: space.add(ball, circle)))
     asleep = [int((step.new["asleep"] != 0).sum()) for step in recording.steps]
     assert max(asleep[:150]) == 4
     assert min(asleep[150:]) == 0

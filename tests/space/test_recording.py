@@ -5,10 +5,9 @@ import math
 import numpy as np
 import pymunk
 import pytest
+from spaces import DT, record
 
 from sandbox.space.recording import Recording
-
-DT = 1 / 64
 
 
 def falling_box() -> tuple[pymunk.Space, pymunk.Body]:
@@ -23,19 +22,12 @@ def falling_box() -> tuple[pymunk.Space, pymunk.Body]:
     return space, body
 
 
-def recorded(space: pymunk.Space, steps: int) -> Recording:
-    recording = Recording(space)
-    for _ in range(steps):
-        recording.record(space.step, DT)
-    return recording
-
-
 def test_a_snapshot_has_the_state_that_pymunk_returns() -> None:
     """The position is that of the centre of gravity."""
     space, body = falling_box()
     body.angle, body.angular_velocity, body.force, body.torque = math.pi / 2, -1.5, (2, 3), 4
     body.center_of_gravity = 3, 0
-    before = recorded(space, 1).steps[0]
+    before = record(space, 1).steps[0]
     row = next(row for row in before.old if row["id"] == body.id)
     assert (row["mass"], row["moment"], row["angle"], row["spin"], row["torque"]) == (2, 120, math.pi / 2, -1.5, 4)
     assert row["position"] == pytest.approx((0, 10.8 + 3))
@@ -47,7 +39,7 @@ def test_the_impulses_of_both_points_sum_to_the_arbiter_s_total() -> None:
     space, _ = falling_box()
     totals: list[pymunk.Vec2d] = []
     space.on_collision(0, 0, post_solve=lambda arbiter, *_: totals.append(arbiter.total_impulse))
-    solved = [step.contacts for step in recorded(space, 10).steps]
+    solved = [step.contacts for step in record(space, 10).steps]
     assert [len(contacts) for contacts in solved] == [2] * 10  # the program's own handler was called
     for total, contacts in zip(totals, solved, strict=True):
         tangent = np.stack([-contacts["normal"][:, 1], contacts["normal"][:, 0]], axis=1)
@@ -63,14 +55,14 @@ def test_contacts_come_in_the_order_in_which_shapes_were_added() -> None:
     for place, ball in zip((7, 2, 9, 4, 1, 8, 3, 6, 0, 5), balls, strict=True):
         ball.position = (100 * place, 9)
         space.add(ball, pymunk.Circle(ball, 10))
-    contacts = recorded(space, 1).steps[0].contacts
+    contacts = record(space, 1).steps[0].contacts
     pairs = [{row["body_a"], row["body_b"]} - {space.static_body.id} for row in contacts]
     assert pairs == [{ball.id} for ball in balls]
 
 
 def test_bodies_that_come_and_go_are_in_the_steps_in_which_they_were_there() -> None:
     space, body = falling_box()
-    recording = recorded(space, 1)
+    recording = record(space, 1)
     ball = pymunk.Body(1, 10)
     space.add(ball, pymunk.Circle(ball, 5))
     recording.record(space.step, DT)
@@ -84,7 +76,7 @@ def test_bodies_that_come_and_go_are_in_the_steps_in_which_they_were_there() -> 
 def test_sleeping_bodies_are_recorded_as_asleep() -> None:
     space, body = falling_box()
     space.sleep_time_threshold = 0.25
-    recording = recorded(space, 200)
+    recording = record(space, 200)
     assert body.is_sleeping
     last = recording.steps[-1].new
     assert last["asleep"][last["id"] == body.id]
@@ -106,7 +98,7 @@ def test_each_joint_s_error_is_that_of_its_law() -> None:
         joint.error_bias = 1  # that all of an error is left after a second
     space.add(a, b, *joints)
     b.position = (14, 3)
-    rows = recorded(space, 1).steps[0].joints
+    rows = record(space, 1).steps[0].joints
     length = math.hypot(14, 3)
     assert rows["error"] == pytest.approx([length - 10, length - 11, 5, 0])
     assert rows["key"].tolist() == [id(joint) for joint in joints]
@@ -116,20 +108,20 @@ def test_each_joint_s_error_is_that_of_its_law() -> None:
 def test_a_long_recording_forgets_its_first_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each step counts as 106 rows: 100, two bodies before and after, and two contacts."""
     monkeypatch.setattr("sandbox.space.recording.MAX_ROWS", 1_060)
-    steps = recorded(falling_box()[0], 100).steps
+    steps = record(falling_box()[0], 100).steps
     assert len(steps) == 10
     assert [round(step.time / DT) for step in steps] == [*range(90, 100)]
 
 
 def test_recording_leaves_the_run_as_it_is() -> None:
     (plain, body), (space, other) = falling_box(), falling_box()
-    recorded(space, 60)
+    record(space, 60)
     for _ in range(60):
         plain.step(DT)
     assert (body.position, body.angle, body.velocity) == (other.position, other.angle, other.velocity)
 
 
-def test_a_step_of_no_time_is_not_recorded() -> None:
+def test_a_step_of_no_time_is_not_record() -> None:
     space, _ = falling_box()
     recording = Recording(space)
     recording.record(space.step, 0)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pymunk
 import pytest
-from spaces import DT, add, ball, body, box, boxed, ground, wall, world
+from spaces import DT, add, at, ball, body, box, boxed, ground, wall, world
 
 from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.energy import Ledger
@@ -13,8 +13,6 @@ from sandbox.space.findings import Finding
 from sandbox.space.rules import END_RULES
 from sandbox.space.steps import STEP_RULES
 from sandbox.space.watch import watch
-
-FLOOR = (-500, 200), (500, 200)
 
 
 def watched(
@@ -61,8 +59,7 @@ def pendulum() -> Diagnosis:
 
 def tower(iterations: int) -> Diagnosis:
     """A heavy box on ten light ones."""
-    space = world(iterations)
-    wall(space, *FLOOR)
+    space = ground(iterations)
     for k in range(10):
         box(space, 0, 185 - 20 * k)
     box(space, 0, -15, mass=300)
@@ -71,16 +68,14 @@ def tower(iterations: int) -> Diagnosis:
 
 def shot(speed: float = 840) -> Diagnosis:
     """A ball that comes in its third step, of 14 px or of 25, to y = 193, where it is 8 px deep in the floor."""
-    space = world(gravity=0)
-    wall(space, *FLOOR)
+    space = ground(gravity=0)
     ball(space, 0, 193 - speed / 20, velocity=(0, speed), elasticity=0.5)
     return watched(space, 5)
 
 
 def lands_flat() -> Diagnosis:
     """A plank of 10 px that is found 4.8 px deep in the floor, from where Pymunk takes it out in 0.2 s and more."""
-    space = world(gravity=0)
-    wall(space, *FLOOR)
+    space = ground(gravity=0)
     plank = box(space, 0, 194.8 - 3 * 4.9, (60, 10))
     plank.velocity = 0, 4.9 / DT
     return watched(space, 60)
@@ -99,11 +94,7 @@ def rammed() -> Diagnosis:
     space, ram = world(gravity=0), body(0, 0, (200, 0), kind=pymunk.Body.KINEMATIC)
     add(space, pymunk.Poly.create_box(ram, (60, 40)), elasticity=0)
     box(space, 60, 0, elasticity=0)
-
-    def stop(number: int) -> None:
-        ram.velocity = (200 * (number < 12), 0)
-
-    return watched(space, 240, stop)
+    return watched(space, 240, lambda number: setattr(ram, "velocity", (200 * (number < 12), 0)))
 
 
 def overlapping() -> Diagnosis:
@@ -115,8 +106,7 @@ def overlapping() -> Diagnosis:
 
 
 def handled(change: Callable[[pymunk.Arbiter], None], event: str) -> Diagnosis:
-    space = world(gravity=0)
-    wall(space, *FLOOR)
+    space = ground(gravity=0)
     ball(space, 0, 150, velocity=(0, 300), elasticity=0.8)
 
     def handle(arbiter: pymunk.Arbiter, _: pymunk.Space, __: object) -> None:
@@ -129,24 +119,15 @@ def handled(change: Callable[[pymunk.Arbiter], None], event: str) -> Diagnosis:
 def teleported() -> Diagnosis:
     space = world(gravity=0)
     body = box(space, 0, 0)
-
-    def move(number: int) -> None:
-        body.position = 2.0 * number, 0
-
-    return watched(space, 40, move)
+    return watched(space, 40, lambda number: setattr(body, "position", (2.0 * number, 0)))
 
 
 def pushed() -> Diagnosis:
     """The program walks a box into a wall, and out on the other side."""
-    space = world()
-    wall(space, *FLOOR)
+    space = ground()
     wall(space, (60, 0), (60, 200))
     hero = box(space, 0, 184)
-
-    def walk(_: int) -> None:
-        hero.velocity = 400, hero.velocity.y
-
-    return watched(space, 40, walk)
+    return watched(space, 40, lambda _: setattr(hero, "velocity", (400, hero.velocity.y)))
 
 
 def pushed_out_behind() -> Diagnosis:
@@ -166,15 +147,11 @@ def slow_steps() -> Diagnosis:
 
 def dropped(*, meet: bool = False, meant: bool = False) -> Diagnosis:
     """Two bouncy balls fall, or meet before, on a floor that is dead, by default or as the program sets it."""
-    space = world()
-    floor = wall(space, *FLOOR, elasticity=0)
+    space = ground(elasticity=0)
+    [floor] = space.shapes
     for x in (-60, 60):
         ball(space, x, 100, velocity=(-3 * x if meet else 0, 0), elasticity=0.9)
-
-    def set_floor(_: int) -> None:
-        floor.elasticity = 0
-
-    return watched(space, 60, set_floor if meant else lambda _: None)
+    return watched(space, 60, lambda _: setattr(floor, "elasticity", 0) if meant else None)
 
 
 def crate_on_a_shelf() -> Diagnosis:
@@ -234,8 +211,7 @@ def mouse() -> Diagnosis:
 
 def shot_into_each_other() -> Diagnosis:
     """By 50 px in a step, from which they are 10 px deep in each other. Only one bounces, as would a third."""
-    space = world(gravity=0)
-    wall(space, *FLOOR, elasticity=0)
+    space = ground(gravity=0, elasticity=0)
     ball(space, 0, 100, elasticity=0.9)
     ball(space, 0, 0, velocity=(1500, 0), elasticity=0.9)
     ball(space, 110, 0, velocity=(-1500, 0), elasticity=0)
@@ -254,12 +230,7 @@ def put_back() -> Diagnosis:
     """A game that puts a ball back once."""
     space = world()
     body = ball(space, 0, 0)
-
-    def move(number: int) -> None:
-        if number == 20:
-            body.position = 0, 0
-
-    return watched(space, 40, move)
+    return watched(space, 40, at(20, lambda: setattr(body, "position", (0, 0))))
 
 
 def ragdoll_in_itself() -> Diagnosis:
@@ -364,12 +335,7 @@ def one_way_platform() -> Diagnosis:
         arbiter.process_collision = player.velocity.y > 0
 
     space.on_collision(1, 2, begin=is_falling)
-
-    def jump(number: int) -> None:
-        if number == 5:
-            player.velocity = 0, -500
-
-    return watched(space, 60, jump)
+    return watched(space, 60, at(5, lambda: setattr(player, "velocity", (0, -500))))
 
 
 def car() -> Diagnosis:
@@ -579,11 +545,7 @@ def test_a_fast_ball_is_not_said_to_be_pushed_by_a_bat_that_is_moved() -> None:
     bat = body(0, 100, kind=pymunk.Body.KINEMATIC)
     add(space, pymunk.Segment(bat, (-20, 0), (20, 0), 5), elasticity=1)
     made = ball(space, 0, 60, 5, velocity=(90, 500), elasticity=1, friction=0)
-
-    def follow(_: int) -> None:
-        bat.position = made.position.x, 100
-
-    found = findings_of(watched(space, 300, follow))
+    found = findings_of(watched(space, 300, lambda _: setattr(bat, "position", (made.position.x, 100))))
     assert "deep-at-once" in found
     assert "sinks-in" not in found
 
@@ -593,12 +555,8 @@ def test_what_the_program_puts_into_another_is_not_said_to_be_found_late() -> No
     space = ground()
     made = ball(space, 0, 190)
     ball(space, 100, 190)
-
-    def put(number: int) -> None:
-        if number == 20:
-            made.position = 92, 190
-
-    assert "deep-at-once" not in findings_of(watched(space, 60, put))
+    found = findings_of(watched(space, 60, at(20, lambda: setattr(made, "position", (92, 190)))))
+    assert "deep-at-once" not in found
 
 
 def test_an_arm_that_the_program_turns_is_named_by_what_it_touches_and_by_its_joint() -> None:
@@ -622,12 +580,8 @@ def test_a_wrong_moment_comes_before_what_it_does() -> None:
 def test_a_body_that_is_gone_is_named_by_its_shape() -> None:
     space = ground()
     made = ball(space, 0, 150, velocity=(0, 800))
-
-    def remove(number: int) -> None:
-        if number == 20:
-            space.remove(made, *made.shapes)
-
-    assert findings_of(watched(space, 30, remove))["deep-at-once"].bodies[0].kind == "a dynamic circle of radius 10"
+    found = findings_of(watched(space, 30, at(20, lambda: space.remove(made, *made.shapes))))
+    assert found["deep-at-once"].bodies[0].kind == "a dynamic circle of radius 10"
 
 
 @pytest.mark.parametrize("kind", [None, pymunk.Body.STATIC, pymunk.Body.KINEMATIC])
