@@ -2,7 +2,7 @@
 
 `EventDriven` flies on exact parabolas and resolves contacts at their exact times, few discs by brute force. `Stepped`
 finds contacts at the end of a step and puts the balls where a contact in time would have led them; what it differs in
-by itself is `late`. Faults override one method.
+by itself is `late`. Faults override one method or factor.
 
 Points and vectors are complex numbers, x + iy, in px, px/s and px/s².
 """
@@ -75,8 +75,12 @@ def to_circle_falling(away: complex, velocity: complex, gravity: complex, reach:
 class Discs:
     """The balls of a scene, the contacts found, and what an engine shows of them."""
 
+    impulse_factor: ClassVar = 1.0
+    clock_factor: ClassVar = 1.0
+    gravity_factor: ClassVar[complex] = 1.0
+
     def __init__(self, scene: Scene, initial: State) -> None:
-        self.scene, self.dt, self.steps = scene, 1 / scene.rate, 0
+        self.scene, self.dt, self.steps = scene, self.clock_factor * (1 / scene.rate), 0
         self.x = [complex(*point) for point in initial.position.tolist()]
         self.v = [complex(*vector) for vector in initial.velocity.tolist()]
         bodies = scene.bodies
@@ -86,7 +90,7 @@ class Discs:
         self.balls = range(len(self.x))
         self.f: list[float] = bodies.friction.tolist()
         self.w: list[float] = initial.spin.tolist()
-        self.g = complex(*scene.gravity)
+        self.g = complex(*scene.gravity) * self.gravity_factor
         self.wall_f = [scene.arena.friction] * 4 + [wall.friction for wall in scene.walls]
         self.wall_e = [scene.arena.elasticity] * 4 + [wall.elasticity for wall in scene.walls]
         self.found: list[tuple[Any, ...]] = []
@@ -119,9 +123,6 @@ class Discs:
 
     def restitution(self, i: int, other: int) -> float:
         return self.e[i] * (self.e[other] if other >= 0 else self.wall_e[~other])
-
-    def impulse(self, i: int, other: int, right: float) -> float:
-        return right
 
     def friction(self, i: int, other: int) -> float:
         return self.f[i] * (self.f[other] if other >= 0 else self.wall_f[~other])
@@ -168,7 +169,7 @@ class Discs:
         return (1 + self.restitution(i, other)) * self.approach(i, other, n) / masses
 
     def resolve(self, time: float, i: int, other: int, n: complex, depth: float) -> None:
-        impulse = self.impulse(i, other, self.right_impulse(i, other, n))
+        impulse = self.impulse_factor * self.right_impulse(i, other, n)
         slipping = self.apply_friction(i, other, n, impulse)
         self.push(i, other, impulse * n)
         self.report(time, i, other, n, impulse, depth, *slipping)

@@ -78,16 +78,14 @@ def fault(*true: Cause, fits: Callable[[Scene], bool] = _anywhere) -> Callable[[
 class ImpulseTooLarge(EventDriven):
     """Each impulse is 2 % larger than (1 + e) v_n over the inverse masses, and reported as it is."""
 
-    def impulse(self, i: int, other: int, right: float) -> float:
-        return 1.02 * right
+    impulse_factor = 1.02
 
 
 @fault(Cause.SMALL)
 class ImpulseTooSmall(EventDriven):
     """Each impulse is 2 % smaller."""
 
-    def impulse(self, i: int, other: int, right: float) -> float:
-        return 0.98 * right
+    impulse_factor = 0.98
 
 
 @fault(Cause.SMALL)
@@ -413,9 +411,7 @@ class Drifts(EventDriven):
 class FastClock(EventDriven):
     """Each step flies for 1 % longer than it lasts: balls are ahead of their flight; gravity adds 1 % more."""
 
-    def __init__(self, scene: Scene, initial: State) -> None:
-        super().__init__(scene, initial)
-        self.dt *= 1.01
+    clock_factor = 1.01
 
 
 @fault(Cause.TELEPORTED)
@@ -478,27 +474,21 @@ class Sticks(EventDriven):
 class GravityTooStrong(EventDriven):
     """Gravity is 1 % too strong: the flight is another parabola."""
 
-    def __init__(self, scene: Scene, initial: State) -> None:
-        super().__init__(scene, initial)
-        self.g *= 1.01
+    gravity_factor = 1.01
 
 
 @fault(Cause.GRAVITY, fits=with_gravity)
 class GravityTurned(EventDriven):
     """Gravity points 1° aside: the flight is another parabola."""
 
-    def __init__(self, scene: Scene, initial: State) -> None:
-        super().__init__(scene, initial)
-        self.g *= turned(1)
+    gravity_factor = turned(1)
 
 
 @fault(Cause.GRAVITY, fits=with_gravity)
 class NoGravity(EventDriven):
     """Gravity is left out: the flight is straight."""
 
-    def __init__(self, scene: Scene, initial: State) -> None:
-        super().__init__(scene, initial)
-        self.g *= 0
+    gravity_factor = 0
 
 
 @fault(Cause.GRAVITY, Cause.LATE, fits=lambda scene: with_gravity(scene) and not scene.walls)
@@ -555,8 +545,7 @@ class SteppedRight(Stepped):
 class SteppedImpulseTooLarge(Stepped):
     """Besides being late, each impulse is 2 % too large."""
 
-    def impulse(self, i: int, other: int, right: float) -> float:
-        return 1.02 * right
+    impulse_factor = 1.02
 
 
 @fault(*LATE_BY_ITSELF, Cause.SMALL, fits=lambda scene: without_inner_walls(scene) and with_gravity(scene))

@@ -15,8 +15,7 @@ from sandbox.scene.model import Scene
 
 
 class TooMuch(Stepped):
-    def impulse(self, i: int, other: int, right: float) -> float:
-        return 1.02 * right
+    impulse_factor = 1.02
 
 
 # Balls 0 and 1 meet head-on, and then 2 is hit by 1. At 60 steps a second they touch on a step, but for rounding.
