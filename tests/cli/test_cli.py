@@ -88,40 +88,6 @@ def test_scenes_are_listed_with_what_to_watch_for(command: Command, monkeypatch:
         assert load(name).about in listed
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("compare", "article", "--engines", "pymunk,foo"), "no engine 'foo'; known are article, "),
-        (("compare", "article", "--seconds", "0.001"), "seconds must be at least one step, 0.0166667 s, got 0.001"),
-        (("compare", "bouncing", "--engines", "article"), "article: gravity and elasticity below 1 are not part of"),
-        (("trace", "article", "--engine", "article", "--out", "t.txt"), "t.txt: a trace must end in one of .npz, .csv"),
-        (
-            ("trace", "gas-1000", "--engine", "article", "--steps", "9999999"),
-            "a trace of 9,999,999 steps needs 640 GB of memory",
-        ),
-        (
-            ("trace", "article", "--engine", "article", "--steps", "2", "--seconds", "1"),
-            "--steps and --seconds exclude",
-        ),
-        (("article",), "article: is a scene; sandbox run article opens it, sandbox compare article compares engines"),
-        (("my.toml",), "my.toml: is a scene; sandbox run my.toml opens it"),
-        (("game.py",), "game.py: is a Python program; sandbox watch game.py runs it, if it uses Pymunk"),
-        (
-            ("compare", "game.py"),
-            "game.py: is a Python program, not a scene; sandbox watch game.py runs a Pymunk program, and --engines",
-        ),
-        (("verify", "article"), "nothing to score: no [[expect]] in article"),
-        (("run", "article", "--inputs", "none.jsonl"), "none.jsonl: cannot be read: No such file or directory"),
-    ],
-    ids=lambda value: "-".join(value[:1] + value[2:]) if isinstance(value, tuple) else "",
-)
-def test_an_error_is_one_message_and_exit_code_2(command: Command, arguments: tuple[str, ...], message: str) -> None:
-    code, out, err = command(*arguments)
-    assert (code, out) == (2, "")
-    assert err.startswith(message)
-    assert err.count("\n") == 1
-
-
 def test_a_rate_that_the_scene_does_not_allow_is_an_error_in_the_inputs(command: Command) -> None:
     write_inputs([Start(scene="article", seed=0, rate=1_000_000)], Path("inputs.jsonl"))
     code, _, err = command("trace", "article", "--engine", "exact", "--inputs", "inputs.jsonl")

@@ -21,36 +21,6 @@ def test_options_are_parsed() -> None:
         settings_by_key([parse_setting("substeps=1"), parse_setting("substeps=2")])
 
 
-NAMES = "must be different names separated by commas, as in pymunk,exact"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("compare", "article", "--engines", "a,,\x1b"), f"Invalid value for '--engines': 'a,,\\x1b' {NAMES}"),
-        (("trace", "article", "--engine", ""), 'an engine must have a printable name, got ""'),
-        (("sweep", "article", "--rates", "0"), "Invalid value for '--rates': '0' must be whole numbers from 1 on"),
-        (
-            ("sweep", "article", "--set", "substeps"),
-            "Invalid value for '--set': 'substeps' must be a setting of Pymunk",
-        ),
-        (("sweep", "article", "--seeds", "9:5"), "Invalid value for '--seeds': '9:5' must be two numbers A:B"),
-        (("compare", "article", "--seconds", "abc"), "Invalid value for '--seconds': Input should be a valid number"),
-        (("run", "article", "--seconds", "3"), "No such option: --seconds (see sandbox run --help)"),
-        (("compare", "article", "--json"), "Option '--json' requires an argument (see sandbox compare --help)"),
-        (("compare",), "Missing argument 'SCENE' (see sandbox compare --help)"),
-        (("--seed", "3"), "No such option: --seed (see sandbox --help)"),
-        (("no-command",), "No such command 'no-command' (see sandbox --help)"),
-    ],
-    ids=lambda value: "-".join(value[-2:]) if isinstance(value, tuple) else "",
-)
-def test_a_wrong_option_is_one_line_and_exit_code_2(command: Command, arguments: tuple[str, ...], message: str) -> None:
-    code, out, err = command(*arguments)
-    assert (code, out) == (2, "")
-    assert err.startswith(message)
-    assert err.count("\n") == 1
-
-
 def test_defaults_are_shown_as_they_are_written(command: Command) -> None:
     _, out, _ = command("record", "--help")
     assert re.search(r"--size .*\[default: 1280x720\]", out)

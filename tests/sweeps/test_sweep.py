@@ -210,26 +210,6 @@ def test_a_cluster_makes_the_table_even_if_a_worker_is_killed_and_says_when_it_i
         list(longer)
 
 
-@pytest.mark.parametrize(
-    ("address", "why"),
-    [
-        ("", "must have a host and a port up to 65535, as in tcp://host:8786"),
-        ("foo:bar", "must have a host and a port up to 65535, as in tcp://host:8786"),
-        ("tcp://[::1", "must have a host and a port up to 65535, as in tcp://host:8786"),
-        ("tcp://no-such-host.invalid:8786", "no scheduler answers: "),
-        ("tcp://127.0.0.1:1", "no scheduler answers: Connection refused"),
-    ],
-)
-def test_an_address_without_a_scheduler_is_one_message_and_leaves_no_file(
-    command: Command, address: str, why: str
-) -> None:
-    code, out, err = command("sweep", "article", "--out", "f.csv", "--scheduler", address)
-    assert (code, out) == (2, "")
-    assert err.startswith(f"--scheduler '{address}': {why}")
-    assert err.count("\n") == 1
-    assert list(Path().iterdir()) == []
-
-
 # What goes wrong
 
 
@@ -271,40 +251,3 @@ def test_a_job_that_fails_or_kills_its_worker_costs_only_its_row(fragile: str) -
     assert rows == [
         (str(seed), name) for seed in range(5) for name in ("fragile", "impulse") if name == "impulse" or seed in (0, 4)
     ]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (
-            ("article", "--seeds", "0:1000000", "--engines", "pymunk,article"),
-            "a sweep of 2,000,000 rows is larger",
-        ),
-        (
-            ("article", "--set", "subteps=1"),
-            "--set subteps: is neither a setting of pymunk nor of every contact; did",
-        ),
-        (("article", "--set", "elasticity=2"), "elasticity must be a number from 0 to 1, got 2"),
-        (("article", "--set", "rate=120"), "--set rate: --rates runs several of them"),
-        (
-            ("article", "--engines", "pymunk(substeps=2)", "--set", "substeps=1"),
-            "--set substeps: pymunk(substeps=2) has a value of its own; name it without",
-        ),
-        (
-            ("article", "--engines", "article", "--set", "substeps=1"),
-            "--set substeps changes a setting of pymunk, which is not among",
-        ),
-        (
-            ("article", "--workers", "2", "--scheduler", "tcp://127.0.0.1:1"),
-            "--workers and --scheduler exclude",
-        ),
-    ],
-    ids=lambda value: "-".join(value) if isinstance(value, tuple) else "",
-)
-def test_an_error_is_one_message_before_anything_runs(
-    command: Command, arguments: tuple[str, ...], message: str
-) -> None:
-    code, out, error = command("sweep", *arguments)
-    assert (code, out) == (2, "")
-    assert error.startswith(message)
-    assert error.count("\n") == 1
