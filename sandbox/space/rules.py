@@ -31,7 +31,6 @@ OVERLAP: Final = 0.01  # of the smaller half width, beyond collision_slop
 FAR: Final = 3.0  # half lengths of a body, for an anchor
 MAX_LEVER: Final = 4.0  # of the reach of a body's shapes, for a point at which it is pushed
 NEAR: Final = 0.1  # of the size of a shape
-THIN: Final = 1e-3  # px, the radius of a segment without thickness
 ANCHORED: Final = (pymunk.PinJoint, pymunk.SlideJoint, pymunk.DampedSpring)  # by two anchors, one on each body
 MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
 ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "sensor", "surface_velocity")
@@ -42,69 +41,63 @@ IGNORED: Final = {
 }
 
 
+def _given(contents: Contents) -> Iterator[tuple[pymunk.Body, float, pymunk.Vec2d, bool]]:
+    """Yield the bodies whose mass the program gave; otherwise Pymunk computed moment and centre of gravity.
+
+    With each, by its shapes with one density: the moment about their middle for a mass of 1, px²; the middle, px; and
+    whether the centre of gravity should be there, but is not.
+    """
+    for body, shapes in contents.new_bodies:
+        mass, moment, middle = _uniform(shapes)
+        if mass and not any(shape.mass for shape in shapes):
+            # A joint may hold it to what does not move by forces: then its place may be meant to turn about
+            is_hung = any(not is_dynamic(joint.a) or not is_dynamic(joint.b) for joint in body.constraints)
+            is_off = (middle - body.center_of_gravity).length > MAX_OFF_CENTRE * math.sqrt(mass)
+            yield body, moment / mass, middle, is_off and math.isfinite(body.moment) and not is_hung
+
+
+def _uniform(shapes: list[pymunk.Shape]) -> tuple[float, float, pymunk.Vec2d]:
+    """Return mass, moment and centre of gravity of shapes of density 1. A line has the mass of its length."""
+    shapes = [shape for shape in shapes if math.isfinite(shape.center_of_gravity.length)]
+    masses = [shape.area or 2 * half_length(shape) for shape in shapes]
+    weighted = (mass * shape.center_of_gravity for mass, shape in zip(masses, shapes, strict=True))
+    middle, moment = sum(weighted, pymunk.Vec2d.zero()) / (sum(masses) or 1), 0.0
+    for mass, shape in zip(masses, shapes, strict=True):
+        corners = [corner - middle for corner in corners_of(shape)]
+        if isinstance(shape, pymunk.Circle):
+            moment += pymunk.moment_for_circle(mass, 0, shape.radius, corners[0])
+        elif isinstance(shape, pymunk.Segment):
+            moment += pymunk.moment_for_segment(mass, corners[0], corners[1], shape.radius)
+        else:
+            moment += pymunk.moment_for_poly(mass, corners, radius=shape.radius)
+    return sum(masses), moment, middle
+
+
 def _moment(contents: Contents) -> Iterator[Fault]:
     """Moments that the program gave, of bodies that something can turn, which do not fit.
 
     If the centre of gravity is off the shapes, a moment about their middle fits too: it is the centre that is wrong.
     """
-    for body, shapes in contents.new_bodies:
-        if not 0 < body.mass < math.inf or not 0 < body.moment < math.inf or not _can_turn(body, shapes):
-            continue
-        area, moment, middle = _uniform(shapes)
-        centres = body.center_of_gravity, _missed_middle(shapes, body) or body.center_of_gravity
-        of_shapes = [body.mass * (moment / area + (centre - middle).length ** 2) for centre in centres if area]
-        ratios = [body.moment / moment for moment in of_shapes if moment]
-        if len(ratios) == 2 and not any(MIN_MOMENT_RATIO <= ratio <= MAX_MOMENT_RATIO for ratio in ratios):
-            size, how = max(ratios[1], 1 / ratios[1]), "large" if ratios[1] > 1 else "small"
-            what = f"moment {body.moment:.4g}, {size:.3g} times too {how}: its shapes have {of_shapes[1]:.4g}"
+    for body, moment, middle, is_off in _given(contents):
+        about_middle, centre = body.mass * moment, body.center_of_gravity
+        about_centre = about_middle + body.mass * (centre - middle).length ** 2
+        right = about_middle if is_off else about_centre
+        fits = any(MIN_MOMENT_RATIO <= body.moment / each <= MAX_MOMENT_RATIO for each in (right, about_centre) if each)
+        # Contacts cannot turn frictionless circles round the centre of gravity
+        can_turn = any(
+            shape.friction or not isinstance(shape, pymunk.Circle) or shape.offset != centre
+            for shape in contents.solid_of[id(body)]
+        )
+        if 0 < body.mass < math.inf and 0 < body.moment < math.inf and can_turn and not fits:
+            size, how = max(body.moment / right, right / body.moment), "large" if body.moment > right else "small"
+            what = f"moment {body.moment:.4g}, {size:.3g} times too {how}: its shapes have {right:.4g}"
             yield contents.fault(body, what, size)
 
 
-def _can_turn(body: pymunk.Body, shapes: list[pymunk.Shape]) -> bool:
-    """Return whether contacts can turn a body: it is not a frictionless circle round its centre of gravity.
-
-    If its shapes have mass, Pymunk computed the moment from them.
-    """
-    centre = body.center_of_gravity
-    can_turn = any(shape.friction or not isinstance(shape, pymunk.Circle) or shape.offset != centre for shape in shapes)
-    return can_turn and not any(shape.mass for shape in shapes)
-
-
-def _uniform(shapes: list[pymunk.Shape]) -> tuple[float, float, pymunk.Vec2d]:
-    """Return mass, moment and centre of gravity of a body with such shapes of density 1, as Pymunk computes them."""
-    space, body = pymunk.Space(), pymunk.Body()
-    space.add(body)
-    for shape in shapes:
-        density = 1.0
-        if isinstance(shape, pymunk.Circle):
-            same: pymunk.Shape = pymunk.Circle(body, shape.radius, shape.offset)
-        elif isinstance(shape, pymunk.Segment):
-            same = pymunk.Segment(body, shape.a, shape.b, shape.radius or THIN)
-            density = 1.0 if shape.radius else 0.5 / THIN  # a line has the mass of its length
-        else:
-            same = pymunk.Poly(body, corners_of(shape), radius=shape.radius)
-        same.density = density
-        if half_length(shape) and math.isfinite(same.center_of_gravity.length):
-            space.add(same)
-    return body.mass, body.moment, body.center_of_gravity
-
-
-def _missed_middle(shapes: list[pymunk.Shape], body: pymunk.Body) -> pymunk.Vec2d | None:
-    """Return the middle of a body's shapes if the centre of gravity should be there, but is not."""
-    given = any(shape.mass for shape in shapes)  # then Pymunk computed the centre of gravity
-    # A joint may hold it to what does not move by forces: then its place may be meant to turn about
-    is_hung = any(not is_dynamic(joint.a) or not is_dynamic(joint.b) for joint in body.constraints)
-    if given or math.isinf(body.moment) or is_hung:
-        return None
-    area, _, middle = _uniform(shapes)
-    off = math.dist(middle, body.center_of_gravity)
-    return middle if off > MAX_OFF_CENTRE * math.sqrt(area) and area else None
-
-
 def _off_centre(contents: Contents) -> Iterator[Fault]:
-    for body, shapes in contents.new_bodies:
-        if middle := _missed_middle(shapes, body):
-            centre, off = body.center_of_gravity, math.dist(middle, body.center_of_gravity)
+    for body, _, middle, is_off in _given(contents):
+        if is_off:
+            centre, off = body.center_of_gravity, (middle - body.center_of_gravity).length
             places = f"centre of gravity at {_pair(centre)}, middle of its shapes at {_pair(middle)}"
             yield contents.fault(body, f"{places}: {off:.4g} px off", off)
 
