@@ -148,9 +148,9 @@ def half_width(shape: pymunk.Shape) -> float:
     if not isinstance(shape, pymunk.Poly):
         return float(shape.radius)
     corners = shape.get_vertices()
-    normals = [(b - a).perpendicular_normal() for a, b in pairwise([*corners, corners[0]]) if a != b]
-    across = [[corner.dot(normal) for corner in corners] for normal in normals]
-    return min((max(each) - min(each) for each in across), default=0.0) / 2 + shape.radius
+    sides = [(a, (b - a).perpendicular_normal()) for a, b in pairwise([*corners, corners[0]]) if a != b]
+    widths = [max(abs((corner - a).dot(normal)) for corner in corners) for a, normal in sides]
+    return min(widths, default=0.0) / 2 + shape.radius
 
 
 def half_length(shape: pymunk.Shape) -> float:

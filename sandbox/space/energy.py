@@ -10,12 +10,12 @@ set of impulses J that changes the relative velocity at these points from v to u
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import StrEnum
-from typing import Any, Final, Self
+from enum import Enum
+from typing import Any, Final
 
 import numpy as np
 
-from sandbox.quantity import dot, tangent
+from sandbox.quantity import dot, impulse_of, tangent
 from sandbox.space.recording import Numbers, Rows, Run, finite
 from sandbox.state import Floats
 
@@ -24,36 +24,34 @@ LEAST_ENERGY: Final = 1e-6  # kg px²/s²: with less than that, hardly anything 
 SUSPECT: Final = 0.05  # of the largest kinetic energy: a line that is not the program's own, and worth a headline
 
 
-class Cause(StrEnum):
-    """What changes the energy of a Space: its name in JSON, its words, and whether the solver's errors are in it."""
-
-    words: str
-    is_error: bool
-
-    def __new__(cls, name: str, words: str, is_error: bool = False) -> Self:
-        """Name a cause."""
-        cause = str.__new__(cls, name)
-        cause._value_, cause.words, cause.is_error = name, words, is_error
-        return cause
+class Cause(Enum):
+    """What changes the energy of a Space, in words; if the solver's errors are in it, it is among ERRORS."""
 
     # Normal impulses, with the restitution that the contact should have:
-    RESTITUTION = "restitution", "bounces, as elasticities say"
-    # A contact ended with another normal velocity than that:
-    RESTITUTION_ERROR = "restitution_error", "bounces, other than elasticities say", True
-    FRICTION = "friction", "friction and surface velocities"
-    KINEMATIC = "kinematic", "kinematic bodies that push"  # bodies of infinite mass that move
-    DAMPING = "damping", "the Space's damping"
-    FORCES = "forces", "forces and torques"  # Body.force and Body.torque
+    RESTITUTION = "bounces, as elasticities say"
+    RESTITUTION_ERROR = "bounces, other than elasticities say"  # a contact ended with another normal velocity than that
+    FRICTION = "friction and surface velocities"
+    KINEMATIC = "kinematic bodies that push"  # bodies of infinite mass that move
+    DAMPING = "the Space's damping"
+    FORCES = "forces and torques"  # Body.force and Body.torque
     # Work of gravity, less the potential energy of the way with the step's first velocity; contacts and joints against
     # what gravity, forces and damping did in the same step:
-    INTEGRATION = "integration", "gravity, and what bears it or forces, in steps instead of at every moment"
-    CORRECTION = "correction", "bodies moved apart that overlapped", True  # against gravity
+    INTEGRATION = "gravity, and what bears it or forces, in steps instead of at every moment"
+    CORRECTION = "bodies moved apart that overlapped"  # against gravity
     # The impulses on bodies besides those of contacts:
-    JOINTS = "joints", "joints", True  # in steps in which nothing else pushes bodies; otherwise, with such bounces:
-    DRIVEN = "driven", "motors, springs, joints that give way, functions, and what acts beside them"
+    JOINTS = "joints"  # in steps in which nothing else pushes bodies; otherwise, with such bounces:
+    DRIVEN = "motors, springs, joints that give way, functions, and what acts beside them"
     # Changed within the step by nothing that was recorded: handlers, and what they add and remove:
-    CALLBACKS = "callbacks", "handlers and callbacks"
-    PROGRAM = "program", "the program: what it sets, adds and removes between steps"
+    CALLBACKS = "handlers and callbacks"
+    PROGRAM = "the program: what it sets, adds and removes between steps"
+
+    @property
+    def words(self) -> str:
+        """What it is called in text; in JSON, it has its name."""
+        return self.value
+
+
+ERRORS: Final = {Cause.RESTITUTION_ERROR, Cause.CORRECTION, Cause.JOINTS}
 
 
 @dataclass(frozen=True)
@@ -94,8 +92,7 @@ class Ledger:
     @property
     def suspect(self) -> dict[str, float]:
         """Those shares above SUSPECT that neither the program nor what it set up explains."""
-        errors = {cause.words for cause in Cause if cause.is_error}
-        return {words: share for words, share in self.shares.items() if words in errors and abs(share) > SUSPECT}
+        return {words: share for words, share in self.shares.items() if Cause(words) in ERRORS and abs(share) > SUSPECT}
 
     def text(self) -> Iterator[str]:
         """Yield its balance in lines of text: how much energy there was, and what changed it."""
@@ -117,7 +114,7 @@ class Ledger:
             "start": float(self.total[0]),
             "end": float(self.total[-1]),
             "largest_kinetic": self.scale,
-            "lines": {str(cause): value for cause, value in self.lines.items() if value},
+            "lines": {cause.name.lower(): value for cause, value in self.lines.items() if value},
         }
 
 
@@ -158,11 +155,10 @@ class _Work:
         for step in (run.joint_step[~run.joints["is_hard"]], run.step[run.new["is_own"]]):
             self._drives[step] = True
         self._start, self._end = (_columns(rows, "velocity", "spin") for rows in (run.old, run.new))
-        normal, arms = self._contacts["normal"], [tangent(self._contacts[arm]) for arm in ("arm_a", "arm_b")]
+        arms = [tangent(self._contacts[arm]) for arm in ("arm_a", "arm_b")]
         rows = [run.rows_of(run.contact_step, self._contacts[row]) for row in ("row_a", "row_b")]
         self._sides = [*zip((-1, 1), rows, arms, strict=True)]
-        self._impulse = self._contacts["impulse"][:, None] * normal  # on B, and its reverse on A
-        self._impulse += self._contacts["tangential"][:, None] * tangent(normal)
+        self._impulse = impulse_of(self._contacts)  # on B, and its reverse on A
         self._add()
 
     def _add(self) -> None:

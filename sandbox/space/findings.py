@@ -1,5 +1,6 @@
 """Findings: what is wrong with a Space, since when, with which bodies, why, and what to change."""
 
+import math
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +15,6 @@ from sandbox.text import printable
 MAX_BODIES_SHOWN: Final = 3  # of a finding, in text
 INDENT: Final = "   "  # below a finding's number
 TEXTS: Final = tomllib.loads(files("sandbox.space").joinpath("rules.toml").read_text(encoding="utf-8"))
-ORDER: Final = {rule: number for number, rule in enumerate(TEXTS)}
 
 
 class Kind(StrEnum):
@@ -105,8 +105,8 @@ Rules = Mapping[str, Callable[[Source], Iterator[Fault]]]  # how to find the fau
 
 def findings_of(faults: Mapping[str, Sequence[Fault]]) -> list[Finding]:
     """Return one finding for each rule with faults: by kind; of what a person sees, the largest first; by rule."""
-    found = [_finding_of(rule, each) for rule, each in faults.items() if each]
-    return sorted(found, key=lambda x: (1, -x.size, ORDER[x.rule]) if x.kind is Kind.SEEN else (0, 0.0, ORDER[x.rule]))
+    found = [_finding_of(rule, faults[rule]) for rule in TEXTS if faults.get(rule)]
+    return sorted(found, key=lambda finding: -finding.size if finding.kind is Kind.SEEN else -math.inf)
 
 
 def _finding_of(rule: str, faults: Sequence[Fault]) -> Finding:

@@ -135,16 +135,24 @@ class Evidence:
         rows = slice(*self.run.step.searchsorted([number, number + 1]))
         return float(self.put[rows][np.isin(self.run.old["id"][rows], ends)].max(initial=0.0))
 
+    @cached_property
+    def sides(self) -> tuple[Rows, Numbers]:
+        """All contacts as each body has them, as B: twice, the second time with A and B exchanged; and their steps."""
+        contacts, swapped = self.run.contacts, self.run.contacts.copy()
+        for name in ("body", "row", "shape", "arm"):
+            swapped[f"{name}_a"], swapped[f"{name}_b"] = contacts[f"{name}_b"], contacts[f"{name}_a"]
+        swapped["normal"] *= -1
+        return np.append(contacts, swapped), np.tile(self.run.contact_step, 2)
+
     def touched(self, quantity: str) -> Iterator[tuple[pymunk.Shape, pymunk.Shape, float]]:
         """Yield shapes whose contacts with walls, or with bodies, all had none; the first partner; and when, s."""
-        contacts, step, shapes = self.run.contacts, np.tile(self.run.contact_step, 2), self.recording.shapes
-        keys, others = (np.append(contacts[f"shape_{a}"], contacts[f"shape_{b}"]) for a, b in ("ab", "ba"))
+        (contacts, step), shapes = self.sides, self.recording.shapes
         moving = [key for key, shape in shapes.items() if shape.body and is_dynamic(shape.body)]
-        values, is_body = np.tile(contacts[quantity], 2), np.isin(others, np.array(moving, "u8"))
+        is_body = np.isin(contacts["shape_a"], np.array(moving, "u8"))
         for kind in (np.flatnonzero(~is_body), np.flatnonzero(is_body)):
-            for rows in map(kind.__getitem__, by_key(keys[kind], step[kind])):
-                shape, partner = (shapes[int(each[rows[0]])] for each in (keys, others))
-                if shape.space and partner.space and not values[rows].any():
+            for rows in map(kind.__getitem__, by_key(contacts["shape_b"][kind], step[kind])):
+                partner, shape = (shapes[int(contacts[side][rows[0]])] for side in ("shape_a", "shape_b"))
+                if shape.space and partner.space and not contacts[quantity][rows].any():
                     yield shape, partner, self.run.steps[step[rows[0]]].end
 
     def lasts(self, steps: Numbers) -> bool:
@@ -292,10 +300,9 @@ def _deep_overlap(evidence: Evidence, overlap: Series) -> tuple[str, Fault] | No
 def _moved(evidence: Evidence) -> Iterator[Fault]:
     """Bodies that the program puts elsewhere again and again; of kinematic ones, those that touch something then."""
     run, way, ids = evidence.run, evidence.put, evidence.run.old["id"]
-    touches = np.zeros(len(ids) + 1, bool)
-    for row in ("row_a", "row_b"):
-        touches[run.rows_of(run.contact_step, run.contacts[row])] = True
-    matters = np.flatnonzero((way > 0) & (np.isfinite(run.old["mass"]) | touches[:-1]))
+    contacts, step = evidence.sides
+    touches = np.isin(np.arange(len(ids)), run.rows_of(step, contacts["row_b"]))
+    matters = np.flatnonzero((way > 0) & (np.isfinite(run.old["mass"]) | touches))
     for at in by_key(ids[matters], run.step[matters]):
         if len(at) > MANY_MOVES:
             first = matters[at[0]]
@@ -323,8 +330,12 @@ def _contacts_within(evidence: Evidence) -> Iterator[Fault]:
 
 def _caught(evidence: Evidence) -> Iterator[Fault]:
     """Bodies that move along static polygons until one stops them, though it only continues the others."""
-    run, slop = evidence.run, evidence.contents.space.collision_slop
-    contacts, step, old = _on_polygons(evidence)
+    run, slop, shapes = evidence.run, evidence.contents.space.collision_slop, evidence.recording.shapes.items()
+    tiles = [key for key, shape in shapes if isinstance(shape, pymunk.Poly) and shape.body and is_static(shape.body)]
+    contacts, step = evidence.sides
+    rows = run.rows_of(step, contacts["row_b"])
+    chosen = np.isin(contacts["shape_a"], np.array(tiles, "u8")) & (rows < len(run.old))
+    contacts, step, old = contacts[chosen], step[chosen], run.old[rows[chosen]]
     way = -(old["velocity"] * contacts["normal"]).sum(axis=1) * run.dt[step]
     is_stopped = (way > slop) & (contacts["impulse"] > CAUGHT * old["mass"] * np.hypot(*old["velocity"].T))
     for row in np.flatnonzero(is_stopped).tolist():
@@ -335,19 +346,6 @@ def _caught(evidence: Evidence) -> Iterator[Fault]:
         if is_across and any(_continues(evidence, contact, other) for other in others):
             what = f"is caught where two polygons meet, at {run.steps[number].end:.3f} s"
             yield evidence.fault([int(contact["body_b"])], run.steps[number], what)
-
-
-def _on_polygons(evidence: Evidence) -> tuple[Rows, Numbers, Rows]:
-    """Return the contacts on static polygons, with these as A; the numbers of their steps; each B before its step."""
-    run, swapped, shapes = evidence.run, evidence.run.contacts.copy(), evidence.recording.shapes.items()
-    for name in ("body", "row", "shape", "arm"):
-        swapped[f"{name}_a"], swapped[f"{name}_b"] = run.contacts[f"{name}_b"], run.contacts[f"{name}_a"]
-    swapped["normal"] *= -1
-    contacts, step = np.append(run.contacts, swapped), np.tile(run.contact_step, 2)
-    rows = run.rows_of(step, contacts["row_b"])
-    keys = [key for key, shape in shapes if isinstance(shape, pymunk.Poly) and shape.body and is_static(shape.body)]
-    chosen = np.isin(contacts["shape_a"], np.array(keys, "u8")) & (rows < len(run.old))
-    return contacts[chosen], step[chosen], run.old[rows[chosen]]
 
 
 def _continues(evidence: Evidence, contact: Any, other: Any) -> bool:
