@@ -9,7 +9,7 @@ from weakref import WeakSet
 import pymunk
 
 from sandbox.space.contents import Contents, checked
-from sandbox.space.findings import Fault, Finding, Rules, findings_of
+from sandbox.space.findings import TEXTS, Fault, Finding, Rules, findings_of
 from sandbox.space.origins import Origins
 from sandbox.space.rules import END_RULES, RULES
 
@@ -54,4 +54,4 @@ class Linter:
 
     def findings(self, more: Mapping[str, Sequence[Fault]]) -> list[Finding]:
         """Return one finding for each rule with faults, worst first. more: faults that were found otherwise."""
-        return findings_of({rule: [*self._faults[rule], *more.get(rule, ())] for rule in {**self._faults, **more}})
+        return findings_of({rule: [*self._faults[rule], *more.get(rule, ())] for rule in TEXTS})
