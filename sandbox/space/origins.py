@@ -4,7 +4,8 @@ import math
 import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Any, Final, NamedTuple
@@ -51,48 +52,41 @@ class Origins:
 
     @contextmanager
     def followed(self) -> Iterator[None]:
-        """Follow, within a `with` block, which polygons the program makes, and where it pushes bodies."""
-        make = pymunk.Poly.__init__
-
-        def make_followed(poly: Any, body: Any, vertices: Any, *more: Any, **named: Any) -> None:
-            vertices = list(vertices)
-            make(poly, body, vertices, *more, **named)
-            if not more and "transform" not in named and (dent := _dent(poly.get_vertices(), vertices)):
-                self.dents[poly] = dent
-
-        pushes: dict[str, Any] = {name: self._followed_push(name) for name in _PUSHES}
-        factors: dict[str, Any] = {name: self._followed_factor(name) for name in self.zeros}
-        with (
-            patch.object(pymunk.Poly, "__init__", make_followed),
-            patch.multiple(pymunk.Body, **pushes),
-            patch.multiple(pymunk.Shape, **factors),
-        ):
+        """Follow, within a `with` block, what polygons the program makes, where it pushes bodies, what it sets to 0."""
+        looks: list[tuple[type, str, Callable[..., None]]] = [(pymunk.Poly, "__init__", self._look_at_polygon)]
+        looks += [(pymunk.Body, name, partial(self._look_at_push, name)) for name in _PUSHES]
+        looks += [(pymunk.Shape, name, partial(self._look_at_factor, name)) for name in self.zeros]
+        with ExitStack() as stack:
+            for kind, name, look in looks:
+                stack.enter_context(patch.object(kind, name, _followed(getattr(kind, name), look)))
             yield
 
-    def _followed_factor(self, name: str) -> property:
-        """Return a property of a shape that remembers which shapes the program set it to 0 of."""
-        factor = getattr(pymunk.Shape, name)
+    def _look_at_polygon(self, poly: Any, body: Any, vertices: Any, transform: Any = None, *_: Any, **__: Any) -> None:
+        if not transform and (dent := _dent(poly.get_vertices(), list(vertices))):
+            self.dents[poly] = dent
 
-        def set_followed(shape: pymunk.Shape, value: float) -> None:
-            factor.fset(shape, value)
-            (self.zeros[name].discard if value else self.zeros[name].add)(shape)
+    def _look_at_push(self, name: str, body: pymunk.Body, _: Any = 0, point: Any = (0, 0), **__: Any) -> None:
+        centre = body.center_of_gravity
+        local, world = math.dist(point, centre), math.dist(point, body.local_to_world(centre))
+        lever, other_lever = (local, world) if "local" in name else (world, local)
+        if body not in self.pushes or lever > self.pushes[body].lever:
+            self.pushes[body] = Push(lever, other_lever, f"{name} in {program_line()}")
 
-        return property(factor.fget, set_followed)
+    def _look_at_factor(self, name: str, shape: pymunk.Shape, value: float) -> None:
+        (self.zeros[name].discard if value else self.zeros[name].add)(shape)
 
-    def _followed_push(self, name: str) -> Callable[..., None]:
-        """Return a method of a body that pushes, and remembers the push."""
-        push = getattr(pymunk.Body, name)
 
-        def push_followed(body: pymunk.Body, *arguments: Any, **named: Any) -> None:
-            push(body, *arguments, **named)
-            point = named.get("point", (*arguments[1:], (0, 0))[0])
-            centre = body.center_of_gravity
-            local, world = math.dist(point, centre), math.dist(point, body.local_to_world(centre))
-            lever, other_lever = (local, world) if "local" in name else (world, local)
-            if body not in self.pushes or lever > self.pushes[body].lever:
-                self.pushes[body] = Push(lever, other_lever, f"{name} in {program_line()}")
+def _followed(do: Any, look: Callable[..., None]) -> Any:
+    """Return a method, or a property that can be set, whose calls are looked at once they are done."""
+    if isinstance(do, property):
+        return property(do.fget, _followed(do.fset, look))
 
-        return push_followed
+    def call(*arguments: Any, **named: Any) -> None:
+        arguments = tuple(list(each) if isinstance(each, Iterator) else each for each in arguments)  # to be read twice
+        do(*arguments, **named)
+        look(*arguments, **named)
+
+    return call
 
 
 def _dent(hull: list[pymunk.Vec2d], vertices: list[tuple[float, float]]) -> float:
