@@ -129,14 +129,14 @@ class Recording:
         self.shapes: dict[int, pymunk.Shape] = {}
         self.joints: dict[int, pymunk.Constraint] = {}
 
-    def record(self, step: Callable[[float], None], dt: float) -> None:
-        """Call a Space's own `step`, and record what it does. dt: s; a step of 0 s does nothing and is not recorded.
+    def record(self, step: Callable[[float], None], dt: float) -> Step | None:
+        """Call a Space's own `step`, and return what it did. dt: s; a step of 0 s does nothing and is not recorded.
 
         If dt is below 0 or not finite, or if a callback of the program raises in the step, it is not recorded either.
         """
         if not 0 < dt < math.inf:
             step(dt)
-            return
+            return None
         space, old, cached, last_dt = self.space, self._bodies(), self._cached(), self.space.current_time_step
         settings = space.gravity, space.damping, bool(space._handlers)
         before = energies(old, space.gravity)
@@ -151,6 +151,7 @@ class Recording:
         self._rows += self.steps[-1].rows
         while len(self.steps) > 1 and self._rows > MAX_ROWS:
             self._rows -= self.steps.popleft().rows
+        return self.steps[-1]
 
     def _bodies(self) -> Rows:
         """Return all bodies but the Space's own static one."""

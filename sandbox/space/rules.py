@@ -102,28 +102,25 @@ def _off_centre(contents: Contents) -> Iterator[Fault]:
             yield contents.fault(body, f"{places}: {off:.4g} px off", off)
 
 
-def _ends(contents: Contents) -> Iterator[tuple[pymunk.Constraint, pymunk.Body, pymunk.Body, bool]]:
-    """Yield the bodies that joints hold and that were never added, or are gone: and whether they have no mass."""
+def _ends(contents: Contents, *, has_mass: bool) -> Iterator[tuple[str, pymunk.Body, pymunk.Body]]:
+    """Yield the joints on bodies that were never added, or are gone, by their class; that body; and the other one."""
     for joint in contents.space.constraints:
         for body, end in ((joint.a, joint.b), (joint.b, joint.a)):
-            if body.space is None and is_dynamic(body):
-                yield joint, body, end, not (body.mass and body.moment)
+            if body.space is None and is_dynamic(body) and has_mass == bool(body.mass and body.moment):
+                yield type(joint).__name__, body, end
 
 
 def _joint_not_added(contents: Contents) -> Iterator[Fault]:
-    for joint, _, end, is_massless in _ends(contents):
-        if is_massless:
-            what = f"its {type(joint).__name__} holds on to a Body() that was never added and has no mass"
-            yield contents.fault(end, what)
+    for joint, _, end in _ends(contents, has_mass=False):
+        yield contents.fault(end, f"its {joint} holds on to a Body() that was never added and has no mass")
 
 
 def _body_not_added(contents: Contents) -> Iterator[Fault]:
     for shape in contents.shapes:
         if body_of(shape).space is None:
             yield contents.fault(shape, f"its {shape_words(shape)} is still in the Space")
-    for joint, body, end, is_massless in _ends(contents):
-        if not is_massless:
-            yield contents.fault(body, f"its {type(joint).__name__} still holds {contents.name(end)}")
+    for joint, body, end in _ends(contents, has_mass=True):
+        yield contents.fault(body, f"its {joint} still holds {contents.name(end)}")
 
 
 def _placed_twice(contents: Contents) -> Iterator[Fault]:

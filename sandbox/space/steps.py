@@ -25,7 +25,7 @@ from sandbox.space.findings import Fault, Rules
 from sandbox.space.passages import Passages
 from sandbox.space.recording import Numbers, Recording, Rows, Run, Step
 from sandbox.space.rules import unused
-from sandbox.state import Floats
+from sandbox.state import Bools, Floats
 
 MAX_STRETCH: Final = 0.1  # of the joint's length, or half that of the bodies that it connects
 FELT: Final = 0.01  # of a stretch, for what the program puts elsewhere, step after step
@@ -85,10 +85,8 @@ class Evidence:
     def overlaps(self) -> list[Series]:
         """The depth of the deepest point of each pair of bodies, where they overlap, px."""
         step, contacts = self.run.contact_step, self.run.contacts
-        deep = contacts["distance"] < 0
-        step, contacts = step[deep], contacts[deep]
         found = []
-        for rows in by_key(pair_key(contacts), step):
+        for rows in by_key(pair_key(contacts), step, contacts["distance"] < 0):
             at, first = np.unique(step[rows], return_index=True)
             found.append(Series(contacts[rows[0]], at, np.maximum.reduceat(-contacts["distance"][rows], first)))
         return found
@@ -149,8 +147,8 @@ class Evidence:
         (contacts, step), shapes = self.sides, self.recording.shapes
         moving = [key for key, shape in shapes.items() if shape.body and is_dynamic(shape.body)]
         is_body = np.isin(contacts["shape_a"], np.array(moving, "u8"))
-        for kind in (np.flatnonzero(~is_body), np.flatnonzero(is_body)):
-            for rows in map(kind.__getitem__, by_key(contacts["shape_b"][kind], step[kind])):
+        for kind in (~is_body, is_body):
+            for rows in by_key(contacts["shape_b"], step, kind):
                 partner, shape = (shapes[int(contacts[side][rows[0]])] for side in ("shape_a", "shape_b"))
                 if shape.space and partner.space and not contacts[quantity][rows].any():
                     yield shape, partner, self.run.steps[step[rows[0]]].end
@@ -207,12 +205,16 @@ def pair_key(contacts: Rows) -> Rows:
     return np.asarray(low * np.uint64(0x9E3779B97F4A7C15) + high * np.uint64(0xC2B2AE3D27D4EB4F))
 
 
-def by_key(keys: Rows, step: Numbers) -> list[Numbers]:
-    """Return the rows of each key, by step; keys in the order of their first rows: addresses differ from run to run."""
-    _, begin, group = np.unique(keys, return_index=True, return_inverse=True)
+def by_key(keys: Rows, step: Numbers, chosen: Bools | slice = slice(None)) -> list[Numbers]:
+    """Return the chosen rows of each key, by step.
+
+    Keys are in the order of their first rows: addresses differ from run to run.
+    """
+    rows = np.arange(len(keys))[chosen]
+    _, begin, group = np.unique(keys[rows], return_index=True, return_inverse=True)
     group = begin.argsort().argsort()[group]
-    order = np.lexsort((step, group))
-    return np.split(order, np.bincount(group).cumsum()[:-1]) if len(order) else []
+    order = np.lexsort((step[rows], group))
+    return np.split(rows[order], np.bincount(group).cumsum()[:-1]) if len(rows) else []
 
 
 def _steps_vary(evidence: Evidence) -> Iterator[Fault]:
@@ -246,8 +248,7 @@ def _long_steps(evidence: Evidence) -> Iterator[Fault]:
     """Bodies that move by more than their width in a step that is longer than any screen shows a picture."""
     run = evidence.run
     ids, dt, way = run.old["id"], run.dt[run.step], np.hypot(*run.old["velocity"].T) * run.dt[run.step]
-    rows = np.flatnonzero((dt > LONGEST_STEP) & np.isfinite(run.old["mass"]))
-    for at in map(rows.__getitem__, by_key(ids[rows], run.step[rows])):
+    for at in by_key(ids, run.step, (dt > LONGEST_STEP) & np.isfinite(run.old["mass"])):
         width = 2 * evidence.half_width(int(ids[at[0]]))
         for row in at[way[at] > width][:1]:
             enough, step = dt[row] * width / way[row], run.steps[run.step[row]]
@@ -302,13 +303,11 @@ def _moved(evidence: Evidence) -> Iterator[Fault]:
     run, way, ids = evidence.run, evidence.put, evidence.run.old["id"]
     contacts, step = evidence.sides
     touches = np.isin(np.arange(len(ids)), run.rows_of(step, contacts["row_b"]))
-    matters = np.flatnonzero((way > 0) & (np.isfinite(run.old["mass"]) | touches))
-    for at in by_key(ids[matters], run.step[matters]):
+    for at in by_key(ids, run.step, (way > 0) & (np.isfinite(run.old["mass"]) | touches)):
         if len(at) > MANY_MOVES:
-            first = matters[at[0]]
-            what = f"before {int((way[ids == ids[first]] > 0).sum())} of the steps"
-            step = run.steps[run.step[first]]
-            yield evidence.fault([int(ids[first])], step, what, len(at), since=step.time)
+            body, first = ids[at[0]], run.steps[run.step[at[0]]]
+            what = f"before {int((way[ids == body] > 0).sum())} of the steps"
+            yield evidence.fault([int(body)], first, what, len(at), since=first.time)
 
 
 def _contacts_within(evidence: Evidence) -> Iterator[Fault]:

@@ -50,8 +50,7 @@ class Trial:
         """Look at the Space, do a step, record it, and look at what it did."""
         self.line = self.line or program_line()
         self._look()
-        self._recording.record(self._step, dt)
-        if 0 < dt < math.inf and (step := self._recording.steps[-1]).is_finite:
+        if (step := self._recording.record(self._step, dt)) and step.is_finite:
             self._passages.look(step)
         self.steps += 1
         self.time += dt if math.isfinite(dt) else 0.0
