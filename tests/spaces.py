@@ -5,7 +5,9 @@ from typing import Any
 
 import pymunk
 
+from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.recording import Recording
+from sandbox.space.watch import watch
 
 DT = 1 / 60
 
@@ -19,6 +21,20 @@ def record(
         before(number)
         recording.record(space.step, dt)
     return recording
+
+
+def watched(
+    space: pymunk.Space,
+    steps: int = 30,
+    before: Callable[[int], object] = lambda _: None,
+    dt: Callable[[int], float] = lambda _: DT,
+) -> Diagnosis:
+    """Return the diagnosis of steps; before each, call a function with its number."""
+    with watch(space) as recorded:
+        for number in range(steps):
+            before(number)
+            space.step(dt(number))
+    return recorded.diagnosis
 
 
 def at(step: int, act: Callable[[], object]) -> Callable[[int], None]:

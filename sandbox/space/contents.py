@@ -62,6 +62,12 @@ class Contents:
         """The shapes that collide and were added since the last time."""
         return (shape for shape in self.solid if shape not in self.seen)
 
+    @property
+    def new_joints(self) -> Iterator[tuple[pymunk.Constraint, pymunk.Body]]:
+        """The joints that were added since the last time, and a body of each, a dynamic one if there is any."""
+        joints = (joint for joint in self.space.constraints if joint not in self.seen)
+        return ((joint, joint.a if is_dynamic(joint.a) else joint.b) for joint in joints)
+
     @cached_property
     def _index_of(self) -> dict[int, int]:
         return {id(body): index for index, body in enumerate(self.bodies)}

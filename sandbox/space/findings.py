@@ -1,6 +1,5 @@
 """Findings: what is wrong with a Space, since when, with which bodies, why, and what to change."""
 
-import math
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +13,9 @@ from sandbox.text import printable
 
 MAX_BODIES_SHOWN: Final = 3  # of a finding, in text
 INDENT: Final = "   "  # below a finding's number
-TEXTS: Final = tomllib.loads(files("sandbox.space").joinpath("rules.toml").read_text(encoding="utf-8"))
+_FOLDER: Final = files("sandbox.space")
+_RULES, _UNUSUAL = (tomllib.loads(_FOLDER.joinpath(f"{name}.toml").read_text("utf-8")) for name in ("rules", "unusual"))
+TEXTS: Final = _RULES | {rule: {"certainty": "possible", "cause": "", **texts} for rule, texts in _UNUSUAL.items()}
 
 
 class Kind(StrEnum):
@@ -29,6 +30,7 @@ class Certainty(StrEnum):
 
     CERTAIN = "certain"  # a fact of the Space, which is wrong in every program
     LIKELY = "likely"  # rarely meant
+    POSSIBLE = "possible"  # may well be meant
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,8 @@ class Finding:
         lines = [*map(str, self.bodies[:MAX_BODIES_SHOWN])]
         if len(self.bodies) > MAX_BODIES_SHOWN:
             lines.append(f"and {len(self.bodies) - MAX_BODIES_SHOWN} more")
-        for line in (*lines, f"Cause: {self.cause}", f"Cure: {self.cure}", *(f"Tried: {each}" for each in self.tried)):
+        cause = [f"Cause: {self.cause}"] if self.cause else []
+        for line in (*lines, *cause, f"Cure: {self.cure}", *(f"Tried: {each}" for each in self.tried)):
             yield from wrap(line, width, initial_indent=INDENT, subsequent_indent=f"{INDENT}  ")
 
 
@@ -104,9 +107,9 @@ Rules = Mapping[str, Callable[[Source], Iterator[Fault]]]  # how to find the fau
 
 
 def findings_of(faults: Mapping[str, Sequence[Fault]]) -> list[Finding]:
-    """Return one finding for each rule with faults: by kind; of what a person sees, the largest first; by rule."""
+    """Return one finding for each rule with faults, what may be meant last: by kind; of what is seen, by size."""
     found = [_finding_of(rule, faults[rule]) for rule in TEXTS if faults.get(rule)]
-    return sorted(found, key=lambda finding: -finding.size if finding.kind is Kind.SEEN else -math.inf)
+    return sorted(found, key=lambda x: (x.certainty is Certainty.POSSIBLE, x.kind, -x.size * (x.kind is Kind.SEEN)))
 
 
 def _finding_of(rule: str, faults: Sequence[Fault]) -> Finding:

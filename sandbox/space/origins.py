@@ -31,7 +31,7 @@ class Push(NamedTuple):
 
 
 class Origins:
-    """Remembers which lines of the program added objects and pushed bodies furthest off, and the dents of polygons.
+    """Remembers which lines of the program added objects and pushed bodies furthest off, and what it made and set.
 
     zeros: the shapes whose elasticity, or friction, the program set to 0, which it is anyway.
     """
@@ -40,6 +40,8 @@ class Origins:
         self.lines: WeakKeyDictionary[Any, str] = WeakKeyDictionary()  # that added objects, as file:line
         self.pushes: WeakKeyDictionary[pymunk.Body, Push] = WeakKeyDictionary()
         self.dents: WeakKeyDictionary[pymunk.Poly, float] = WeakKeyDictionary()  # px
+        self.driven: WeakKeyDictionary[pymunk.Body, int] = WeakKeyDictionary()  # times that it set a velocity
+        self.types: set[int] = set()  # collision types that it gave to shapes
         self.zeros: dict[str, WeakSet[pymunk.Shape]] = {name: WeakSet() for name in ("elasticity", "friction")}
 
     def remember(self, objects: tuple[Any, ...]) -> None:
@@ -52,10 +54,12 @@ class Origins:
 
     @contextmanager
     def followed(self) -> Iterator[None]:
-        """Follow, within a `with` block, what polygons the program makes, where it pushes bodies, what it sets to 0."""
+        """Follow, within a `with` block, what polygons the program makes, where it pushes bodies, and what it sets."""
         looks: list[tuple[type, str, Callable[..., None]]] = [(pymunk.Poly, "__init__", self._look_at_polygon)]
         looks += [(pymunk.Body, name, partial(self._look_at_push, name)) for name in _PUSHES]
         looks += [(pymunk.Shape, name, partial(self._look_at_factor, name)) for name in self.zeros]
+        looks.append((pymunk.Body, "velocity", self._look_at_velocity))
+        looks.append((pymunk.Shape, "collision_type", lambda _, kind: self.types.add(kind)))
         with ExitStack() as stack:
             for kind, name, look in looks:
                 stack.enter_context(patch.object(kind, name, _followed(getattr(kind, name), look)))
@@ -71,6 +75,9 @@ class Origins:
         lever, other_lever = (local, world) if "local" in name else (world, local)
         if body not in self.pushes or lever > self.pushes[body].lever:
             self.pushes[body] = Push(lever, other_lever, f"{name} in {program_line()}")
+
+    def _look_at_velocity(self, body: pymunk.Body, _: Any) -> None:
+        self.driven[body] = self.driven.get(body, 0) + 1
 
     def _look_at_factor(self, name: str, shape: pymunk.Shape, value: float) -> None:
         (self.zeros[name].discard if value else self.zeros[name].add)(shape)

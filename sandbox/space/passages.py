@@ -15,7 +15,7 @@ from sandbox.space.recording import Recording, Step
 from sandbox.space.rules import off_its_place
 
 MIN_WAY: Final = 2.0  # px in a step
-OFF_COURSE: Final = 0.5  # of its way: what moved it further than that is not its velocity
+OFF_COURSE: Final = 0.5  # of the way by its velocity: what moves it further off is something else
 
 
 class Passage(NamedTuple):
@@ -43,7 +43,8 @@ class Passages:
         may let through.
         """
         way = step.new["position"] - step.old["position"]
-        length, off_course = np.hypot(*way.T), np.hypot(*(way - step.old["velocity"] * step.dt).T)
+        by_velocity = step.old["velocity"] * step.dt
+        length, off_course = np.hypot(*by_velocity.T), np.hypot(*(way - by_velocity).T)
         is_moved = (length > MIN_WAY) & (off_course < OFF_COURSE * length) & np.isfinite(step.old["mass"])
         for row in np.flatnonzero(is_moved).tolist():
             for met in self._met(step, row):
@@ -63,20 +64,20 @@ class Passages:
                         yield Passage(step, shape, hit.shape, (end - start).length, start)
 
     def _leave(self, step: Step, passage: Passage) -> None:
-        """Decide whether a shape that entered a wall has passed it, once the two no longer touch."""
+        """Decide whether a shape that entered a wall has passed it: once it is behind it, and the two do not touch."""
         shape, wall = passage.shape, passage.wall
         body = shape.body
         rows = np.flatnonzero(step.new["id"] == body.id).tolist() if body and shape.space and wall.space else []
         is_placed = passage.step is not step and any((step.was["position"] != step.old["position"])[rows].ravel())
-        sides = [np.isin(step.contacts[side], [id(shape), id(wall)]) for side in ("shape_a", "shape_b")]
         if not rows or is_placed:
             del self._entered[shape, wall]
-        elif not (sides[0] & sides[1]).any():
-            end = pymunk.Vec2d(*step.new["position"][rows[0]].tolist())
-            if wall.point_query(end).distance > 0:
-                del self._entered[shape, wall]
-                if wall.segment_query(passage.start, end):
-                    self.found.append(passage)
+            return
+        end = pymunk.Vec2d(*step.new["position"][rows[0]].tolist())
+        sides = [np.isin(step.contacts[side], [id(shape), id(wall)]) for side in ("shape_a", "shape_b")]
+        is_behind, touches = bool(wall.segment_query(passage.start, end)), (sides[0] & sides[1]).any()
+        if wall.point_query(end).distance > 0 and not (is_behind and touches):
+            del self._entered[shape, wall]
+            self.found += [passage] * is_behind
 
     def _stops(self, wall: pymunk.Shape, shape: pymunk.Shape) -> bool:
         """Return whether a static shape stops another one if they meet, and no callback can prevent it."""

@@ -4,7 +4,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from functools import partial
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import pymunk
@@ -23,15 +23,17 @@ from sandbox.space.contents import (
     shape_words,
 )
 from sandbox.space.findings import Fault, Rules
+from sandbox.state import Floats
 
 MAX_MOMENT_RATIO: Final = 2.2  # a ring, or a hollow square, has twice the moment of a full one of its mass
 MIN_MOMENT_RATIO: Final = 1 / 1.5  # of what is denser in its middle
-MAX_OFF_CENTRE: Final = 0.05  # of the square root of the shapes' area
+MAX_OFF_CENTRE: Final = 0.15  # of the square root of the shapes' area
 OVERLAP: Final = 0.01  # of the smaller half width, beyond collision_slop
 FAR: Final = 3.0  # half lengths of a body, for an anchor
-MAX_LEVER: Final = 4.0  # of the reach of a body's shapes, for a point at which it is pushed
+MAX_LEVER: Final = 2.0  # of the reach of a body's shapes, for a point at which it is pushed
 NEAR: Final = 0.1  # of the size of a shape
 ANCHORED: Final = (pymunk.PinJoint, pymunk.SlideJoint, pymunk.DampedSpring)  # by two anchors, one on each body
+NEVER_NEGATIVE: Final = ("radius", "elasticity", "friction", "stiffness", "damping", "max_force", "max_bias")
 MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
 ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "sensor", "surface_velocity")
 # Attributes that a program may set, though Pymunk reads none of them, and what to write instead
@@ -41,65 +43,70 @@ IGNORED: Final = {
 }
 
 
-def _given(contents: Contents) -> Iterator[tuple[pymunk.Body, float, pymunk.Vec2d, bool]]:
+def _given(contents: Contents) -> Iterator[tuple[pymunk.Body, list[pymunk.Shape], Floats, pymunk.Vec2d, bool]]:
     """Yield the bodies whose mass the program gave; otherwise Pymunk computed moment and centre of gravity.
 
-    With each, by its shapes with one density: the moment about their middle for a mass of 1, px²; the middle, px; and
-    whether the centre of gravity should be there, but is not.
+    With each: its shapes that have a size; their sizes, px², those of lines px; the middle of all, px; and whether the
+    centre of gravity is not between their middles, but should be.
     """
-    for body, shapes in contents.new_bodies:
-        mass, moment, middle = _uniform(shapes)
-        if mass and not any(shape.mass for shape in shapes):
+    for body, solid in contents.new_bodies:
+        shapes = [each for each in solid if half_length(each) > 0 and math.isfinite(each.center_of_gravity.length)]
+        if shapes and not any(shape.mass for shape in shapes):
+            sizes = np.array([shape.area if shape.area > 0 else 2 * half_length(shape) for shape in shapes])
+            middles, margin = (
+                np.array([shape.center_of_gravity for shape in shapes]),
+                MAX_OFF_CENTRE * sizes.sum() ** 0.5,
+            )
+            is_beside = ((middles.min(axis=0) > margin) | (middles.max(axis=0) < -margin)).any()
             # A joint may hold it to what does not move by forces: then its place may be meant to turn about
-            is_hung = any(not is_dynamic(joint.a) or not is_dynamic(joint.b) for joint in body.constraints)
-            is_off = (middle - body.center_of_gravity).length > MAX_OFF_CENTRE * math.sqrt(mass)
-            yield body, moment / mass, middle, is_off and math.isfinite(body.moment) and not is_hung
+            rigid = [joint for joint in body.constraints if not isinstance(joint, pymunk.DampedSpring)]
+            is_hung = any(not is_dynamic(joint.a) or not is_dynamic(joint.b) for joint in rigid)
+            is_off = is_beside and body.center_of_gravity == (0, 0) and math.isfinite(body.moment) and not is_hung
+            yield body, shapes, sizes, pymunk.Vec2d(*(sizes @ middles / sizes.sum()).tolist()), bool(is_off)
 
 
-def _uniform(shapes: list[pymunk.Shape]) -> tuple[float, float, pymunk.Vec2d]:
-    """Return mass, moment and centre of gravity of shapes of density 1. A line has the mass of its length."""
-    shapes = [shape for shape in shapes if math.isfinite(shape.center_of_gravity.length)]
-    masses = [shape.area or 2 * half_length(shape) for shape in shapes]
-    weighted = (mass * shape.center_of_gravity for mass, shape in zip(masses, shapes, strict=True))
-    middle, moment = sum(weighted, pymunk.Vec2d.zero()) / (sum(masses) or 1), 0.0
-    for mass, shape in zip(masses, shapes, strict=True):
-        corners = [corner - middle for corner in corners_of(shape)]
-        if isinstance(shape, pymunk.Circle):
-            moment += pymunk.moment_for_circle(mass, 0, shape.radius, corners[0])
-        elif isinstance(shape, pymunk.Segment):
-            moment += pymunk.moment_for_segment(mass, corners[0], corners[1], shape.radius)
-        else:
-            moment += pymunk.moment_for_poly(mass, corners, radius=shape.radius)
-    return sum(masses), moment, middle
+def _moments(shapes: list[pymunk.Shape], point: pymunk.Vec2d) -> Floats:
+    """Return the moments of shapes about a point, each of mass 1, px²."""
+    return np.array([_moment_of(shape, [corner - point for corner in corners_of(shape)]) for shape in shapes])
+
+
+def _moment_of(shape: pymunk.Shape, corners: list[pymunk.Vec2d]) -> float:
+    if isinstance(shape, pymunk.Circle):
+        return pymunk.moment_for_circle(1, 0, shape.radius, corners[0])
+    if isinstance(shape, pymunk.Segment):
+        return pymunk.moment_for_segment(1, corners[0], corners[1], shape.radius)
+    return pymunk.moment_for_poly(1, corners, radius=shape.radius)
 
 
 def _moment(contents: Contents) -> Iterator[Fault]:
     """Moments that the program gave, of bodies that something can turn, which do not fit.
 
-    If the centre of gravity is off the shapes, a moment about their middle fits too: it is the centre that is wrong.
+    The mass may be in any of several shapes. If the centre of gravity is off the shapes, a moment about their middle
+    fits too: it is the centre that is wrong.
     """
-    for body, moment, middle, is_off in _given(contents):
-        about_middle, centre = body.mass * moment, body.center_of_gravity
-        about_centre = about_middle + body.mass * (centre - middle).length ** 2
-        right = about_middle if is_off else about_centre
-        fits = any(MIN_MOMENT_RATIO <= body.moment / each <= MAX_MOMENT_RATIO for each in (right, about_centre) if each)
+    for body, shapes, sizes, middle, is_off in _given(contents):
+        centre = body.center_of_gravity
+        about_middle, about_centre = (body.mass * _moments(shapes, point) for point in (middle, centre))
+        each, right = (
+            np.append(about_middle, about_centre),
+            (about_middle if is_off else about_centre) @ sizes / sizes.sum(),
+        )
+        fits = MIN_MOMENT_RATIO * each.min() <= body.moment <= MAX_MOMENT_RATIO * each.max()
         # Contacts cannot turn frictionless circles round the centre of gravity
         can_turn = any(
-            shape.friction or not isinstance(shape, pymunk.Circle) or shape.offset != centre
-            for shape in contents.solid_of[id(body)]
+            shape.friction or not isinstance(shape, pymunk.Circle) or shape.offset != centre for shape in shapes
         )
-        if 0 < body.mass < math.inf and 0 < body.moment < math.inf and can_turn and not fits:
+        if all(0 < number < math.inf for number in (body.mass, body.moment, right)) and can_turn and not fits:
             size, how = max(body.moment / right, right / body.moment), "large" if body.moment > right else "small"
             what = f"moment {body.moment:.4g}, {size:.3g} times too {how}: its shapes have {right:.4g}"
             yield contents.fault(body, what, size)
 
 
 def _off_centre(contents: Contents) -> Iterator[Fault]:
-    for body, _, middle, is_off in _given(contents):
+    for body, _, _, middle, is_off in _given(contents):
         if is_off:
-            centre, off = body.center_of_gravity, (middle - body.center_of_gravity).length
-            places = f"centre of gravity at {_pair(centre)}, middle of its shapes at {_pair(middle)}"
-            yield contents.fault(body, f"{places}: {off:.4g} px off", off)
+            places = f"centre of gravity at {_pair(body.center_of_gravity)}, middle of its shapes at {_pair(middle)}"
+            yield contents.fault(body, f"{places}: {middle.length:.4g} px off", middle.length)
 
 
 def _ends(contents: Contents, *, has_mass: bool) -> Iterator[tuple[str, pymunk.Body, pymunk.Body]]:
@@ -151,6 +158,14 @@ def _anchor_far(contents: Contents) -> Iterator[Fault]:
                 if is_dynamic(body) and anchor.length > FAR * size and (anchor - body.position).length < size:
                     what = f"its {type(joint).__name__} to {contents.name(end)} has the anchor {_pair(anchor)}"
                     yield contents.fault(body, what, anchor.length / size, f"{anchor.length:.4g} px")
+
+
+def _negative(contents: Contents) -> Iterator[Fault]:
+    things: list[tuple[Any, Any]] = [*((shape, shape) for shape in contents.new), *contents.new_joints]
+    for thing, place in things:
+        for name in NEVER_NEGATIVE:
+            if (value := getattr(thing, name, 0)) < 0 and (name, type(thing)) != ("radius", pymunk.Poly):
+                yield contents.fault(place, f"its {type(thing).__name__} has {name} {value:.4g}")
 
 
 def _degrees(contents: Contents) -> Iterator[Fault]:
@@ -227,12 +242,15 @@ def _not_finite(contents: Contents) -> Iterator[Fault]:
 
 
 def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
-    things: list[tuple[str, pymunk.Body | pymunk.Shape]] = [("Body", body) for body, _ in contents.new_bodies]
-    things += [("Shape", shape) for shape in contents.shapes if shape not in contents.seen]
-    for kind, thing in things:
-        for name in vars(thing):
-            if cure := IGNORED.get(f"{kind}.{name}"):
-                yield contents.fault(thing, f"{kind.lower()}.{name} was set; write {cure}")
+    """Attributes that are known to have no effect, or whose names have other capitals or underscores than Pymunk's."""
+    things: list[tuple[str, Any, Any]] = [("Body", body, body) for body, _ in contents.new_bodies]
+    things += [("Shape", shape, shape) for shape in contents.shapes if shape not in contents.seen]
+    things += [("Joint", joint, body) for joint, body in contents.new_joints]
+    for kind, thing, place in things:
+        for name in (name for name in vars(thing) if not name.startswith("_")):
+            real = [each for each in dir(type(thing)) if each.replace("_", "") == name.replace("_", "").lower()]
+            if cure := IGNORED.get(f"{kind}.{name}") or (f"{kind.lower()}.{real[0]}" if real else ""):
+                yield contents.fault(place, f"{kind.lower()}.{name} was set; write {cure}")
 
 
 def _overlaps(contents: Contents) -> Iterator[Fault]:
@@ -268,6 +286,7 @@ RULES: Final[Rules[Contents]] = {
     "placed-twice": _placed_twice,
     "concave": _concave,
     "anchor-far": _anchor_far,
+    "negative": _negative,
     "degrees": _degrees,
     "off-centre": _off_centre,
     "moment": _moment,

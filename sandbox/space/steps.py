@@ -39,8 +39,6 @@ MANY_MOVES: Final = 10  # steps before which the program set a body's position
 CAUGHT: Final = 0.2  # of its momentum, that a body loses at a seam
 ALONG: Final = 0.7  # cosine of the angle between two normals, below which one pushes along the other's surface
 FLUSH: Final = 0.1  # of a body's half width, within which two surfaces are one
-MIN_STEPS: Final = 30  # since the last push
-KEPT_SPEED: Final = 0.8  # of its largest speed: slower in the end, something has slowed a body
 MAX_MASS_RATIO: Final = 100.0
 DT_VARIES: Final = 1e-6  # relative, above rounding
 LONGEST_STEP: Final = 0.05  # s: with longer ones, a screen would show less than 20 pictures in a second
@@ -357,26 +355,6 @@ def _continues(evidence: Evidence, contact: Any, other: Any) -> bool:
     return bool(top < floor_top + margin) and floor.point_query((x, y)).distance < margin
 
 
-def _untouched(evidence: Evidence) -> Iterator[Fault]:
-    """Bodies with friction and no bounce that go on and on without a push, and never touch anything."""
-    run, space = evidence.run, evidence.contents.space
-    if tuple(space.gravity) != (0, 0) or space.damping != 1:
-        return
-    is_pushed = ((run.old["velocity"] != run.was["velocity"]) | (run.old["force"] != 0)).any(axis=1)
-    touching = {*run.contacts["body_a"].tolist(), *run.contacts["body_b"].tolist()}
-    for body in evidence.contents.bodies:
-        rows = run.new["id"] == body.id
-        speed = np.hypot(*run.new["velocity"][rows].T)
-        shapes = evidence.contents.solid_of.get(id(body), ())
-        is_rough = any(shape.friction for shape in shapes) and not any(shape.elasticity for shape in shapes)
-        is_left = len(speed) > MIN_STEPS and not is_pushed[rows][-MIN_STEPS:].any()
-        is_going = is_left and 0 < speed.max() * KEPT_SPEED < speed[-1]
-        is_free = is_dynamic(body) and not body.constraints and body._velocity_func is None
-        if is_rough and is_going and is_free and body.id not in touching:
-            what = f"still goes at {speed[-1]:.3g} px/s, and never touched anything"
-            yield evidence.fault([body.id], run.steps[-1], what, since=run.steps[0].time)
-
-
 def _hanging(evidence: Evidence) -> Iterator[Fault]:
     """Bodies that sleep, though nothing touches or holds them and gravity pulls."""
     space = evidence.contents.space
@@ -397,7 +375,6 @@ STEP_RULES: Final[Rules[Evidence]] = {
     "contacts-within": _contacts_within,
     "seams": _caught,
     "moved-by-hand": _moved,
-    "friction-untouched": _untouched,
     "passed-through": _passed,
     "hangs": _hanging,
     "joint-stretched": _stretched,

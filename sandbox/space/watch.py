@@ -26,6 +26,7 @@ from sandbox.space.passages import Passages
 from sandbox.space.recording import Recording, original_step
 from sandbox.space.rules import END_RULES, RULES
 from sandbox.space.steps import LONGEST_STEP, STEP_RULES, Evidence
+from sandbox.space.unusual import unusual
 
 MAX_SPACES: Final = 10  # that are diagnosed
 MAX_LOOKED_AT: Final = 500_000  # shapes in all looks of the linter, which take some 10 µs each
@@ -76,7 +77,9 @@ class Trial:
         if self._recording.steps:
             evidence = Evidence(self._recording, contents, self._passages)
             found |= {rule: list(find(evidence)) for rule, find in STEP_RULES.items()}
-            energy, figures = ledger_of(evidence.run) if evidence.run.steps else None, evidence.figures()
+            if evidence.run.steps:
+                found, energy = found | unusual(evidence), ledger_of(evidence.run)
+            figures = evidence.figures()
         findings, (bodies, shapes, joints) = tuple(self._linter.findings(found)), self._most
         return Diagnosis(
             number, self.line, self.steps, self.time, bodies, shapes, joints, findings, energy, figures, self.cost

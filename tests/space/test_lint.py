@@ -146,6 +146,7 @@ FAULTS: dict[str, tuple[str, Callable[[pymunk.Space], None]]] = {
         "anchor-far",
         lambda space: space.add(pymunk.PinJoint(space.static_body, body_of(disc(space, 200)), (200, 0), (200, 100))),
     ),
+    "its Circle has radius -20": ("negative", lambda space: disc(space, 200, radius=-20)),
     "angle 20, 3.18 turns": ("degrees", body_with(box, angle=20)),
     "category 3 is 1 and 2 at once": ("categories", numbered_categories),
     "body.elasticity was set; write shape.elasticity": ("attribute", body_with(disc, elasticity=0.9)),
@@ -200,12 +201,12 @@ def test_a_rod_without_thickness_has_the_mass_of_its_length_and_a_point_has_none
     """The rod has 200 px, and a box 400 px²: a third and two thirds of the mass."""
     space, ends = pymunk.Space(), ((-100, 0), (100, 0))
     moment = pymunk.moment_for_box(2, (20, 20)) + pymunk.moment_for_segment(1, *ends, 0)
-    body = pymunk.Body(3, 2.5 * moment)
+    body = pymunk.Body(3, 8 * moment)
     rod, flat = pymunk.Segment(body, *ends, 0), pymunk.Poly(body, ends, radius=5)
     point = pymunk.Segment(pymunk.Body(1, 100), (900, 0), (900, 0), 0)
     space.add(body, pymunk.Poly.create_box(body, (20, 20)), rod, flat, body_of(point), point)
     (finding,) = sandbox.lint(space)
-    assert finding.bodies[0].detail == f"moment {2.5 * moment:.4g}, 2.5 times too large: its shapes have {moment:.4g}"
+    assert finding.bodies[0].detail == f"moment {8 * moment:.4g}, 8 times too large: its shapes have {moment:.4g}"
 
 
 SHAPES: Sequence[Callable[[pymunk.Body], pymunk.Shape]] = (

@@ -1,0 +1,335 @@
+"""What is unusual, and may be meant: small Spaces where it is named with its figures, and their mended twins."""
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import pymunk
+import pytest
+from spaces import add, at, ball, body, box, ground, wall, watched, world
+
+from sandbox.space.diagnosis import Diagnosis
+from sandbox.space.findings import TEXTS, Certainty
+
+STANDS = (0, 184.95)  # a box of 20 px on the floor
+
+
+def falls(gravity: float = 900, x: float = 0) -> Diagnosis:
+    """A ball falls on a floor from x = -500 to 500."""
+    space = ground(gravity=gravity)
+    ball(space, x, 150)
+    return watched(space, 60)
+
+
+def in_metres(slop: float) -> Diagnosis:
+    space = world(gravity=9.81)
+    space.collision_slop = slop
+    wall(space, (-2, 2), (2, 2), 0.1)
+    box(space, 0, 1.7, (0.3, 0.3))
+    return watched(space, 60)
+
+
+def handled(kinds: tuple[int, int | None], callback: Any, extra: int = 1, floor: int = 0) -> Diagnosis:
+    """A ball of two shapes, one of type 1 and one of another, falls on a floor."""
+    space = ground(collision_type=floor)
+    made = ball(space, 0, 150, collision_type=1)
+    second = pymunk.Circle(made, 5, (0, -20))
+    second.collision_type = extra
+    space.add(second)
+    space.on_collision(*kinds, begin=callback)
+    return watched(space)
+
+
+def lets(arbiter: pymunk.Arbiter, _: pymunk.Space, __: object) -> None:
+    arbiter.process_collision = False
+
+
+def says_no(*_: object) -> bool:
+    return False
+
+
+def passes(kind: int, **values: Any) -> Diagnosis:
+    """A body goes to the right through a wall, or is stopped there."""
+    space, mover = world(gravity=0), body(0, 0, (120, 0), kind)
+    wall(space, (50, -50), (50, 50))
+    add(space, pymunk.Circle(mover, 10), mass=1, **values)
+    return watched(space, 60)
+
+
+def jointed(change: Callable[[pymunk.Body, pymunk.Body], pymunk.Constraint], **values: Any) -> Diagnosis:
+    space = world(gravity=0)
+    joint = change(ball(space, 0, 0), ball(space, 50, 0))
+    for name, value in values.items():
+        setattr(joint, name, value)
+    space.add(joint)
+    return watched(space)
+
+
+def pushed(
+    act: Callable[[pymunk.Body, int], object], gravity: float = 900, moment: float = 0, **values: Any
+) -> Diagnosis:
+    """A box of 20 px stands on a floor, with a wall to its right; the program acts before each of 120 steps."""
+    space = ground(gravity=gravity, friction=1)
+    wall(space, (100, 0), (100, 200), friction=values.pop("wall", 1))
+    made = box(space, *values.pop("place", STANDS), **values)
+    made.moment = moment or made.moment
+    return watched(space, 120, lambda number: act(made, number))
+
+
+def glances(moment: float) -> Diagnosis:
+    """A ball hits a wall at 45 degrees."""
+    space = ground(gravity=0, friction=1)
+    ball(space, 0, 100, velocity=(200, 200)).moment = moment
+    return watched(space, 60)
+
+
+def put_back(stopped: bool) -> Diagnosis:
+    space = world()
+    made = ball(space, 0, 0)
+
+    def put() -> None:
+        made.position, made.velocity = (0, 0), (0, 0) if stopped else made.velocity
+
+    return watched(space, 60, at(30, put))
+
+
+def thrown(function: Callable[[pymunk.Body, Any, float, float], None]) -> Diagnosis:
+    space = world()
+    ball(space, 0, 0, velocity=(100, 0)).velocity_func = function
+    return watched(space)
+
+
+def carried(speed: Callable[[pymunk.Body], float]) -> Diagnosis:
+    """A player on a lift that goes to the right, with a speed that the program sets before each step."""
+    space, lift = world(), body(0, 0, (60, 0), pymunk.Body.KINEMATIC)
+    add(space, pymunk.Poly.create_box(lift, (400, 10)))
+    player = box(space, 0, -14.95)
+
+    def walk(_: int) -> None:
+        player.velocity = speed(player), player.velocity.y
+
+    return watched(space, 60, walk)
+
+
+def force(x: float, y: float = 0, every: int = 1, call: str = "apply_force_at_local_point", aside: float = 0) -> Any:
+    def act(made: pymunk.Body, number: int) -> None:
+        if number % every == 0:
+            getattr(made, call)((x, y), pymunk.Vec2d(aside, 0) + made.position if "world" in call else (0, 0))
+
+    return act
+
+
+def turning(call: str, aside: float = 0) -> Diagnosis:
+    """A rocket that turns by 2 rad while it is pushed; aside: px, of the point from its position."""
+    space = world(gravity=0)
+    rocket = box(space, 0, 0, (10, 30))
+    rocket.angular_velocity = 2
+    return watched(space, 60, lambda number: force(0, -50, call=call, aside=aside)(rocket, number))
+
+
+def runs(velocity: float) -> Callable[[pymunk.Body, int], None]:
+    def act(made: pymunk.Body, _: int) -> None:
+        made.velocity = velocity, made.velocity.y
+
+    return act
+
+
+def rolling(damping: float, call: str = "") -> Diagnosis:
+    space = ground(friction=1)
+    space.damping = damping
+    wheel = ball(space, -300, 184.95, velocity=(100, 0), friction=1, elasticity=0)
+    wheel.angular_velocity = 10
+    return watched(space, 120, lambda number: force(20, every=40, call=call)(wheel, number) if call else None)
+
+
+def hammer(mass: float, hinged: bool = False) -> Diagnosis:
+    """It turns about its centre of gravity, or a hinge at its position, with a head of some mass at 20 px."""
+    space, made = world(gravity=0), body(0, 0)
+    made.angular_velocity = 5
+    for x, part in ((-20, 1.0), (20, mass)):
+        shape = pymunk.Circle(made, 5, (x, 0))
+        shape.mass = part
+        space.add(*(() if made.space else (made,)), shape)
+    if hinged:
+        space.add(pymunk.PivotJoint(space.static_body, made, (0, 0)))
+    return watched(space, 60)
+
+
+def tilted(wake: bool) -> Diagnosis:
+    space = ground()
+    space.sleep_time_threshold = 0.2
+    boxes = [box(space, 50 * k, 184.95) for k in range(4)]
+
+    def tilt() -> None:
+        space.gravity = 900, 0
+        for each in boxes if wake else ():
+            each.activate()
+
+    return watched(space, 90, at(60, tilt))
+
+
+# By their rules: the Space, its mended twin, and the detail or the symptom's end
+CASES: dict[str, tuple[Callable[[], Diagnosis], Callable[[], Diagnosis], str]] = {
+    "slow-fall": (lambda: falls(9.81), falls, "takes 2 s to fall by its own width, 20"),
+    "coarse-slop": (lambda: in_metres(0.1), lambda: in_metres(0.001), "is 0.3 wide, and collision_slop 0.1"),
+    "deaf-callback": (
+        lambda: handled((1, 3), lets),
+        lambda: handled((1, 0), lets),
+        "no shape has the collision_type 3",
+    ),
+    "other-type": (lambda: handled((1, None), lets, 4), lambda: handled((1, None), lets), "collision types 1, 4"),
+    "any-type": (lambda: handled((0, 0), lets), lambda: handled((1, 1), lets), "on_collision(0, 0) is called"),
+    "returned": (lambda: handled((1, 0), says_no), lambda: handled((1, 0), lets), "What says_no returns"),
+    "ghosts": (lambda: passes(pymunk.Body.KINEMATIC), lambda: passes(pymunk.Body.DYNAMIC), "neither moves by forces"),
+    "bouncy": (
+        lambda: pushed(lambda *_: None, place=(0, 100), elasticity=6),
+        lambda: pushed(lambda *_: None, place=(0, 100)),
+        "elasticity 1.2 in a contact",
+    ),
+    "strong-motor": (
+        lambda: jointed(lambda a, b: pymunk.SimpleMotor(a, b, 3)),
+        lambda: jointed(lambda a, b: pymunk.SimpleMotor(a, b, 3), max_force=100),
+        "its SimpleMotor of 3 rad/s has max_force inf",
+    ),
+    "limits": (
+        lambda: jointed(lambda a, b: pymunk.RotaryLimitJoint(a, b, 1, -1)),
+        lambda: jointed(lambda a, b: pymunk.RotaryLimitJoint(a, b, -1, 1)),
+        "its RotaryLimitJoint has min 1 and max -1",
+    ),
+    "single-pushes": (lambda: pushed(force(9000, every=4)), lambda: pushed(force(1500)), "in 30 of 120 steps"),
+    "in-vain": (lambda: pushed(force(100)), lambda: pushed(force(1500)), "100 on a mass of 1: 100 px/s²"),
+    "turns-not": (
+        lambda: turning("apply_force_at_world_point"),
+        lambda: turning("apply_force_at_local_point"),
+        "50, while the body turned by 1.97 rad",
+    ),
+    "turns-with": (
+        lambda: rolling(1, "apply_impulse_at_local_point"),
+        lambda: rolling(1, "apply_impulse_at_world_point"),
+        "while it turned by",
+    ),
+    "velocity-set": (
+        lambda: carried(lambda _: 0),
+        lambda: carried(lambda made: made.velocity.x),
+        "px/s are lost in one",
+    ),
+    "adds-up": (
+        lambda: pushed(force(0, -20, call="apply_impulse_at_local_point"), gravity=0),
+        lambda: pushed(force(0, -20, every=60, call="apply_impulse_at_local_point"), gravity=0),
+        "20 px/s before 119 of 120 steps",
+    ),
+    "tips": (
+        lambda: pushed(runs(60), place=(0, 170), size=(10, 50)),
+        lambda: pushed(runs(60), place=(0, 170), size=(10, 50), moment=math.inf),
+        "turned by",
+    ),
+    "clings": (
+        lambda: pushed(force(3000), place=(84, 50)),
+        lambda: pushed(force(3000), place=(84, 50), wall=0),
+        "steps",
+    ),
+    "rolls": (lambda: rolling(1), lambda: rolling(0.8), "at 100 px/s"),
+    "slides-not": (lambda: glances(math.inf), lambda: glances(50), "friction 0.8 in a contact"),
+    "respawns": (lambda: put_back(stopped=False), lambda: put_back(stopped=True), "by 450 px/s"),
+    "own-function": (
+        lambda: thrown(lambda made, g, damping, dt: pymunk.Body.update_velocity(made, g, 0.9, dt)),
+        lambda: thrown(pymunk.Body.update_velocity),
+        "it takes 10 % of its velocity in a step",
+    ),
+    "turns-about": (lambda: hammer(9), lambda: hammer(1), "its centre of gravity is 16 px off its position"),
+    "falls-away": (lambda: falls(x=600), falls, "is below all walls"),
+    "sleeps-on": (lambda: tilted(False), lambda: tilted(True), "sleeps"),
+}
+
+
+@pytest.mark.parametrize("rule", CASES)
+def test_what_is_unusual_is_named_with_its_figures_and_mended_it_is_not(rule: str) -> None:
+    make, mend, says = CASES[rule]
+    finding = next(each for each in make().findings if each.rule == rule)
+    assert finding.certainty == Certainty.POSSIBLE
+    assert says in " ".join([finding.symptom, *(body.detail for body in finding.bodies)])
+    assert rule not in {each.rule for each in mend().findings}
+
+
+def alone(act: Callable[[Any, int], object] = lambda *_: None, gravity: Any = (0, 900), **values: Any) -> Diagnosis:
+    """A ball without anything that it could touch."""
+    space = world()
+    space.gravity, space.damping, space.collision_slop = gravity, values.pop("damping", 1), 0.1
+    made = ball(space, 0, 0, **{key: values.pop(key) for key in values.keys() & {"r", "velocity"}})
+    for name, value in values.items():
+        setattr(made, name, value)
+    return watched(space, 120, lambda number: act(made, number))
+
+
+def reset(made: pymunk.Body, number: int) -> None:
+    made.angle = made.angle if number % 60 else 0
+
+
+def wander(made: pymunk.Body, _: int) -> None:
+    made.angular_velocity, made.velocity = 3, (60, made.velocity.y)
+
+
+def moved_wall() -> Diagnosis:
+    space, door = world(), body(0, 0, kind=pymunk.Body.STATIC)
+    add(space, pymunk.Circle(door, 10))
+    return watched(space, 60, lambda number: setattr(door, "position", (number, number)))
+
+
+def teleported() -> Diagnosis:
+    """A kinematic body that is put behind a wall."""
+    space, mover = world(), body(0, 0, kind=pymunk.Body.KINEMATIC)
+    wall(space, (50, -50), (50, 50))
+    add(space, pymunk.Circle(mover, 10))
+    return watched(space, 60, at(30, lambda: setattr(mover, "position", (100, 0))))
+
+
+def slope(**values: Any) -> Diagnosis:
+    """A ball that rolls down, or is slowed by damping so that it keeps its speed."""
+    space = ground(friction=1)
+    space.gravity, space.damping = (100, 900), values.pop("damping", 1)
+    ball(space, -450, 184.95, friction=1, **values)
+    return watched(space, 180)
+
+
+def limit(made: pymunk.Body, gravity: Any, damping: float, dt: float) -> None:
+    pymunk.Body.update_velocity(made, gravity, damping, dt)
+    made.velocity = 0, min(made.velocity.y, 300)
+
+
+UPDATE = pymunk.Body.update_velocity
+RIGHT: tuple[tuple[str, Callable[[], Diagnosis]], ...] = (
+    ("slow-fall", lambda: alone(gravity=(0, 9), velocity_func=lambda made, g, *rest: UPDATE(made, g * 99, *rest))),
+    ("coarse-slop", lambda: alone(r=0.1)),
+    ("in-vain", lambda: alone(force(0, -900))),
+    ("in-vain", lambda: alone(lambda made, number: force(0, -1500 if number % 2 else -100)(made, 0))),
+    ("turns-not", lambda: turning("apply_force_at_world_point", 20)),
+    ("velocity-set", lambda: pushed(force(0, -15, call="apply_impulse_at_local_point"), place=(0, 100))),
+    ("adds-up", lambda: pushed(lambda made, number: runs(200 if number % 40 < 20 else -200)(made, number))),
+    ("degrees", lambda: alone(reset, angular_velocity=10)),
+    ("tips", lambda: pushed(wander, place=(0, 170), size=(10, 50))),
+    ("tips", lambda: rolling(1, "apply_force_at_world_point")),
+    ("rolls", lambda: slope(velocity=(100, 0))),
+    ("rolls", lambda: slope(damping=0.1)),
+    ("clings", lambda: pushed(force(300))),
+    ("clings", lambda: pushed(force(3000), place=(84, 15), wall=0.3)),
+    ("own-function", lambda: alone(velocity=(0, 300), velocity_func=limit)),
+    ("own-function", lambda: alone(velocity=(9, 0), velocity_func=lambda made, g, *rest: UPDATE(made, -g, *rest))),
+    ("own-function", lambda: alone(damping=0.1, velocity=(9, 0), velocity_func=partial(UPDATE))),
+    ("falls-away", lambda: pushed(force(0, -900), place=(0, 400))),
+    ("any-type", lambda: handled((0, 0), lets, floor=2)),
+    ("turns-about", lambda: hammer(9, hinged=True)),
+    ("turns-about", lambda: hammer(1.1)),
+    ("strong-motor", lambda: jointed(lambda a, b: pymunk.SimpleMotor(a, b, 0))),
+    ("ghosts", moved_wall),
+    ("ghosts", teleported),
+)
+
+
+@pytest.mark.parametrize(("rule", "make"), RIGHT)
+def test_a_right_program_is_not_said_to_be_unusual(rule: str, make: Callable[[], Diagnosis]) -> None:
+    assert rule not in {each.rule for each in make().findings}
+
+
+def test_every_rule_has_a_case() -> None:
+    assert set(CASES) == {rule for rule, texts in TEXTS.items() if not texts["cause"]}
