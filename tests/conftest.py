@@ -1,6 +1,7 @@
 """Fixtures and helpers that several test modules use."""
 
 import gc
+import json
 import multiprocessing
 import os
 import platform
@@ -108,6 +109,12 @@ def without_fma() -> dict[str, str]:
     if platform.machine() != "x86_64" or pow_variant() != "fma":
         pytest.skip("needs glibc on an x86-64 processor with FMA")
     return os.environ | {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-FMA_Usable"}  # the second name before glibc 2.33
+
+
+def ball_at(x: float, y: float, vx: float = 0, vy: float = 0, radius: float = 20, **more: object) -> str:
+    """Return the lines of a ball's table."""
+    keys = {"radius": radius, "position": [x, y], "velocity": [vx, vy]} | more
+    return "\n".join(f"{key} = {json.dumps(value)}" for key, value in keys.items())
 
 
 def scene_of(*balls: str, size: str = "[800, 600]", more: str = "") -> Scene:

@@ -1,6 +1,7 @@
 """Moments of sessions: made of given speeds, and compared to the bit."""
 
 import numpy as np
+from conftest import ball_at
 
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.model import Scene
@@ -9,6 +10,8 @@ from sandbox.session.samples import Samples
 from sandbox.session.session import Session
 from sandbox.state import State
 
+# They meet each other and the walls within a second.
+THREE_BALLS = (ball_at(200, 300, 240), ball_at(260, 310, mass=3), ball_at(600, 100, 70, -510, 10, elasticity=0.5))
 THROW: list[Input] = [Grab(step=5, ball=2, at=(600, 300)), Move(step=9, at=(640, 200)), Release(step=14)]
 
 
@@ -33,6 +36,14 @@ def run(session: Session, steps: int) -> Session:
     for _ in range(steps):
         session.advance()
     return session
+
+
+def perform(session: Session, inputs: list[Input], until: int) -> None:
+    """Give each input at its step, as a user does."""
+    for given in inputs:
+        run(session, given.step - session.step)
+        session.give(given)
+    run(session, until - session.step)
 
 
 def flat(moment: Moment) -> list[object]:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from conftest import scene_of
+from conftest import ball_at, scene_of
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -47,9 +47,7 @@ def test_potential_energy_is_the_work_gravity_has_left_to_do(
 
 def test_energy_does_not_change_along_a_parabola() -> None:
     scene = scene_of(
-        "radius = 5\nmass = 3\nposition = [100, 50]\nvelocity = [20, -30]",
-        "radius = 5\nposition = [200, 500]\nvelocity = [-7, 0]",
-        more="gravity = [4, 90]",
+        ball_at(100, 50, vx=20, vy=-30, radius=5, mass=3), ball_at(200, 500, vx=-7, radius=5), more="gravity = [4, 90]"
     )
     start, gravity = spawn(scene), np.array([4.0, 90.0])
     time = np.linspace(0, 2, 9)[:, None, None]

@@ -4,6 +4,7 @@ from typing import Final
 
 import numpy as np
 import pygame
+from conftest import ball_at
 from pygame import Rect, Surface
 from pygame.event import Event
 
@@ -15,11 +16,7 @@ from sandbox.view.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.view.widgets.fields import Slider
 from sandbox.view.window import Window
 
-THREE_BALLS: Final = (
-    "radius = 20\nposition = [200, 300]\nvelocity = [240, 0]",
-    "radius = 20\nposition = [260, 310]\nmass = 3",
-    "radius = 10\nposition = [600, 100]\nvelocity = [60, -30]",
-)
+THREE_BALLS: Final = (ball_at(200, 300, vx=240), ball_at(260, 310, mass=3), ball_at(600, 100, vx=60, vy=-30, radius=10))
 SMALL_SCENE: Final = "[arena]\nsize = [90, 90]\n[[balls]]\nradius = 5\nposition = [9, 9]\n"
 CODES: Final = {
     "Left": pygame.K_LEFT, "Right": pygame.K_RIGHT, "Up": pygame.K_UP, "Down": pygame.K_DOWN, "Home": pygame.K_HOME,

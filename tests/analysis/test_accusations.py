@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from conftest import scene_of
+from conftest import ball_at, scene_of
 from event_driven import EventDriven
 from faults import IgnoresPair, PutsApart, SemiImplicitGravity, SteppedWallsTooSoft
 from first_difference import first_difference
@@ -30,7 +30,7 @@ def test_more_iterations_do_not_change_what_is_found_late_between_a_wall_and_a_b
     assert one.cause in (Cause.LATE, Cause.UNKNOWN)
 
 
-TURNED_PAIR = ("radius = 20\nposition = [300, 300]\nvelocity = [100, 0]", "radius = 20\nposition = [338, 310]")
+TURNED_PAIR = (ball_at(300, 300, vx=100), ball_at(338, 310))
 
 
 @pytest.mark.parametrize("engine", ["impulse", "pymunk"])
@@ -44,7 +44,7 @@ def test_balls_that_overlap_from_the_start_are_not_found_late(engine: str, gravi
 def touching_pair(overlap: float) -> Scene:
     """Return two balls that overlap along (0.96, 0.28), px; the first moves on into the second."""
     x, y = 300 + 0.96 * (40 - overlap), 300 + 0.28 * (40 - overlap)
-    balls = "radius = 20\nposition = [300, 300]\nvelocity = [100, 0]", f"radius = 20\nposition = [{x}, {y}]"
+    balls = ball_at(300, 300, vx=100), f"radius = 20\nposition = [{x}, {y}]"
     return scene_of(*balls, more="seconds = 1")
 
 
@@ -65,7 +65,7 @@ def test_an_overlap_that_is_only_rounding_explains_no_more_than_that(engine: str
 
 @pytest.mark.parametrize("engine", ["impulse"])
 def test_a_ball_in_a_wall_from_the_start_is_not_blamed_on_gravity(engine: str) -> None:
-    ball = "radius = 20\nelasticity = 0.5\nposition = [300, 590]"
+    ball = ball_at(300, 590, elasticity=0.5)
     scene = scene_of(ball, size="[800, 600]\noverlap = 10", more="gravity = [0, 900]\nseconds = 0.1")
     one = first_difference(scene, engine)
     assert one.cause == Cause.UNKNOWN
@@ -73,7 +73,7 @@ def test_a_ball_in_a_wall_from_the_start_is_not_blamed_on_gravity(engine: str) -
 
 def test_balls_that_an_edit_leaves_overlapping_are_not_found_late() -> None:
     """A slop of 1 px leaves their overlap alone until the edit lets them go."""
-    balls = "radius = 20\nposition = [300, 300]", "radius = 20\nposition = [338, 310]"
+    balls = ball_at(300, 300), ball_at(338, 310)
     scene = scene_of(*balls, more="seconds = 0.3")
     edit = SetVelocity(step=6, ball=0, velocity=(100.0, 0.0))
     name = "pymunk(collision_slop=1)"
@@ -128,11 +128,7 @@ def test_exact_is_not_called_wrong_where_balls_rest_on_each_other_or_come_to_res
 
 def test_a_ball_that_another_leads_round_a_third_within_a_step_passes_through_none() -> None:
     """A wall turns it round within the step: the straight way from its place before to that after is not its way."""
-    scene = scene_of(
-        "radius = 20\nposition = [300, 300]\nvelocity = [200, -600]",
-        "radius = 20\nposition = [400, 320]",
-        more="rate = 1\nseconds = 1",
-    )
+    scene = scene_of(ball_at(300, 300, vx=200, vy=-600), ball_at(400, 320), more="rate = 1\nseconds = 1")
     assert compare(scene, ["exact"]).runs["exact"].missed == 0
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import scene_of
+from conftest import ball_at, scene_of
 
 from sandbox.analysis.comparison import Comparison, compare, flatten
 from sandbox.analysis.verdict import verdict
@@ -150,10 +150,7 @@ def test_contacts_are_counted_by_kind_and_overlap_is_the_deepest() -> None:
 def test_a_ball_whose_centre_was_outside_has_escaped_in_figures_and_verdict(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    scene = scene_of(
-        "radius = 20\nposition = [420, 300]\nvelocity = [6000, 0]",  # 100 px a step, and Pymunk finds the wall late
-        "radius = 20\nposition = [400, 100]",
-    )
+    scene = scene_of(ball_at(420, 300, vx=6000), ball_at(400, 100))  # 100 px a step, and Pymunk finds the wall late
     for steps, escaped in ((3, 0), (4, 1), (5, 1)):
         comparison = compare(scene.changed(seconds=steps / 60), ["pymunk"])
         assert comparison.runs["pymunk"].figures.escaped == escaped

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from conftest import numbers_in, scene_of
+from conftest import ball_at, numbers_in, scene_of
 from event_driven import Stepped
 from first_difference import first_difference
 
@@ -19,16 +19,9 @@ class TooMuch(Stepped):
 
 
 # Balls 0 and 1 meet head-on, and then 2 is hit by 1. At 60 steps a second they touch on a step, but for rounding.
-ROW = scene_of(
-    "radius = 20\nposition = [100, 300]\nvelocity = [240, 0]",
-    "radius = 20\nposition = [300, 300]",
-    "radius = 20\nposition = [502, 300]",
-    more="seconds = 3",
-)
+ROW = scene_of(ball_at(100, 300, vx=240), ball_at(300, 300), ball_at(502, 300), more="seconds = 3")
 # One ball that a wall of 780 stops 1.4 px deep; another that never meets it.
-WALL = scene_of(
-    "radius = 20\nposition = [302, 300]\nvelocity = [480, 0]", "radius = 20\nposition = [100, 100]", more="seconds = 2"
-)
+WALL = scene_of(ball_at(302, 300, vx=480), ball_at(100, 100), more="seconds = 2")
 
 
 def test_an_engine_without_a_fault_differs_in_displacements_only() -> None:
@@ -108,15 +101,13 @@ def test_at_radius_one_the_article_is_right() -> None:
 
 def meeting(radius: float) -> Scene:
     return scene_of(
-        f"radius = {radius}\nposition = [100, 300]\nvelocity = [30, 0]",
-        f"radius = {radius}\nposition = [{130.25 + 2 * radius}, 300]",
-        more="seconds = 1.5",
+        ball_at(100, 300, vx=30, radius=radius), ball_at(130.25 + 2 * radius, 300, radius=radius), more="seconds = 1.5"
     )
 
 
 def test_a_contact_without_impulse_is_no_difference() -> None:
     """Along a wall that it touches, the article reverses a speed of 0 in every step."""
-    scene = scene_of("radius = 20\nposition = [20, 300]\nvelocity = [0, 100]", more="seconds = 1")
+    scene = scene_of(ball_at(20, 300, vy=100), more="seconds = 1")
     run = compare(scene, ["article", "exact"]).runs["article"]
     assert run.figures.wall_contacts == 60
     assert run.differences == ()
@@ -149,9 +140,7 @@ def test_a_depth_in_a_sentence_is_that_of_the_contact_that_the_sentence_names(en
 
 def test_contacts_at_one_time_in_another_order_are_no_difference_where_the_paths_are_the_same() -> None:
     """In a corner a ball touches both walls at once: one engine tells the right one first, the other the lower one."""
-    corner = scene_of(
-        "radius = 20\nposition = [300, 300]\nvelocity = [123, 123]", size="[600, 600]", more="seconds = 3"
-    )
+    corner = scene_of(ball_at(300, 300, vx=123, vy=123), size="[600, 600]", more="seconds = 3")
     run = compare(corner.changed(arena={"size": (600, 600), "elasticity": 0.7}), ["impulse", "exact"]).runs["impulse"]
     assert run.figures.gap_max < 1e-9
     assert run.differences == ()

@@ -6,7 +6,7 @@ from typing import Any
 
 import pymunk
 import pytest
-from conftest import sample, scene_of
+from conftest import ball_at, sample, scene_of
 
 from sandbox.analysis.comparison import compare, flatten
 from sandbox.judge.causes import Cause
@@ -73,7 +73,7 @@ def test_the_scale_of_a_dropped_ball_is_m_g_h_at_the_floor_though_no_step_ends_t
 
 
 def test_the_scale_of_a_thrown_ball_is_its_energy_above_the_lowest_point_that_it_reaches() -> None:
-    ball = "radius = 10\nmass = 3\nposition = [100, 300]\nvelocity = [200, -300]\nspin = 8"
+    ball = ball_at(100, 300, vx=200, vy=-300, radius=10, mass=3, spin=8)
     comparison = compare(scene_of(ball, more=GRAVITY + "seconds = 1", size="[900, 3000]"), ["exact"])
     spin = 3 * 10**2 / 2 * 8**2 / 2
     assert comparison.energy_scale == pytest.approx(3 * (200**2 + (900 - 300) ** 2) / 2 + spin)
@@ -81,7 +81,7 @@ def test_the_scale_of_a_thrown_ball_is_its_energy_above_the_lowest_point_that_it
 
 def test_a_ball_that_rolls_has_the_scale_of_its_start() -> None:
     """Nothing falls, though every step has a contact that carries the ball."""
-    rolling = "radius = 20\nfriction = 1\nposition = [100, 580]\nvelocity = [80, 0]\nspin = 4"
+    rolling = ball_at(100, 580, vx=80, friction=1, spin=4)
     scene = scene_of(rolling, more=GRAVITY + "seconds = 1")
     assert compare(scene, ["exact"]).energy_scale == pytest.approx(80**2 / 2 + (20**2 / 2) * 4**2 / 2, rel=1e-12)
 
@@ -89,9 +89,7 @@ def test_a_ball_that_rolls_has_the_scale_of_its_start() -> None:
 @pytest.mark.parametrize("gravity", ["", GRAVITY])
 def test_the_mouse_is_the_scale_if_it_gives_more_than_there_is(gravity: str) -> None:
     """A ball at rest is thrown: without walls near, all of its energy is the mouse's."""
-    scene = scene_of(
-        "radius = 20\nmass = 2\nposition = [100, 300]", size="[4000, 4000]", more=f"{gravity}seconds = 0.5"
-    )
+    scene = scene_of(ball_at(100, 300, mass=2), size="[4000, 4000]", more=f"{gravity}seconds = 0.5")
     inputs: list[Input] = [Grab(step=0, ball=0, at=(100, 300)), Move(step=1, at=(2000, 300)), Release(step=20)]
     comparison = compare(scene, ["impulse", "exact"], inputs=inputs)
     run = comparison.runs["exact"]
@@ -137,5 +135,5 @@ def test_an_energy_that_a_scene_expects_is_of_the_same_scale(size: str) -> None:
 
 def test_an_energy_is_not_expected_of_what_does_not_move() -> None:
     expect = "[[expect]]\nat = 0.1\nenergy_ratio = 1\ntolerance = 1\nbecause = 'x'\n"
-    [(_, row)] = verify([scene_of("radius = 20\nposition = [100, 100]", more=expect)], ["exact"])
+    [(_, row)] = verify([scene_of(ball_at(100, 100), more=expect)], ["exact"])
     assert row["exact"].scores[0].skipped == "nothing moves, so the energy has no ratio"

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 import pytest
-from conftest import sample, scene_of
+from conftest import ball_at, sample, scene_of
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.reference import Twins
@@ -76,14 +76,7 @@ def test_beyond_the_horizon_few_balls_have_statistics_too() -> None:
     assert not any(run.theory for run in short.runs.values())
 
 
-def ball(x: float, y: float, vx: float = 0, vy: float = 0, mass: float = 1, elasticity: float = 1) -> str:
-    """Return a ball of radius 20 px."""
-    return (
-        f"radius = 20\nposition = [{x!r}, {y!r}]\nvelocity = [{vx!r}, {vy!r}]\nmass = {mass}\nelasticity = {elasticity}"
-    )
-
-
-ONE_HITS_TWO = scene_of(ball(100, 300, 200), ball(300, 279), ball(300, 321), more="seconds = 2")
+ONE_HITS_TWO = scene_of(ball_at(100, 300, 200), ball_at(300, 279), ball_at(300, 321), more="seconds = 2")
 
 
 def test_one_ball_that_hits_two_at_once_is_undecided_from_then_on() -> None:
@@ -107,8 +100,8 @@ def test_one_ball_that_hits_two_at_once_is_undecided_from_then_on() -> None:
 
 def test_before_a_tie_an_engine_is_still_judged() -> None:
     """In the article's rule, two other balls lose energy well before the tie."""
-    early = (ball(100, 100, 200), ball(160, 100))
-    scene = scene_of(ball(100, 300, 200), ball(300, 279), ball(300, 321), *early, more="seconds = 2")
+    early = (ball_at(100, 100, 200), ball_at(160, 100))
+    scene = scene_of(ball_at(100, 300, 200), ball_at(300, 279), ball_at(300, 321), *early, more="seconds = 2")
     comparison = compare(scene, ["article", "exact"])
     first = comparison.runs["article"].figures.first_difference
     assert comparison.trust.undecided is not None
@@ -154,16 +147,17 @@ def test_an_answer_without_the_scene_s_symmetry_is_never_trusted(scenes: int, at
 @pytest.mark.parametrize(
     "balls",
     [
-        pytest.param([ball(100, 100, -200, -200)], id="corner"),
-        pytest.param([ball(100, 100, -200, -200, elasticity=0.5)], id="corner that takes energy"),
-        pytest.param([ball(100, 300, 200), *(ball(300 + 40 * k, 300) for k in range(4))], id="touching cradle"),
+        pytest.param([ball_at(100, 100, -200, -200)], id="corner"),
+        pytest.param([ball_at(100, 100, -200, -200, elasticity=0.5)], id="corner that takes energy"),
+        pytest.param([ball_at(100, 300, 200), *(ball_at(300 + 40 * k, 300) for k in range(4))], id="touching cradle"),
         pytest.param(
-            [ball(100, 300, 200), *(ball(300 + 40 * k, 300) for k in range(3)), ball(580, 300, -200)],
+            [ball_at(100, 300, 200), *(ball_at(300 + 40 * k, 300) for k in range(3)), ball_at(580, 300, -200)],
             id="touching cradle, hit from both sides",
         ),
-        pytest.param([ball(100, 300, 200), ball(300, 300), ball(500, 300, -200)], id="two hit one, head-on"),
+        pytest.param([ball_at(100, 300, 200), ball_at(300, 300), ball_at(500, 300, -200)], id="two hit one, head-on"),
         pytest.param(
-            [ball(200, 300, 100), ball(600, 300, -100), ball(400, 100, 0, 100), ball(400, 500, 0, -100)], id="four meet"
+            [ball_at(200, 300, 100), ball_at(600, 300, -100), ball_at(400, 100, 0, 100), ball_at(400, 500, 0, -100)],
+            id="four meet",
         ),
     ],
 )
@@ -173,8 +167,8 @@ def test_simultaneous_contacts_whose_order_does_not_matter_are_decided(balls: li
 
 
 def test_a_cradle_of_other_masses_that_is_hit_from_both_sides_is_undecided() -> None:
-    row = [ball(300 + 40 * k, 300, mass=mass) for k, mass in enumerate((2, 3, 2))]
-    comparison = compare(scene_of(ball(100, 300, 200), *row, ball(580, 300, -200), more="seconds = 2"), ["exact"])
+    row = [ball_at(300 + 40 * k, 300, mass=mass) for k, mass in enumerate((2, 3, 2))]
+    comparison = compare(scene_of(ball_at(100, 300, 200), *row, ball_at(580, 300, -200), more="seconds = 2"), ["exact"])
     assert comparison.trust.undecided in (
         48 / 60,
         49 / 60,
@@ -238,7 +232,7 @@ def test_a_heap_is_unresolved_once_another_hop_puts_a_ball_a_radius_off(monkeypa
 
 
 def test_only_the_exact_engine_under_gravity_has_heaps_to_resolve() -> None:
-    falls = scene_of(ball(100, 300), ball(200, 300), more="gravity = [0, 900]\nseconds = 0.1")
+    falls = scene_of(ball_at(100, 300), ball_at(200, 300), more="gravity = [0, 900]\nseconds = 0.1")
     for engine, gravity, twins in (("exact", 900, 5), ("exact", 0, 4), ("pymunk", 900, 4)):
         lockstep = Lockstep(falls.changed(gravity=(0, gravity)), [engine])
         assert len(Twins(lockstep, engine).runners) == twins
@@ -253,7 +247,7 @@ def test_the_mouse_and_kicks_act_on_every_twin_however_far_behind(steps_at_once:
         Move(step=30, at=(200, 500)),
         Release(step=60),
     ]
-    scene = scene_of(ball(100, 300, 200), ball(400, 100), more="seconds = 2\ngravity = [0, 100]")
+    scene = scene_of(ball_at(100, 300, 200), ball_at(400, 100), more="seconds = 2\ngravity = [0, 100]")
     assert compare(scene, ["exact"], inputs=inputs).trusted_until is None
     lockstep = Lockstep(scene, ["exact"], inputs)
     twins, states, times = Twins(lockstep, "exact"), States.empty(80, 2), lockstep.clock.times(np.arange(1, 81))
@@ -272,9 +266,7 @@ def test_the_mouse_and_kicks_act_on_every_twin_however_far_behind(steps_at_once:
 def test_a_tie_at_the_end_of_a_step_is_found_however_rounding_orders_it(rate: int) -> None:
     """At 0.5 s, both targets are 32 px ahead along (0.8, 0.6) and 24 px off the line of flight: 40 px away."""
     scene = scene_of(
-        "radius = 20\nposition = [300, 300]\nvelocity = [120, 90]",
-        "radius = 20\npositions = [[400, 345], [371.2, 383.4]]",
-        more=f"seconds = 1\nrate = {rate}",
+        ball_at(300, 300, vx=120, vy=90), ball_at(400, 345), ball_at(371.2, 383.4), more=f"seconds = 1\nrate = {rate}"
     )
     comparison = compare(scene, ["pymunk", "exact"])
     assert comparison.trust.undecided in (30 / rate, 31 / rate)  # 0.5 s is on a step of 1/60 s but for rounding
@@ -288,8 +280,9 @@ def test_a_tie_at_the_end_of_a_step_is_found_however_rounding_orders_it(rate: in
 def test_a_wall_and_a_ball_at_the_end_of_a_step_are_no_tie() -> None:
     """Two balls far from each other have contacts at exactly 0.5 s; rounding may put one of them into the next step."""
     scene = scene_of(
-        "radius = 20\npositions = [[70.1, 300], [730.3, 100]]\nvelocities = [[-100.2, 0], [99.4, 0]]",
-        "radius = 20\nposition = [400.7, 300]\nvelocity = [0.3, 7]",
+        ball_at(70.1, 300, vx=-100.2),
+        ball_at(730.3, 100, vx=99.4),
+        ball_at(400.7, 300, vx=0.3, vy=7),
         more="seconds = 1",
     )
     assert compare(scene, ["pymunk", "exact"]).trust.undecided is None

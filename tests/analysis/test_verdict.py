@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import scene_of
+from conftest import ball_at, scene_of
 
 from sandbox.analysis.comparison import Comparison, compare
 from sandbox.analysis.figures import Run
@@ -17,12 +17,7 @@ from sandbox.report.tables import comparison_rows
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.files import load
 
-TIED = scene_of(
-    "radius = 20\nposition = [100, 300]\nvelocity = [200, 0]",
-    "radius = 20\nposition = [300, 279]",
-    "radius = 20\nposition = [300, 321]",
-    more="seconds = 2",
-)
+TIED = scene_of(ball_at(100, 300, vx=200), ball_at(300, 279), ball_at(300, 321), more="seconds = 2")
 
 
 def lines(comparison: Comparison, engine: str) -> tuple[str, ...]:
@@ -139,7 +134,7 @@ def test_a_bounce_one_step_late_is_no_error_in_energy() -> None:
 
 
 def test_energy_lost_to_the_scene_s_elasticity_is_no_error() -> None:
-    scene = scene_of("radius = 20\nelasticity = 0.5\nposition = [100, 300]\nvelocity = [400, 0]").changed(seconds=3.0)
+    scene = scene_of(ball_at(100, 300, vx=400, elasticity=0.5)).changed(seconds=3.0)
     run = compare(scene, ["pymunk", "exact"]).runs["pymunk"]
     assert run.figures.energy_ratio == pytest.approx(0.25)
     assert run.figures.energy_error == pytest.approx(0)
@@ -209,10 +204,7 @@ def test_rows_of_zeros_are_left_out() -> None:
 
 def test_balls_that_fly_through_each_other_within_a_step_are_counted() -> None:
     """They overlap for 2 √(8² - 1²) / 2400 s = 6.6 ms, and a step, in which each flies 20 px, has 16.7 ms."""
-    balls = (
-        "radius = 4\nposition = [50, 150]\nvelocity = [1200, 0]",
-        "radius = 4\nposition = [350, 151]\nvelocity = [-1200, 0]",
-    )
+    balls = ball_at(50, 150, vx=1200, radius=4), ball_at(350, 151, vx=-1200, radius=4)
     comparison = compare(scene_of(*balls, size="[400, 300]", more="seconds = 0.25"), ["pymunk", "exact"])
     first = comparison.runs["pymunk"].figures.first_difference
     assert first is not None
@@ -228,9 +220,7 @@ def test_soft_contacts_are_not_judged_and_one_sentence_says_so() -> None:
 
 def test_an_engine_without_spins_in_a_scene_with_friction_has_one_sentence_on_it() -> None:
     scene = scene_of(
-        "radius = 20\nfriction = 0.5\nposition = [100, 300]\nvelocity = [300, 140]",
-        size="[800, 600]\nfriction = 1",
-        more="seconds = 4",
+        ball_at(100, 300, vx=300, vy=140, friction=0.5), size="[800, 600]\nfriction = 1", more="seconds = 4"
     )
 
     def step(position: np.ndarray, velocity: np.ndarray, dt: float, scene: Any) -> None:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import scene_of
+from conftest import ball_at, scene_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_article import PlainArticle
@@ -76,10 +76,7 @@ def test_the_article_s_gas_cools_and_pymunk_s_does_not() -> None:
 def test_a_contact_has_restitution_2_over_r_less_1(radius: float, restitution: float) -> None:
     """Two balls approach at 60 px/s, one px a frame, and touch in the first."""
     apart = 2 * radius + 0.5
-    scene = scene_of(
-        f"radius = {radius}\nposition = [300, 300]\nvelocity = [60, 0]",
-        f"radius = {radius}\nposition = [{300 + apart}, 300]",
-    )
+    scene = scene_of(ball_at(300, 300, vx=60, radius=radius), ball_at(300 + apart, 300, radius=radius))
     engine = create("article", scene, spawn(scene))
     engine.record_contacts()
     engine.step()

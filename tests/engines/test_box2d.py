@@ -4,7 +4,7 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import LIBRARIES_REQUIRED, scene_of
+from conftest import LIBRARIES_REQUIRED, ball_at, scene_of
 
 from sandbox import simulate
 from sandbox.engines import create, registry
@@ -22,15 +22,10 @@ if not LIBRARIES_REQUIRED:
 FLOAT32 = 2e-7  # relative: two units in the last place
 
 
-def pair(more: str = "", **second: float) -> Scene:
+def pair(more: str = "", b: float = 0, **second: float) -> Scene:
     """Throw a ball of 1 kg along x at 200 px/s at one at rest, with b px between its line of flight and the other."""
-    keys = "\n".join(f"{key} = {value}" for key, value in second.items() if key != "b")
-    return scene_of(
-        "radius = 20\nposition = [100, 100]\nvelocity = [200, 0]\nelasticity = 0.9",
-        f"radius = 20\nposition = [300, {100 + second.get('b', 0)}]\n{keys}",
-        size="[2000, 600]",
-        more=more,
-    )
+    balls = ball_at(100, 100, vx=200, elasticity=0.9), ball_at(300, 100 + b, **second)
+    return scene_of(*balls, size="[2000, 600]", more=more)
 
 
 @pytest.mark.parametrize("elasticity", [1, 0.5, 0])
@@ -54,10 +49,7 @@ def test_an_oblique_contact_nears_the_closed_form_as_the_rate_grows() -> None:
 def test_a_wall_gives_back_the_product_of_the_elasticities() -> None:
     """Balls of two elasticities and walls of two: every pair has its own."""
     scene = scene_of(
-        "radius = 20\nposition = [100, 100]\nvelocity = [-300, 60]\nelasticity = 0.5",
-        "radius = 20\nposition = [100, 300]\nvelocity = [-300, 60]",
-        "radius = 20\nposition = [560, 100]\nvelocity = [-300, 60]\nelasticity = 0.5",
-        "radius = 20\nposition = [560, 300]\nvelocity = [-300, 60]",
+        *(ball_at(x, y, vx=-300, vy=60, elasticity=e) for x in (100, 560) for y, e in ((100, 0.5), (300, 1))),
         more="walls = [{ from = [500, 10], to = [500, 590], elasticity = 0.6 }]",
     ).changed(arena={"size": (800, 600), "elasticity": 0.8})
     velocity = simulate(scene, "box2d", steps=30).velocity[-1]
@@ -77,9 +69,7 @@ MEETING = ((300, 100), (400, -200))  # px, px/s
 
 def test_friction_is_the_product_of_the_two() -> None:
     """Sliding on a wall that it does not bounce off, a ball loses friction times its speed towards the wall."""
-    scene = scene_of(
-        "radius = 20\nposition = [100, 500]\nvelocity = [300, 300]\nfriction = 0.5\nelasticity = 0"
-    ).changed(arena={"size": (800, 600), "friction": 0.4})
+    scene = scene_of(ball_at(100, 500, vx=300, vy=300, friction=0.5, elasticity=0), size="[800, 600]\nfriction = 0.4")
     assert simulate(scene, "box2d", steps=30).velocity[-1, 0] == pytest.approx([300 - 0.5 * 0.4 * 300, 0], abs=0.01)
 
 
@@ -95,7 +85,7 @@ def test_more_elasticities_than_filters_are_refused_by_name() -> None:
 @pytest.mark.parametrize("thickness", [0, 4])
 def test_a_ball_at_3000_px_a_second_does_not_pass_a_thin_wall(thickness: float) -> None:
     scene = scene_of(
-        "radius = 10\nposition = [200, 300]\nvelocity = [3000, 0]",
+        ball_at(200, 300, vx=3000, radius=10),
         more=f"walls = [{{ from = [400, 0], to = [400, 600], thickness = {thickness} }}]",
     )
     x = simulate(scene, "box2d", seconds=2).position[:, 0, 0]

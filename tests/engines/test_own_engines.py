@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 import pytest
-from conftest import Command, scene_of
+from conftest import Command, ball_at, scene_of
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.figures import Run
@@ -303,11 +303,7 @@ def of_three(position: Floats, velocity: Floats, dt: float) -> None: ...
     ],
 )
 def test_what_breaks_the_contract_is_one_message(engine: Any, message: str) -> None:
-    scene = scene_of(
-        "radius = 20\nposition = [200, 300]\nvelocity = [60, -30]\nspin = 2",
-        "radius = 20\nposition = [500, 300]",
-        more="seconds = 1",
-    )
+    scene = scene_of(ball_at(200, 300, vx=60, vy=-30, spin=2), ball_at(500, 300), more="seconds = 1")
     failed = compare(scene, {"mine": engine, "impulse": "impulse"}).failed
     assert str(failed["mine"]).startswith(message)
 
@@ -494,7 +490,7 @@ def test_without_kick_drags_are_refused_by_name() -> None:
 
 
 def test_a_function_can_be_dragged(loop: str) -> None:
-    scene = scene_of("radius = 20\nposition = [200, 300]")
+    scene = scene_of(ball_at(200, 300))
     assert simulate(scene, loop, steps=60, inputs=[Grab(step=0, ball=0, at=(400, 300))]).position[60, 0, 0] > 390
 
 

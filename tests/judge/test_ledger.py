@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from conftest import sample, scene_of
+from conftest import ball_at, sample, scene_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from verdicts import on_states
@@ -107,9 +107,7 @@ def test_the_article_loses_energy_by_the_missing_part_of_the_impulse() -> None:
 def test_elasticity_acts_on_the_speed_at_first_touch() -> None:
     """As in `oblique`, the two touch at 45 degrees and approach at 100 √2 px/s along the normal, however late."""
     scene = scene_of(
-        "radius = 20\nposition = [100, 300]\nvelocity = [200, 0]\nelasticity = 0.5",
-        f"radius = 20\nposition = [300, {300 + 20 * math.sqrt(2)}]",
-        more="seconds = 1.5",
+        ball_at(100, 300, vx=200, elasticity=0.5), ball_at(300, 300 + 20 * math.sqrt(2)), more="seconds = 1.5"
     )
     for engine in ("pymunk", "impulse", "exact"):
         run, ledger = ledger_of(scene, engine)
@@ -144,7 +142,7 @@ def test_friction_takes_its_heat_and_turns_the_ball(
     -30 rad/s it slips backwards, at -300 px/s.
     """
     scene = scene_of(
-        f"radius = 20\nmass = 2\nfriction = {friction}\nposition = [100, 100]\nvelocity = [300, -100]\nspin = {spin}",
+        ball_at(100, 100, vx=300, vy=-100, mass=2, friction=friction, spin=spin),
         size="[800, 600]\nfriction = 1",
         more="seconds = 1",
     )
@@ -161,7 +159,7 @@ def test_friction_takes_its_heat_and_turns_the_ball(
 def test_a_ball_that_slides_and_then_rolls_is_braked_by_rightful_friction_alone(engine: str) -> None:
     """From 90 px/s it rolls at 60: of 90²/2, friction takes a third, and a third of what is left is spin."""
     scene = scene_of(
-        "radius = 10\nposition = [50, 590]\nvelocity = [90, 0]\nfriction = 0.5\nelasticity = 0",
+        ball_at(50, 590, vx=90, radius=10, friction=0.5, elasticity=0),
         size="[800, 600]\nfriction = 0.4",
         more="gravity = [0, 600]\nseconds = 1",
     )
@@ -177,7 +175,7 @@ def test_a_ball_that_slides_and_then_rolls_is_braked_by_rightful_friction_alone(
 
 def test_gravity_integrated_in_steps_is_entered() -> None:
     """Pymunk flies on at the velocity that it had before gravity: g dt²/2 short in a step, m (g dt)²/2 too much."""
-    scene = scene_of("radius = 20\nposition = [400, 100]", more="gravity = [0, 900]\nseconds = 0.5")
+    scene = scene_of(ball_at(400, 100), more="gravity = [0, 900]\nseconds = 0.5")
     _, ledger = ledger_of(scene, "pymunk")
     assert ledger["gravity"].energy == pytest.approx(30 * (900 / 60) ** 2 / 2)
     assert set(ledger) <= {"gravity", "rounding"}
@@ -186,7 +184,7 @@ def test_gravity_integrated_in_steps_is_entered() -> None:
 @pytest.mark.parametrize("seconds", [2.0, 20.0])
 def test_a_ball_at_rest_does_not_fill_the_ledger(seconds: float) -> None:
     """In a corner, gravity and two walls give and take in every step; no line is more than what is gained or lost."""
-    scene = scene_of("radius = 20\nposition = [780, 580]\nelasticity = 0.5", more="gravity = [300, 900]")
+    scene = scene_of(ball_at(780, 580, elasticity=0.5), more="gravity = [300, 900]")
     run, ledger = ledger_of(scene.changed(seconds=seconds), "pymunk")
     assert run.energy[-1] / run.energy[0] == pytest.approx(1, abs=0.01)
     assert all(abs(entry.energy) < 0.03 * run.energy[0] for entry in ledger.values())
@@ -213,16 +211,14 @@ def test_a_ball_that_rests_or_rolls_is_not_in_flight(place: str) -> None:
 
 def test_a_ball_that_hops_within_a_step_changes_nothing() -> None:
     """A substep of 1/240 s sinks it by 0.016 px, less than Pymunk corrects."""
-    scene = scene_of("radius = 15\nposition = [200, 285]", size="[400, 300]", more="gravity = [0, 900]\nseconds = 0.2")
+    scene = scene_of(ball_at(200, 285, radius=15), size="[400, 300]", more="gravity = [0, 900]\nseconds = 0.2")
     run, ledger = ledger_of(scene, "pymunk(substeps=4)")
     assert all(abs(entry.energy) < 1e-9 * run.energy[0] for entry in ledger.values())
 
 
 def test_a_floor_that_throws_a_resting_ball_up_is_not_gravity() -> None:
     """Gravity brings it to 15 px/s in a step. Restitution 0.5 gives 7.5 px/s back, and the floor gives 200."""
-    scene = scene_of(
-        "radius = 15\nposition = [200, 285]\nelasticity = 0.5", size="[400, 300]", more="gravity = [0, 900]"
-    )
+    scene = scene_of(ball_at(200, 285, radius=15, elasticity=0.5), size="[400, 300]", more="gravity = [0, 900]")
     states = States.empty(3, 1)
     states.position[:] = 200, 285
     states.velocity[:] = np.array([(0, 0), (0, 0), (0, -200)])[:, None]
@@ -233,7 +229,7 @@ def test_a_floor_that_throws_a_resting_ball_up_is_not_gravity() -> None:
 
 
 def test_the_mouse_s_work_is_entered_as_the_mouse_s() -> None:
-    scene = scene_of("radius = 20\nposition = [400, 300]").changed(seconds=0.6)
+    scene = scene_of(ball_at(400, 300)).changed(seconds=0.6)
     inputs: list[Input] = [Grab(step=6, ball=0, at=(600, 300)), Move(step=20, at=(200, 200)), Release(step=30)]
     for engine in OWN:
         run = compare(scene, [engine], inputs=inputs).runs[engine]

@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 import pytest
-from conftest import scene_of
+from conftest import ball_at, scene_of
 from event_driven import EventDriven
 from faults import ImpulseTooSmall, judged
 from hypothesis import given, settings
@@ -74,9 +74,7 @@ def test_what_elasticity_takes_is_the_closed_form(elasticity: float) -> None:
 
 def test_what_friction_takes_and_gives_to_spin_is_the_closed_form() -> None:
     """A disc that grips a wall keeps 2/3 of its speed along it, a third of which turns it: m (v/3)² of the rim."""
-    scene = scene_of(
-        "radius = 20\nposition = [760, 300]\nvelocity = [200, 90]\nfriction = 1", size="[800, 600]\nfriction = 5"
-    )
+    scene = scene_of(ball_at(760, 300, vx=200, vy=90, friction=1), size="[800, 600]\nfriction = 5")
     verdict = on_states(scene, states_of(scene, "exact", seconds=0.3))
     m = float(scene.bodies.mass[0])
     assert lines(verdict)[Cause.FRICTION] == pytest.approx(-m * 90**2 / 6)
@@ -85,7 +83,7 @@ def test_what_friction_takes_and_gives_to_spin_is_the_closed_form() -> None:
 
 
 def test_a_push_is_the_hand_s_and_no_error() -> None:
-    scene = scene_of("radius = 20\nposition = [200, 300]\nvelocity = [60, 0]\nmass = 2")
+    scene = scene_of(ball_at(200, 300, vx=60, mass=2))
     pushes: Pushes = np.array([(4, 0, (30.0, -40.0))], PUSH)
     velocity = np.where(np.arange(9)[:, None] < 4, (60.0, 0.0), (90.0, -40.0))
     states = States.empty(9, 1)

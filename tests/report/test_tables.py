@@ -2,7 +2,7 @@
 
 from io import StringIO
 
-from conftest import scene_of
+from conftest import ball_at, scene_of
 from rich.console import Console
 
 from sandbox.analysis.comparison import compare
@@ -75,9 +75,7 @@ def test_one_engine_alone_shows_its_first_contacts_as_the_law_of_impacts_has_the
     It takes 10 px/s of the heavy one, and 30 of the light one: after it, they have a quarter of these, and opposite.
     """
     scene = scene_of(
-        "radius = 10\nmass = 3\nposition = [100, 50]\nvelocity = [40, 0]\nelasticity = 0.25",
-        "radius = 10\nposition = [140, 50]\nelasticity = 1",
-        more="seconds = 1",
+        ball_at(100, 50, vx=40, radius=10, mass=3, elasticity=0.25), ball_at(140, 50, radius=10), more="seconds = 1"
     )
     text = printed(scene, ["exact"])
     table = text[text.index("1 contact in exact:") :]

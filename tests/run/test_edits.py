@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import bundled_scenes, scene_of
+from conftest import ball_at, bundled_scenes, scene_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -51,9 +51,9 @@ EDITS: dict[str, Edit] = {
 def scene() -> Scene:
     """Three balls, two of which meet soon."""
     return scene_of(
-        "radius = 20\nposition = [200, 300]\nvelocity = [120, 0]",
-        "radius = 20\nposition = [260, 310]\nmass = 3",
-        'radius = 10\nposition = [500, 100]\nvelocity = [70, 210]\ncolors = ["green"]',
+        ball_at(200, 300, vx=120),
+        ball_at(260, 310, mass=3),
+        ball_at(500, 100, vx=70, vy=210, radius=10, colors=["green"]),
     )
 
 
@@ -86,9 +86,9 @@ def test_a_replay_of_an_edit_has_the_bytes_of_the_live_run_in_every_engine(scene
 @pytest.mark.parametrize("e", [0.0, 0.5, 0.9, 1.0])
 def test_an_edit_of_elasticity_applies_to_balls_and_walls(engine: str, e: float) -> None:
     scene = scene_of(
-        "radius = 20\nposition = [200, 100]\nvelocity = [120, 0]\nelasticity = 0.3",
-        "radius = 20\nposition = [300, 100]\nvelocity = [-120, 0]",
-        "radius = 20\nposition = [700, 500]\nvelocity = [240, 0]",
+        ball_at(200, 100, vx=120, elasticity=0.3),
+        ball_at(300, 100, vx=-120),
+        ball_at(700, 500, vx=240),
         more="walls = [{ from = [100, 300], to = [200, 300], elasticity = 0.2 }]",
     )
     run = simulate(scene, engine, steps=40, inputs=[SetElasticity(step=3, elasticity=e)])
@@ -113,7 +113,7 @@ def test_time_continues_at_a_new_rate(scene: Scene) -> None:
 
 
 def test_contacts_before_and_after_an_edit_have_their_times() -> None:
-    scene = scene_of("radius = 20\nposition = [770, 300]\nvelocity = [600, 0]", more="rate = 100")
+    scene = scene_of(ball_at(770, 300, vx=600), more="rate = 100")
     times = [10 / 600, 10 / 600 + 760 / 600, 10 / 600 + 1520 / 600]  # of the wall contacts
     for engine, late in (("pymunk", 0.02), ("impulse", 0.01), ("exact", 1e-12)):
         inputs: list[Input] = [SetGravity(step=50, gravity=(0, 0)), SetRate(step=150, rate=200)]
@@ -128,7 +128,7 @@ def test_contacts_before_and_after_an_edit_have_their_times() -> None:
 
 
 def test_a_refused_edit_changes_nothing(scene: Scene) -> None:
-    scene = scene_of("radius = 20\nposition = [200, 300]\nvelocity = [120, 0]")
+    scene = scene_of(ball_at(200, 300, vx=120))
     lockstep = Lockstep(scene, ["pymunk", "article"])
     lockstep.step()
     engines = {name: runner.engine for name, runner in lockstep.engines.items()}
@@ -253,9 +253,7 @@ WALL = "walls = [{ from = [500, 100], to = [500, 500], thickness = 20 }]"
 
 def head_on(more: str = "") -> Scene:
     """A ball that flies at 120 px/s, and one at rest 100 px ahead: the edges meet after half a second."""
-    return scene_of(
-        "radius = 20\nposition = [200, 300]\nvelocity = [120, 0]", "radius = 20\nposition = [300, 300]", more=more
-    )
+    return scene_of(ball_at(200, 300, vx=120), ball_at(300, 300), more=more)
 
 
 # What changes
@@ -287,7 +285,7 @@ def test_a_trace_has_the_mass_and_radius_of_each_step(tmp_path: Path) -> None:
 @pytest.mark.parametrize("engine", EVERY)
 def test_a_ball_bounces_off_the_walls_that_are_there(engine: str) -> None:
     """At 120 px/s a ball flies 2 px a step. The walls: at x = 500 from the start, moved to 400, and away."""
-    scene = scene_of("radius = 20\nposition = [300, 300]\nvelocity = [120, 0]", more=WALL)
+    scene = scene_of(ball_at(300, 300, vx=120), more=WALL)
     added = AddWall(step=1, start=(600, 0), to=(600, 600), thickness=20)
     again = AddWall(step=4, start=(500, 100), to=(500, 500), thickness=20)
     moved = ChangeWall(step=2, wall=0, start=(400, 100), to=(400, 500), elasticity=0.5)
@@ -325,12 +323,7 @@ REFUSED: list[tuple[Edit, str]] = [
 
 @pytest.mark.parametrize(("edit", "message"), REFUSED, ids=[message.split(":")[-1] for _, message in REFUSED])
 def test_an_edit_without_room_is_refused_and_changes_nothing(edit: Edit, message: str) -> None:
-    scene = scene_of(
-        "radius = 20\nposition = [200, 300]\nvelocity = [120, 0]",
-        "radius = 20\nposition = [300, 300]",
-        "radius = 20\nposition = [700, 550]",
-        more=WALL,
-    )
+    scene = scene_of(ball_at(200, 300, vx=120), ball_at(300, 300), ball_at(700, 550), more=WALL)
     lockstep = Lockstep(scene, ENGINES)
     engines = [runner.engine for runner in lockstep.engines.values()]
     with pytest.raises(SandboxError, match=message):
@@ -340,11 +333,7 @@ def test_an_edit_without_room_is_refused_and_changes_nothing(edit: Edit, message
 
 
 def test_balls_may_overlap_and_an_engine_with_a_ball_in_a_wall_is_named() -> None:
-    scene = scene_of(
-        "radius = 20\nposition = [200, 300]\nvelocity = [120, 0]\nelasticity = 0.5",
-        "radius = 20\nposition = [300, 310]",
-        "radius = 20\nposition = [700, 500]",
-    )
+    scene = scene_of(ball_at(200, 300, vx=120, elasticity=0.5), ball_at(300, 310), ball_at(700, 500))
     lockstep = Lockstep(scene, ["exact", "impulse"])
     while lockstep.steps < 90:
         lockstep.step()
@@ -360,7 +349,7 @@ def test_balls_may_overlap_and_an_engine_with_a_ball_in_a_wall_is_named() -> Non
 def test_a_ball_may_touch_and_stay_as_deep_as_it_was() -> None:
     """A ball that rests on a wall and on the floor in Pymunk lies up to 0.1 px in them."""
     scene = scene_of(
-        "radius = 20\nposition = [200, 580]\nelasticity = 0", "radius = 20\nposition = [400, 270]\nelasticity = 0",
+        ball_at(200, 580, elasticity=0), ball_at(400, 270, elasticity=0),
         more="gravity = [0, 900]\nwalls = [{ from = [300, 300], to = [700, 300], thickness = 20 }]",
     )  # fmt: skip
     lockstep = Lockstep(scene, ENGINES)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Command, scene_of
+from conftest import Command, ball_at, scene_of
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.expectations import ExpectedQuantity, Score
@@ -178,10 +178,8 @@ def test_a_miss_names_the_ball_the_quantity_its_unit_what_was_expected_and_what_
 
 
 def test_the_score_is_that_of_the_expectation_missed_most_and_so_is_the_first_line() -> None:
-    expect = "[[expect]]\nat = 1\nball = 0\nposition = [{}, 300]\ntolerance = {}\nbecause = 'it flies on'\n"
-    scene = scene_of(
-        "radius = 20\nposition = [200, 300]\nvelocity = [60, 0]\n" + expect.format(272, 10) + expect.format(261, 1e-3)
-    )
+    expect = "\n[[expect]]\nat = 1\nball = 0\nposition = [{}, 300]\ntolerance = {}\nbecause = 'it flies on'"
+    scene = scene_of(ball_at(200, 300, vx=60) + expect.format(272, 10) + expect.format(261, 1e-3))
     result = result_of(scene)
     assert result.worst.error == pytest.approx(1)
     assert result.worst.expect.tolerance == 1e-3

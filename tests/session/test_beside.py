@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 from conftest import scene_of
-from moments import THROW, flat, run
+from moments import THREE_BALLS, THROW, flat, perform, run
 
 from sandbox.compiled import compiled
 from sandbox.engines.exact import engine as exact_engine
@@ -29,12 +29,7 @@ EDITS: list[Input] = [
 
 @pytest.fixture
 def scene() -> Scene:
-    """Three balls that meet each other and the walls within a second."""
-    return scene_of(
-        "radius = 20\nposition = [200, 300]\nvelocity = [240, 0]",
-        "radius = 20\nposition = [260, 310]\nmass = 3",
-        "radius = 10\nposition = [600, 100]\nvelocity = [70, -510]\nelasticity = 0.5",
-    )
+    return scene_of(*THREE_BALLS)
 
 
 def everything(session: Session) -> tuple[list[list[object]], bytes, list[int]]:
@@ -45,17 +40,11 @@ def everything(session: Session) -> tuple[list[list[object]], bytes, list[int]]:
 
 
 def throw(session: Session) -> None:
-    for given in THROW:
-        run(session, given.step - session.step)
-        session.give(given)
-    run(session, 40 - session.step)
+    perform(session, THROW, 40)
 
 
 def edit(session: Session) -> None:
-    for given in EDITS:
-        run(session, given.step - session.step)
-        session.give(given)
-    run(session, 40 - session.step)
+    perform(session, EDITS, 40)
 
 
 def replay(session: Session) -> None:

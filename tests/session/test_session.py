@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import scene_of
-from moments import THROW, flat, run
+from conftest import ball_at, scene_of
+from moments import THREE_BALLS, THROW, flat, perform, run
 
 from sandbox.errors import Refused, SandboxError
 from sandbox.report.trajectory import simulate
@@ -30,26 +30,8 @@ ENGINES = ("pymunk", "impulse")
 
 
 @pytest.fixture
-def scene() -> Scene:
-    """Three balls that meet each other and the walls within a second."""
-    return scene_of(
-        "radius = 20\nposition = [200, 300]\nvelocity = [240, 0]",
-        "radius = 20\nposition = [260, 310]\nmass = 3",
-        "radius = 10\nposition = [600, 100]\nvelocity = [70, -510]",
-    )
-
-
-@pytest.fixture
-def session(scene: Scene) -> Session:
-    return Session(scene, ENGINES)
-
-
-def perform(session: Session, inputs: list[Input], until: int) -> None:
-    """Give each input at its step, as a user does."""
-    for given in inputs:
-        run(session, given.step - session.step)
-        session.give(given)
-    run(session, until - session.step)
+def session() -> Session:
+    return Session(scene_of(*THREE_BALLS), ENGINES)
 
 
 def is_replay(session: Session) -> bool:
@@ -126,9 +108,9 @@ def test_a_replayed_drag_is_not_held_and_a_new_input_releases_it(session: Sessio
     assert is_replay(session)
 
 
-def test_a_step_s_other_edits_are_applied_when_one_is_refused(scene: Scene) -> None:
+def test_a_step_s_other_edits_are_applied_when_one_is_refused() -> None:
     gravity, kick = SetGravity(step=3, gravity=(0, 900)), SetVelocity(step=3, ball=0, velocity=(0, 60))
-    session = Session(scene_of("radius = 20\nposition = [200, 300]"), ["article"], [gravity, kick, gravity])
+    session = Session(scene_of(ball_at(200, 300)), ["article"], [gravity, kick, gravity])
     run(session, 2)
     with pytest.raises(SandboxError, match=r"left out: .* is not part .*\nan edit is left out: "):
         session.advance()
@@ -214,7 +196,7 @@ def test_a_refused_edit_changes_nothing_and_drops_nothing_to_come(session: Sessi
 GRAVITY: list[Input] = [SetGravity(step=10, gravity=(0, 900)), SetGravity(step=30, gravity=(0, 0))]
 
 
-def test_an_engine_that_cannot_run_an_edited_scene_returns_from_the_state_of_the_reference(scene: Scene) -> None:
+def test_an_engine_that_cannot_run_an_edited_scene_returns_from_the_state_of_the_reference() -> None:
     scene = scene_of("radius = 20\npositions = [[200, 300], [260, 310]]\nvelocities = [[240, 0], [0, 60]]")
     session = Session(scene, ["article", "pymunk"], reference="exact")
     perform(session, GRAVITY, 30)
@@ -282,10 +264,7 @@ def test_steps_run_repeatedly_are_kept_once(session: Session, monkeypatch: pytes
 @pytest.fixture
 def late() -> Scene:
     """A ball that meets a wall: after it, Pymunk and exact have the ball elsewhere."""
-    return scene_of(
-        "radius = 20\nposition = [700, 300]\nvelocity = [330, 0]\nelasticity = 0.5",
-        "radius = 5\nposition = [100, 100]",
-    )
+    return scene_of(ball_at(700, 300, vx=330, elasticity=0.5), ball_at(100, 100, radius=5))
 
 
 def without_room_in_exact(late: Scene) -> AddWall:

@@ -2,7 +2,7 @@
 
 import pygame
 import pytest
-from conftest import scene_of
+from conftest import ball_at, scene_of
 from pygame.event import Event
 from window_driver import (
     THREE_BALLS,
@@ -57,9 +57,7 @@ def test_a_ball_is_added_where_one_clicks_as_a_copy_of_the_selected_one_and_insi
 
 
 def test_a_ball_is_not_added_onto_another_or_onto_a_wall() -> None:
-    scene = scene_of(
-        "radius = 20\nposition = [200, 300]", more="walls = [{ from = [400, 300], to = [500, 300], thickness = 10 }]"
-    )
+    scene = scene_of(ball_at(200, 300), more="walls = [{ from = [400, 300], to = [500, 300], thickness = 10 }]")
     window = Window(scene, None)
     for x, y, said in ((235, 300, "no room"), (450, 320, "would overlap wall 0")):
         window.editor.add((x, y))
@@ -151,7 +149,7 @@ def test_an_engine_that_cannot_run_a_change_keeps_its_pane_and_returns(name: str
 
 @pytest.mark.parametrize(("shift", "gravity"), [(False, 900), (True, 0)])
 def test_a_restart_keeps_edits_or_discards_them_and_undo_comes_back(shift: bool, gravity: int) -> None:
-    window = Window(scene_of("radius = 20\nposition = [200, 300]"), ["pymunk"])
+    window = Window(scene_of(ball_at(200, 300)), ["pymunk"])
     run(window, 20)
     window.editor.set_gravity(900)
     run(window, 10)

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pygame
 import pytest
-from conftest import Command, sample, scene_of
+from conftest import Command, ball_at, sample, scene_of
 from PIL import Image
 
 from sandbox.errors import SandboxError
@@ -27,10 +27,7 @@ from sandbox.view.video import VIDEO_FORMATS, Gif
 
 SIZE = (480, 300)
 COLOURS = ("#d55e00", "#0072b2")
-BALLS = (
-    f'radius = 20\nposition = [200, 310]\nvelocity = [180, 0]\ncolors = ["{COLOURS[0]}"]',
-    f'radius = 20\nposition = [600, 300]\ncolors = ["{COLOURS[1]}"]',
-)
+BALLS = (ball_at(200, 310, vx=180, colors=[COLOURS[0]]), ball_at(600, 300, colors=[COLOURS[1]]))
 Frames = list[np.ndarray]
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pygame
 import pytest
-from conftest import scene_of
+from conftest import ball_at, scene_of
 from pygame.event import Event
 from window_driver import WorkerHere, colour_at, given, mouse, press, run, shown, step
 
@@ -153,11 +153,7 @@ def test_an_edit_in_the_past_removes_later_samples_from_the_charts(window: Windo
 
 def test_a_window_marks_what_the_last_steps_show(memory_screen: None) -> None:
     """A ball hits two others at once in step 50."""
-    balls = (
-        "radius = 20\nposition = [100, 300]\nvelocity = [200, 0]",
-        "radius = 20\npositions = [[300, 279], [300, 321]]",
-    )
-    window = Window(scene_of(*balls), ["pymunk", "exact"])
+    window = Window(scene_of(ball_at(100, 300, vx=200), ball_at(300, 279), ball_at(300, 321)), ["pymunk", "exact"])
     window.why.case = CaseSoFar(WorkerHere())
     run(window, 50)
     window.playback.paused = True

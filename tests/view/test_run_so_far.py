@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 import pytest
-from conftest import sample, scene_of
+from conftest import ball_at, sample, scene_of
 
 from sandbox.analysis.comparison import RunningComparison, compare
 from sandbox.engines import named
@@ -55,17 +55,13 @@ def test_marks_are_those_of_the_comparison(name: str, engines: list[str]) -> Non
 
 
 TIE: Final = scene_of(
-    "radius = 20\nposition = [100, 300]\nvelocity = [200, 0]",
-    "radius = 20\npositions = [[300, 279], [300, 321]]",
-    more="seconds = 2",
+    ball_at(100, 300, vx=200), "radius = 20\npositions = [[300, 279], [300, 321]]", more="seconds = 2"
 )
 
 
 def test_after_an_edit_the_reference_is_judged_from_there() -> None:
     """The edit throws the first ball at two others, which it hits at once."""
-    scene = scene_of(
-        "radius = 20\nposition = [100, 300]", "radius = 20\npositions = [[300, 279], [300, 321]]", more="seconds = 2"
-    )
+    scene = scene_of(ball_at(100, 300), "radius = 20\npositions = [[300, 279], [300, 321]]", more="seconds = 2")
     watched = run(Watched(scene, ["pymunk", "exact"]), 30)
     watched.session.give(SetVelocity(step=30, ball=0, velocity=(200, 0)))
     marks = run(watched, 90).marks

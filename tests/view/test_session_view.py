@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pygame
 import pytest
-from conftest import scene_of
+from conftest import ball_at, scene_of
 from pygame import Color, Rect
 from pymunk.pygame_util import DrawOptions
 from window_driver import colour_at, pixels, point, press, run
@@ -21,10 +21,7 @@ from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
 RED, BLUE = "#d55e00", "#0072b2"
-TWO_BALLS = (
-    f'radius = 20\nposition = [200, 300]\nvelocity = [60, 0]\ncolors = ["{RED}"]',
-    f'radius = 20\nposition = [600, 300]\ncolors = ["{BLUE}"]',
-)
+TWO_BALLS = (ball_at(200, 300, vx=60, colors=[RED]), ball_at(600, 300, colors=[BLUE]))
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pygame
 import pytest
-from conftest import scene_of
+from conftest import ball_at, scene_of
 from pygame import Color, Rect, Surface
 from window_driver import WorkerHere, click, colours, press, run, step
 
@@ -244,9 +244,7 @@ def test_the_next_contact_is_never_an_earlier_one(article: Window) -> None:
 
 def test_an_engine_that_agrees_has_a_sentence_instead_of_contacts() -> None:
     """Two equal balls meet in line at the end of a step, 1e-7 px deep: where impulse finds them."""
-    scene = scene_of(
-        "radius = 10\nposition = [200, 300]\nvelocity = [120, 0]", "radius = 10\nposition = [319.9999999, 300]"
-    )
+    scene = scene_of(ball_at(200, 300, vx=120, radius=10), ball_at(319.9999999, 300, radius=10))
     window = window_of(scene, ["impulse"], 60)
     one = expected(window).engines["impulse"]
     assert window.view.moment.engines["impulse"].state.velocity[:, 0].tolist() == [0, 120]  # they have met
