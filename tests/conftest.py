@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 os.environ["NUMBA_CACHE_DIR"] = str(Path(__file__).parents[1] / ".pytest_cache" / "kernels")  # processes inherit it
 
@@ -109,6 +109,17 @@ def without_fma() -> dict[str, str]:
     if platform.machine() != "x86_64" or pow_variant() != "fma":
         pytest.skip("needs glibc on an x86-64 processor with FMA")
     return os.environ | {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-FMA_Usable"}  # the second name before glibc 2.33
+
+
+class Steps(Protocol):
+    """An engine, engines in lockstep, or the playback of a window."""
+
+    def step(self) -> None: ...
+
+
+def do_steps(what: Steps, steps: int) -> None:
+    for _ in range(steps):
+        what.step()
 
 
 def ball_at(x: float, y: float, vx: float = 0, vy: float = 0, radius: float = 20, **more: object) -> str:

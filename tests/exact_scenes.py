@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 
 import numpy as np
+from conftest import do_steps
 
 from sandbox.engines.exact.engine import ExactEngine
 from sandbox.quantity import tangent
@@ -41,8 +42,7 @@ def engine_of(scene: Scene) -> ExactEngine:
 
 
 def play(engine: ExactEngine, steps: int) -> State:
-    for _ in range(steps):
-        engine.step()
+    do_steps(engine, steps)
     return engine.state()
 
 

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 import pytest
-from conftest import ball_at, sample, scene_of
+from conftest import ball_at, do_steps, sample, scene_of
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.reference import Twins
@@ -197,8 +197,7 @@ def test_a_renumbered_engine_has_the_scene_s_numbers_outside() -> None:
     for engine in engines:
         engine.record_contacts()
         engine.kick(0, (60.0, 0.0))
-        for _ in range(end):
-            engine.step()
+        do_steps(engine, end)
     one, other = (engine.contacts() for engine in engines)
     assert len(one) > 1
     assert one.tobytes() == other.tobytes()

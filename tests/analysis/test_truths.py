@@ -10,8 +10,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from conftest import sample
+from recorded import recorded
 
-from sandbox.engines.exact import ExactEngine
 from sandbox.quantity import momentum
 from sandbox.scene.files import TRUTHS, bundled, load
 from sandbox.scene.model import Scene
@@ -269,11 +269,7 @@ def test_forces_within_the_cones_of_friction_hold_the_heap() -> None:
 
 def test_the_floor_carries_the_weight_of_the_heap() -> None:
     scene = load("truths/floor-under-a-heap").changed(seconds=0.25)
-    engine = ExactEngine(scene, spawn(scene))
-    engine.record_contacts()
-    for _ in range(scene.steps):
-        engine.step()
-    found = engine.contacts()
+    _, found = recorded("exact", scene, scene.steps)
     on_floor = found[found["second"] == ~3]
     weight = scene.bodies.mass.sum() * scene.gravity[1]
     assert on_floor["impulse"].sum() == pytest.approx(weight * scene.steps / scene.rate, rel=1e-12)

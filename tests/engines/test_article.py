@@ -8,6 +8,7 @@ from conftest import ball_at, scene_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_article import PlainArticle
+from recorded import recorded
 
 from sandbox.analysis.comparison import compare
 from sandbox.engines import create
@@ -77,12 +78,9 @@ def test_a_contact_has_restitution_2_over_r_less_1(radius: float, restitution: f
     """Two balls approach at 60 px/s, one px a frame, and touch in the first."""
     apart = 2 * radius + 0.5
     scene = scene_of(ball_at(300, 300, vx=60, radius=radius), ball_at(300 + apart, 300, radius=radius))
-    engine = create("article", scene, spawn(scene))
-    engine.record_contacts()
-    engine.step()
+    engine, [contact] = recorded("article", scene, 1)
     before, after = 60.0, np.diff(engine.state().velocity[:, 0])[0]
     assert after / before == pytest.approx(restitution, abs=1e-12)
-    [contact] = engine.contacts()
     assert (contact["first"], contact["second"], contact["time"]) == (0, 1, 1 / 60)
     assert contact["normal"].tolist() == [1, 0]
     assert contact["impulse"] == pytest.approx(2 * 60 / (2 * radius))
@@ -91,15 +89,13 @@ def test_a_contact_has_restitution_2_over_r_less_1(radius: float, restitution: f
 
 def test_a_wall_discards_the_overshoot_and_reverses_a_ball_that_already_leaves() -> None:
     scene = scene_of("radius = 20\nposition = [22, 300]\nvelocity = [-300, 0]")  # 5 px a frame, 2 px from the wall
-    engine = create("article", scene, spawn(scene))
-    engine.record_contacts()
-    engine.step()
+    engine, [bounce] = recorded("article", scene, 1)
     assert engine.state().position.tolist() == [[20, 300]]
     assert engine.state().velocity.tolist() == [[300, 0]]
     engine.kick(0, (-300.0, 0.0))  # it stays where it is, on the wall
     engine.step()
     engine.kick(0, (30.0, 0.0))
-    bounce, rest = engine.contacts()
+    [rest] = engine.contacts()
     assert (~bounce["second"], bounce["impulse"], bounce["depth"]) == (0, 600, 3)
     assert (~rest["second"], rest["impulse"]) == (0, 0)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import scene_of
+from conftest import do_steps, scene_of
 
 from sandbox.engines import create, default_engines, refusal, registry
 from sandbox.engines.engine import RunningEngine, traits_of
@@ -35,8 +35,7 @@ def engine(request: pytest.FixtureRequest) -> RunningEngine:
 
 
 def test_a_ball_flies_straight_until_it_meets_something(engine: RunningEngine) -> None:
-    for _ in range(60):
-        engine.step()
+    do_steps(engine, 60)
     assert engine.state().time == 1
     assert engine.state().position[0] == pytest.approx([260, 270], abs=1e-9)
 
@@ -61,8 +60,7 @@ def test_contacts_are_recorded_when_asked_for_and_returned_once(engine: RunningE
     engine.kick(1, (-2400.0, 0.0))  # 40 px a step
     engine.record_contacts()
     assert engine.contacts().dtype == CONTACT
-    for _ in range(8):
-        engine.step()
+    do_steps(engine, 8)
     contacts = engine.contacts()
     pairs = np.column_stack([contacts["first"], contacts["second"]]).tolist()
     assert ([0, 1] in pairs) == traits_of(engine).reports_contacts

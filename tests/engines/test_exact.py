@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import do_steps
 from event_driven import EventDriven
 from exact_scenes import EXACT, after, ball, box_of, contacts_of, engine_of, play, wall
 from hypothesis import assume, given, settings
@@ -217,7 +218,6 @@ def test_contacts_without_end_raise_an_error_instead_of_filling_the_memory(monke
 def test_energy_and_momentum_are_conserved_and_nothing_overlaps() -> None:
     scene = gas()
     engine, mass = engine_of(scene), scene.bodies.mass
-    engine.record_contacts()
     before = engine.state()
     play(engine, 600)
     state, found = engine.state(), engine.contacts()
@@ -237,7 +237,6 @@ def test_rate_of_stepping_changes_no_event() -> None:
     logs = []
     for rate in (60, 240, 7, 1):
         engine = engine_of(gas(rate=rate))
-        engine.record_contacts()
         for _ in range(2 * rate):
             engine.step()
             engine.state()
@@ -268,12 +267,9 @@ def test_few_balls_agree_with_the_oracle(balls: list[tuple[float, float, float, 
         for r, m, e, v in balls
     )
     scene = parse(f"seed = {seed}\n[arena]\nsize = [240, 240]\nelasticity = 0.95\n{groups}", "test")
-    start = spawn(scene)
-    oracle, engine = ByBruteForce(scene, start), ExactEngine(scene, start)
-    engine.record_contacts()
-    for one in (oracle, engine):
-        for _ in range(30):
-            one.step()
+    oracle, engine = ByBruteForce(scene, spawn(scene)), engine_of(scene)
+    do_steps(oracle, 30)
+    do_steps(engine, 30)
     met, expected, found, state = oracle.contacts(), oracle.state(), engine.contacts(), engine.state()
     assert found[["first", "second"]].tolist() == met[["first", "second"]].tolist()
     assert np.abs(state.position - expected.position).max() < 1e-6

@@ -5,7 +5,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from conftest import sample
+from conftest import do_steps, sample
+from exact_scenes import engine_of
 
 from sandbox.engines.engine import advance
 from sandbox.engines.exact.engine import ExactEngine
@@ -29,8 +30,7 @@ def heap(rate: int = 60) -> Scene:
 
 
 def at_rest(scene: Scene) -> ExactEngine:
-    engine = ExactEngine(scene, spawn(scene))
-    engine.record_contacts()
+    engine = engine_of(scene)
     advance(engine, States.empty(SECONDS * scene.rate, len(scene.bodies)))
     engine.contacts()
     return engine
@@ -84,8 +84,7 @@ def test_when_a_heap_is_at_rest_does_not_depend_on_the_rate(rate: int) -> None:
 def test_a_heap_comes_to_rest_the_same_whether_its_contacts_are_read_or_not() -> None:
     scene = heap()
     engine = ExactEngine(scene, spawn(scene))
-    for _ in range(SECONDS * 60):
-        engine.step()
+    do_steps(engine, SECONDS * 60)
     assert np.array_equal(engine.state().position, rested()[0])
 
 

@@ -8,10 +8,9 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 from conftest import bundled_scenes, sample
-from exact_scenes import accounted
+from exact_scenes import accounted, after, engine_of
 
 from sandbox.engines.engine import advance
-from sandbox.engines.exact.engine import ExactEngine
 from sandbox.errors import SandboxError
 from sandbox.quantity import momentum, tangent
 from sandbox.scene.files import load, parse
@@ -81,12 +80,9 @@ def test_touching_chain_leaves_as_by_successive_impacts(count: int, gap: float, 
             gaps = [b - a - 20 for a, b in itertools.pairwise(map(Decimal, x))]
             speed = successive_impacts(gaps, start, [*map(Decimal, mass)], factor * factor, Decimal(1))
         if speed is not None:
-            engine = ExactEngine(scene, spawn(scene))
-            for _ in range(60):
-                engine.step()
             ended += 1
             expected = [*map(float, speed)]
-            assert engine.state().velocity[:, 0] == pytest.approx(expected, abs=EXACT)
+            assert after(scene, 1).velocity[:, 0] == pytest.approx(expected, abs=EXACT)
     assert ended >= 3
 
 
@@ -120,10 +116,8 @@ def test_row_that_slides_down_a_slope_keeps_its_momentum(e: float) -> None:
     velocity = [(3.2, 2.4), *[(0.0, 0.0)] * 5]
     head = "gravity = [0, 500]\nwalls = [{ from = [200, 200], to = [1800, 1400], thickness = 0 }]"
     scene = scene_of([tuple(map(float, p)) for p in place], velocity, [1, 2, 1, 3, 1, 2], e, head)
-    engine, mass = ExactEngine(scene, spawn(scene)), scene.bodies.mass
-    for _ in range(60):
-        engine.step()
-    slid = (engine.state().position - spawn(scene).position) @ along @ mass / mass.sum()
+    mass = scene.bodies.mass
+    slid = (after(scene, 1).position - spawn(scene).position) @ along @ mass / mass.sum()
     assert slid == pytest.approx(500 * 0.6 / 2 + 4 / mass.sum(), abs=1e-7)
     accounted(scene, 60)
 
@@ -161,8 +155,7 @@ def test_ball_that_comes_to_rest_in_a_corner_gives_both_walls_its_momentum() -> 
 def test_walls_and_gravity_account_for_the_momentum_of_bundled_scenes(name: str) -> None:
     """Of all balls together: friction on a heap that is frozen takes spins away, without a contact."""
     scene = load(name)
-    engine, start, mass, steps = ExactEngine(scene, spawn(scene)), spawn(scene).velocity, scene.bodies.mass, 120
-    engine.record_contacts()
+    engine, start, mass, steps = engine_of(scene), spawn(scene).velocity, scene.bodies.mass, 120
     states = States.empty(steps, len(mass))
     advance(engine, states)
     found = engine.contacts()
@@ -180,7 +173,6 @@ def test_walls_and_gravity_account_for_the_momentum_of_bundled_scenes(name: str)
 def test_too_many_contacts_of_a_heap_end_its_run(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sandbox.engines.exact.engine.MAX_LOGGED_CONTACTS", 1_000)
     scene = scene_of([(800, 1990), (800, 1970)], [(0, 0)] * 2, [1, 1], 0.5, "gravity = [0, 900]")
-    engine = ExactEngine(scene, spawn(scene))
-    engine.record_contacts()
+    engine = engine_of(scene)
     with pytest.raises(SandboxError, match=r"^exact ends at .* s: the next step exceeds the limit of 1,000 contacts$"):
         advance(engine, States.empty(60, 2))

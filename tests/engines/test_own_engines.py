@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 import pytest
-from conftest import Command, ball_at, scene_of
+from conftest import Command, ball_at, do_steps, scene_of
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.figures import Run
@@ -346,8 +346,7 @@ def test_a_contact_has_the_time_of_the_step_by_any_clock_and_the_lower_ball_firs
     lockstep = Lockstep(load("head-on"), {"mine": finds(contact(3 / 60 + error, 1, 0))})
     runner = lockstep.engines["mine"]
     runner.record_contacts()
-    for _ in range(3):
-        lockstep.step()
+    do_steps(lockstep, 3)
     [found] = runner.contacts()
     assert found["time"] == runner.state().time == 3 / 60
     assert (found["first"], found["second"], found["normal"].tolist()) == (0, 1, [-1, 0])

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pymunk
 import pytest
-from conftest import scene_of
+from conftest import do_steps, scene_of
 from recorded import recorded
 
 from sandbox.engines.pymunk import WALL_HALF_THICKNESS, PymunkEngine, _chains
@@ -116,10 +116,7 @@ def test_a_contact_has_the_normal_the_impulse_and_the_depth() -> None:
         "radius = 20\nmass = 3\nposition = [100, 300]\nvelocity = [60, 0]",  # touches in the first step, 0.5 px deep
         "radius = 20\nposition = [400, 579]\nvelocity = [0, 120]",  # the bottom wall, 1 px deep
     )
-    engine = PymunkEngine(scene, spawn(scene))
-    engine.record_contacts()
-    engine.step()
-    pair, wall = engine.contacts()
+    _, (pair, wall) = recorded("pymunk", scene, 1)
     assert (pair["first"], pair["second"], ~wall["second"]) == (0, 1, 3)
     assert pair["normal"].tolist() == [-1, 0]
     assert pair["impulse"] == pytest.approx(2 * 60 * (3 * 1) / (3 + 1))  # 2 v m1 m2 / (m1 + m2)
@@ -133,11 +130,8 @@ def test_a_contact_has_the_normal_the_impulse_and_the_depth() -> None:
 def test_a_resting_contact_that_ended_is_no_longer_listed() -> None:
     """Pymunk keeps the impulse of a contact for some steps after it: a ball at rest on the floor is thrown up."""
     scene = scene_of("radius = 20\nposition = [400, 580]\nelasticity = 0", more="gravity = [0, 900]")
-    engine = PymunkEngine(scene, spawn(scene))
-    engine.record_contacts()
-    for _ in range(10):
-        engine.step()
-    assert len(engine.contacts()) > 5
+    engine, found = recorded("pymunk", scene, 10)
+    assert len(found) > 5
     engine.kick(0, (0.0, -600.0))
     engine.step()
     engine.step()
@@ -157,8 +151,7 @@ def test_every_setting_reaches_the_space_and_pymunk_s_defaults_stay() -> None:
 def test_nothing_escapes_the_arena_at_a_million_px_a_second() -> None:
     scene = scene_of("radius = 20\nposition = [400, 300]\nvelocity = [1e6, 7e5]")
     engine = PymunkEngine(scene, spawn(scene))
-    for _ in range(600):
-        engine.step()
+    do_steps(engine, 600)
     for _ in range(600):  # found far outside and pushed back, it is still on the inner side of the walls
         engine.step()
         assert (np.abs(engine.state().position) < WALL_HALF_THICKNESS).all()

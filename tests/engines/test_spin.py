@@ -10,15 +10,13 @@ from recorded import recorded
 
 from sandbox import simulate
 from sandbox.engines import registry
-from sandbox.engines.engine import advance
-from sandbox.engines.exact import ExactEngine
 from sandbox.errors import SandboxError
 from sandbox.quantity import energy
 from sandbox.run.edits import AddBall, DeleteBall, SetVelocity
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import Contacts, State, States
+from sandbox.state import Contacts, State
 
 
 def bounce(friction: float, spin: float = 0.0, elasticity: float = 1.0) -> Scene:
@@ -121,10 +119,7 @@ def test_a_wrong_spin_is_named(spin: str, message: str) -> None:
 def test_a_trajectory_has_all_contacts_with_the_numbers_of_its_balls() -> None:
     scene = load("head-on")
     ran = simulate(scene, "exact", seconds=5.0)
-    engine = ExactEngine(scene, spawn(scene))
-    engine.record_contacts()
-    advance(engine, States.empty(300, 2))
-    assert ran.contacts.tobytes() == engine.contacts().tobytes()
+    assert ran.contacts.tobytes() == recorded("exact", scene, 300)[1].tobytes()
     hit = math.ceil(ran.contacts["time"][0] * 60)
     edited = simulate(scene, "exact", seconds=5.0, inputs=[DeleteBall(step=hit, ball=0)])
     assert edited.contacts[0].tobytes() == ran.contacts[0].tobytes()

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ball_at, bundled_scenes, scene_of
+from conftest import ball_at, bundled_scenes, do_steps, scene_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -64,15 +64,13 @@ def last(run: Trajectory) -> tuple[bytes, bytes]:
 @pytest.mark.parametrize("edit", EDITS.values(), ids=EDITS)
 def test_a_replay_of_an_edit_has_the_bytes_of_the_live_run_in_every_engine(scene: Scene, edit: Edit) -> None:
     lockstep = Lockstep(scene, ENGINES)
-    for _ in range(7):
-        lockstep.step()
+    do_steps(lockstep, 7)
     before = {name: state.position.copy() for name, state in lockstep.states().items()}
     lockstep.apply(edit)
     for name, state in lockstep.states().items():
         kept = np.delete(before[name], 1, axis=0) if isinstance(edit, DeleteBall) else before[name]
         assert state.position[: len(kept)].tobytes() == kept.tobytes()
-    for _ in range(60):
-        lockstep.step()
+    do_steps(lockstep, 60)
     for name, state in lockstep.states().items():
         replay = simulate(scene, name, steps=67, inputs=lockstep.given)
         assert replay.position[-1, lockstep.balls].tobytes() == state.position.tobytes()
@@ -153,8 +151,7 @@ def test_the_mouse_keeps_its_ball_if_another_is_deleted_and_releases_it_if_it_is
     lockstep.apply(SetRate(step=0, rate=1000))
     lockstep.apply(Move(step=0, at=(1e6, 500)))
     assert lockstep.mouse.target == (790, 500)
-    for _ in range(1000):
-        lockstep.step()
+    do_steps(lockstep, 1000)
     assert lockstep.states()["pymunk"].position[1] == pytest.approx([790, 500], abs=0.5)
     lockstep.apply(DeleteBall(step=1000, ball=1))
     assert lockstep.mouse.ball is None
@@ -335,8 +332,7 @@ def test_an_edit_without_room_is_refused_and_changes_nothing(edit: Edit, message
 def test_balls_may_overlap_and_an_engine_with_a_ball_in_a_wall_is_named() -> None:
     scene = scene_of(ball_at(200, 300, vx=120, elasticity=0.5), ball_at(300, 310), ball_at(700, 500))
     lockstep = Lockstep(scene, ["exact", "impulse"])
-    while lockstep.steps < 90:
-        lockstep.step()
+    do_steps(lockstep, 90)
     x, y = lockstep.states()["exact"].position[1].tolist()
     lockstep.apply(ChangeBall(step=90, ball=2, x=x, y=y))
     away = lockstep.states()["impulse"].position[1, 0] - x
@@ -353,8 +349,7 @@ def test_a_ball_may_touch_and_stay_as_deep_as_it_was() -> None:
         more="gravity = [0, 900]\nwalls = [{ from = [300, 300], to = [700, 300], thickness = 20 }]",
     )  # fmt: skip
     lockstep = Lockstep(scene, ENGINES)
-    for _ in range(60):
-        lockstep.step()
+    do_steps(lockstep, 60)
     assert (lockstep.states()["pymunk"].position[:, 1] > [580.001, 270.001]).all()
     lockstep.apply(ChangeBall(step=60, ball=0, x=300.3))
     lockstep.apply(ChangeBall(step=60, ball=1, x=600.7))
@@ -369,8 +364,7 @@ def test_a_ball_may_touch_and_stay_as_deep_as_it_was() -> None:
 def test_the_energy_that_a_change_gives_is_the_hand_s() -> None:
     scene = head_on("gravity = [0, 900]")
     lockstep = Lockstep(scene, ENGINES)
-    for _ in range(10):
-        lockstep.step()
+    do_steps(lockstep, 10)
     edits: list[tuple[Edit, Callable[[float, float], float]]] = [
         (ChangeBall(step=10, ball=0, mass=3), lambda y, vy: 2 * ((120**2 + vy**2) / 2 + 900 * (600 - y))),
         (ChangeBall(step=10, ball=0, y=100), lambda y, _: 3 * 900 * (y - 100)),
@@ -396,8 +390,7 @@ ALL_AT_ONCE: list[Input] = [
 def test_a_comparison_after_changes_finds_what_it_finds_in_the_scene_saved_there(tmp_path: Path) -> None:
     scene = head_on(f"gravity = [0, 500]\nseconds = 2\n{WALL}")
     lockstep = Lockstep(scene, ENGINES, ALL_AT_ONCE)
-    while lockstep.steps < 25:
-        lockstep.step()
+    do_steps(lockstep, 25)
     lockstep.apply_due()
     states = lockstep.states()
     assert all(state.position.tobytes() == states["exact"].position.tobytes() for state in states.values())

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import scene_of
+from conftest import do_steps, scene_of
 
 import sandbox
 from sandbox.state import Contacts, State, States
@@ -48,8 +48,7 @@ def test_a_kick_gives_its_momentum() -> None:
     simulation.kick(0, np.array([60, -30]))
     simulation.kick(np.int64(0), [0, 60])  # type: ignore[arg-type]
     assert simulation.state.velocity.tolist() == [[0, 0]]  # they act in the next step
-    for _ in range(60):
-        simulation.step()
+    do_steps(simulation, 60)
     assert simulation.state.position[0].tolist() == pytest.approx([460, 330], abs=1e-9)
 
 
@@ -58,8 +57,7 @@ def test_a_grabbed_ball_follows_the_pointer_until_it_is_released() -> None:
     simulation.move((700, 500))  # holds nothing
     simulation.release()
     simulation.grab(0, (500, 200))
-    for _ in range(120):
-        simulation.step()
+    do_steps(simulation, 120)
     assert simulation.state.position[0].tolist() == pytest.approx([500, 200], abs=1e-3)
     simulation.release()
     simulation.move((700, 500))

@@ -7,11 +7,10 @@ from random import Random
 
 import numpy as np
 import pytest
+from exact_scenes import engine_of
 
-from sandbox.engines.exact import ExactEngine
 from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
-from sandbox.scene.spawn import spawn
 
 pytestmark = pytest.mark.slow
 
@@ -35,8 +34,7 @@ def heap_at_random(seed: int, room: float = 0.0) -> Scene:
 
 def contacts_of(scene: Scene) -> int:
     """Run a heap, check in each step that walls and gravity give it what it gains; return its number of contacts."""
-    engine = ExactEngine(scene, spawn(scene))
-    engine.record_contacts()
+    engine = engine_of(scene)
     weight = scene.bodies.mass.sum() * GRAVITY
     before, count = scene.bodies.mass @ engine.state().velocity, 0
     for _ in range(round(SECONDS * scene.rate)):

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from conftest import scene_of, sizes
+from conftest import do_steps, scene_of, sizes
+from exact_scenes import engine_of
 
 from sandbox.analysis.gas import (
     enskog_rate,
@@ -58,12 +59,10 @@ def test_ten_thousand_discs_have_the_contact_rate_of_theory() -> None:
     """At packing fraction 0.2."""
     scene = gas(10_000, 0.2)
     engine = ExactEngine(scene, spawn(scene))
-    for _ in range(30):  # about ten contacts per disc, to reach equilibrium
-        engine.step()
+    do_steps(engine, 30)  # about ten contacts per disc, to reach equilibrium
     engine.record_contacts()
     steps = 120
-    for _ in range(steps):
-        engine.step()
+    do_steps(engine, steps)
     found, seconds = engine.contacts(), steps / scene.rate
     velocity = engine.state().velocity
     rate = np.count_nonzero(found["second"] >= 0) / seconds
@@ -79,8 +78,7 @@ def test_collisions_lose_no_energy_and_leave_no_overlap(collisions: int) -> None
     before = kinetic_energy(engine.state().velocity, bodies.mass)
     deepest = 0.0
     while engine.collisions < collisions:
-        for _ in range(10):
-            engine.step()
+        do_steps(engine, 10)
         position = engine.state().position
         deepest = max(deepest, deepest_overlap(position, bodies.radius)[0], -(position - 5).min())
         deepest = max(deepest, (position + 5 - scene.arena.size).max())
@@ -92,10 +90,8 @@ def test_collisions_lose_no_energy_and_leave_no_overlap(collisions: int) -> None
 def test_the_order_of_events_does_not_depend_on_the_rate() -> None:
     orders = []
     for rate in (7, 60, 960):
-        engine = ExactEngine(scene := gas(60, 0.5, rate=rate), spawn(scene))
-        engine.record_contacts()
-        for _ in range(rate):
-            engine.step()
+        engine = engine_of(gas(60, 0.5, rate=rate))
+        do_steps(engine, rate)
         orders.append(engine.contacts().tobytes())
     assert len(orders[0]) > 2_000 * CONTACT.itemsize
     assert orders[0] == orders[1] == orders[2]
@@ -118,12 +114,10 @@ def test_no_ball_leaks_through_thin_walls_at_10_000_px_a_second(shape: str, leas
     walls = {"funnel": closed(funnel), "comb": comb, "polygon": closed(corners)}[shape]
     tables = "\n".join(f"[[walls]]\nfrom = [{a[0]}, {a[1]}]\nto = [{b[0]}, {b[1]}]\nthickness = 1" for a, b in walls)
     scene = scene_of(f"count = 10\nradius = 3\nspeed = 10000\ninside = [[350, 150], [450, 300]]\n{tables}")
-    engine = ExactEngine(scene, spawn(scene))
-    engine.record_contacts()
+    engine = engine_of(scene)
     impacts = 0
     while impacts < least:
-        for _ in range(600):
-            engine.step()
+        do_steps(engine, 600)
         impacts += int(np.count_nonzero(engine.contacts()["second"] < -4))
         position = engine.state().position
         inside = {"funnel": (250, 100, 550, 400), "comb": (200, 100, 600, 400), "polygon": (150, 50, 650, 550)}[shape]
