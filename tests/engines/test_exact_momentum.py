@@ -8,7 +8,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 from conftest import bundled_scenes, sample
-from exact_scenes import accounted, after, engine_of
+from exact_scenes import EXACT, accounted, after, engine_of
 
 from sandbox.engines.engine import advance
 from sandbox.errors import SandboxError
@@ -17,8 +17,6 @@ from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import States
-
-EXACT = 1e-9
 
 
 def scene_of(
