@@ -53,10 +53,8 @@ def _given(contents: Contents) -> Iterator[tuple[pymunk.Body, list[pymunk.Shape]
         shapes = [each for each in solid if half_length(each) > 0 and math.isfinite(each.center_of_gravity.length)]
         if shapes and not any(shape.mass for shape in shapes):
             sizes = np.array([shape.area if shape.area > 0 else 2 * half_length(shape) for shape in shapes])
-            middles, margin = (
-                np.array([shape.center_of_gravity for shape in shapes]),
-                MAX_OFF_CENTRE * sizes.sum() ** 0.5,
-            )
+            middles = np.array([shape.center_of_gravity for shape in shapes])
+            margin = MAX_OFF_CENTRE * math.sqrt(sizes.sum())
             is_beside = ((middles.min(axis=0) > margin) | (middles.max(axis=0) < -margin)).any()
             # A joint may hold it to what does not move by forces: then its place may be meant to turn about
             rigid = [joint for joint in body.constraints if not isinstance(joint, pymunk.DampedSpring)]
@@ -87,11 +85,9 @@ def _moment(contents: Contents) -> Iterator[Fault]:
     for body, shapes, sizes, middle, is_off in _given(contents):
         centre = body.center_of_gravity
         about_middle, about_centre = (body.mass * _moments(shapes, point) for point in (middle, centre))
-        each, right = (
-            np.append(about_middle, about_centre),
-            (about_middle if is_off else about_centre) @ sizes / sizes.sum(),
-        )
-        fits = MIN_MOMENT_RATIO * each.min() <= body.moment <= MAX_MOMENT_RATIO * each.max()
+        right = (about_middle if is_off else about_centre) @ sizes / sizes.sum()
+        smallest, largest = min(*about_middle, *about_centre), max(*about_middle, *about_centre)
+        fits = MIN_MOMENT_RATIO * smallest <= body.moment <= MAX_MOMENT_RATIO * largest
         # Contacts cannot turn frictionless circles round the centre of gravity
         can_turn = any(
             shape.friction or not isinstance(shape, pymunk.Circle) or shape.offset != centre for shape in shapes
