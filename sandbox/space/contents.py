@@ -65,8 +65,7 @@ class Contents:
     @property
     def new_joints(self) -> Iterator[tuple[pymunk.Constraint, pymunk.Body]]:
         """The joints that were added since the last time, and a body of each, a dynamic one if there is any."""
-        joints = (joint for joint in self.space.constraints if joint not in self.seen)
-        return ((joint, joint.a if is_dynamic(joint.a) else joint.b) for joint in joints)
+        return ((joint, end_of(joint)) for joint in self.space.constraints if joint not in self.seen)
 
     @cached_property
     def _index_of(self) -> dict[int, int]:
@@ -117,6 +116,11 @@ def body_of(shape: pymunk.Shape) -> pymunk.Body:
     """Return the body of a shape in a Space, which therefore has one."""
     assert shape.body is not None
     return shape.body
+
+
+def end_of(joint: pymunk.Constraint) -> pymunk.Body:
+    """Return a body that a joint holds, a dynamic one if there is any."""
+    return joint.a if is_dynamic(joint.a) else joint.b
 
 
 def is_dynamic(body: pymunk.Body) -> bool:

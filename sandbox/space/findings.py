@@ -59,8 +59,8 @@ class Finding:
     """A symptom, its cause and its cure.
 
     rule: the key of the rule that found it; since: s of the Space's time, None if it was so before the first step;
-    bodies: those concerned, worst first, empty if it is the Space itself; size: of the worst case, in the rule's unit,
-    the size of a body if it is what a person sees; tried: what became of the symptom with other settings.
+    bodies: those concerned, worst first, none if it is the Space itself; cause: empty if the symptom has it; size: of
+    the worst case, in the rule's unit, in bodies' sizes if a person sees it; tried: what became of it in other runs.
     """
 
     rule: str

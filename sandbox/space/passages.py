@@ -77,7 +77,8 @@ class Passages:
         is_behind, touches = bool(wall.segment_query(passage.start, end)), (sides[0] & sides[1]).any()
         if wall.point_query(end).distance > 0 and not (is_behind and touches):
             del self._entered[shape, wall]
-            self.found += [passage] * is_behind
+            if is_behind:
+                self.found.append(passage)
 
     def _stops(self, wall: pymunk.Shape, shape: pymunk.Shape) -> bool:
         """Return whether a static shape stops another one if they meet, and no callback can prevent it."""

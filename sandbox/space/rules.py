@@ -63,12 +63,9 @@ def _given(contents: Contents) -> Iterator[tuple[pymunk.Body, list[pymunk.Shape]
             yield body, shapes, sizes, pymunk.Vec2d(*(sizes @ middles / sizes.sum()).tolist()), bool(is_off)
 
 
-def _moments(shapes: list[pymunk.Shape], point: pymunk.Vec2d) -> Floats:
-    """Return the moments of shapes about a point, each of mass 1, px²."""
-    return np.array([_moment_of(shape, [corner - point for corner in corners_of(shape)]) for shape in shapes])
-
-
-def _moment_of(shape: pymunk.Shape, corners: list[pymunk.Vec2d]) -> float:
+def _moment_of(shape: pymunk.Shape, point: pymunk.Vec2d) -> float:
+    """Return the moment of a shape of mass 1 about a point, px²."""
+    corners = [corner - point for corner in corners_of(shape)]
     if isinstance(shape, pymunk.Circle):
         return pymunk.moment_for_circle(1, 0, shape.radius, corners[0])
     if isinstance(shape, pymunk.Segment):
@@ -84,10 +81,9 @@ def _moment(contents: Contents) -> Iterator[Fault]:
     """
     for body, shapes, sizes, middle, is_off in _given(contents):
         centre = body.center_of_gravity
-        about_middle, about_centre = (body.mass * _moments(shapes, point) for point in (middle, centre))
-        right = (about_middle if is_off else about_centre) @ sizes / sizes.sum()
-        smallest, largest = min(*about_middle, *about_centre), max(*about_middle, *about_centre)
-        fits = MIN_MOMENT_RATIO * smallest <= body.moment <= MAX_MOMENT_RATIO * largest
+        moments = body.mass * np.array([[_moment_of(shape, point) for shape in shapes] for point in (middle, centre)])
+        right = moments[0 if is_off else 1] @ sizes / sizes.sum()
+        fits = MIN_MOMENT_RATIO * moments.min() <= body.moment <= MAX_MOMENT_RATIO * moments.max()
         # Contacts cannot turn frictionless circles round the centre of gravity
         can_turn = any(
             shape.friction or not isinstance(shape, pymunk.Circle) or shape.offset != centre for shape in shapes
@@ -147,8 +143,8 @@ def _concave(contents: Contents) -> Iterator[Fault]:
 
 def _anchor_far(contents: Contents) -> Iterator[Fault]:
     """Anchors far outside of their body that, as places in the Space, are within it."""
-    for joint in contents.space.constraints:
-        if isinstance(joint, ANCHORED) and joint not in contents.seen:
+    for joint, _ in contents.new_joints:
+        if isinstance(joint, ANCHORED):
             for body, end, anchor in ((joint.a, joint.b, joint.anchor_a), (joint.b, joint.a, joint.anchor_b)):
                 size = max(map(half_length, body.shapes), default=math.inf)
                 if is_dynamic(body) and anchor.length > FAR * size and (anchor - body.position).length < size:
@@ -244,7 +240,8 @@ def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
     things += [("Joint", joint, body) for joint, body in contents.new_joints]
     for kind, thing, place in things:
         for name in (name for name in vars(thing) if not name.startswith("_")):
-            real = [each for each in dir(type(thing)) if each.replace("_", "") == name.replace("_", "").lower()]
+            alike = (each for each in dir(type(thing)) if each.replace("_", "") == name.replace("_", "").lower())
+            real = [each for each in alike if each != name]  # which a class of the program may have
             if cure := IGNORED.get(f"{kind}.{name}") or (f"{kind.lower()}.{real[0]}" if real else ""):
                 yield contents.fault(place, f"{kind.lower()}.{name} was set; write {cure}")
 

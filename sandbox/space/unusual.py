@@ -4,8 +4,8 @@ import dis
 import math
 from collections import defaultdict
 from collections.abc import Iterator
-from itertools import chain, islice, pairwise
-from types import FunctionType, MethodType
+from itertools import islice, pairwise
+from types import CodeType, FunctionType, MethodType
 from typing import Final
 
 import numpy as np
@@ -15,6 +15,7 @@ from sandbox.quantity import dot, tangent
 from sandbox.space.contents import (
     Contents,
     body_of,
+    end_of,
     half_length,
     half_width,
     is_dynamic,
@@ -50,14 +51,14 @@ def unusual(evidence: Evidence) -> dict[str, list[Fault]]:
     faults: dict[str, list[Fault]] = defaultdict(list)
     contents = evidence.contents
     for track in _tracks(evidence):
-        for rule, what in chain.from_iterable(find(track) for find in _OF_BODIES):
-            faults[rule].append(contents.fault(track.body, what))
+        for find in (_size, _pushes, _velocities, _rolled, _contacts, _flight):
+            for rule, what in find(track):
+                faults[rule].append(contents.fault(track.body, what))
     for rule, figure in _callbacks(contents):
         faults[rule].append(Fault(None, figure=figure))
     for joint in evidence.recording.joints.values():
-        body = joint.a if is_dynamic(joint.a) else joint.b
         for rule, what in _joint(joint):
-            faults[rule].append(contents.fault(body, f"its {type(joint).__name__} {what}"))
+            faults[rule].append(contents.fault(end_of(joint), f"its {type(joint).__name__} {what}"))
     others = {"ghosts": _ghosts, "falls-away": _fallen, "sleeps-on": _sleepers}
     return faults | {rule: [*find(evidence)] for rule, find in others.items()}
 
@@ -94,9 +95,9 @@ class _Track:
         self.force = np.hypot(*self.old["force"].T)
         self.is_pushed = (self.force > 0) | self.changed.any(axis=1)
         self.turned = float(np.ptp(self.new["angle"]))
-        solid = [shape for shape in body.shapes if not shape.sensor]
-        self.length, self.width = (2 * max(0.0, *map(half, solid), 0.0) for half in (half_length, half_width))
-        self.is_round = any(isinstance(shape, pymunk.Circle) for shape in solid)
+        self.solid = [shape for shape in body.shapes if not shape.sensor]
+        self.length, self.width = (2 * max([0.0, *map(half, self.solid)]) for half in (half_length, half_width))
+        self.is_round = any(isinstance(shape, pymunk.Circle) for shape in self.solid)
         self.gravity = np.array(self.space.gravity)
         self.weight = body.mass * float(self.gravity @ self.gravity)
 
@@ -131,8 +132,8 @@ def _pushes(track: _Track) -> Found:
         yield "in-vain", f"{words}, and gravity {math.hypot(*gravity):.3g} px/s²"
     if not np.ptp(force, axis=0).any() and track.turned > TURNED and not track.is_round:
         # Does the point turn with the body? torque / force = (R(angle) point) x direction
-        way, arm = force[0] @ (1, 1j) / largest * np.exp(-1j * track.old["angle"]), torque / largest
-        columns = np.column_stack([way.imag, -way.real])
+        own, arm = force[0] @ (1, 1j) / largest * np.exp(-1j * track.old["angle"]), torque / largest
+        columns = np.column_stack([own.imag, -own.real])
         point = np.linalg.lstsq(columns, arm)[0]
         if np.abs(columns @ point - arm).max() <= SAME * np.abs(arm).max():
             yield "turns-not", f"a force of {largest:.3g}, while the body turned by {track.turned:.3g} rad"
@@ -171,8 +172,9 @@ def _rolled(track: _Track) -> Found:
         given = push.any(axis=1)
         ways = push[given] @ (1, 1j)
         own = ways * np.exp(-1j * track.old["angle"][given])
-        spread, size = (np.abs(each - each[:1]).max(initial=0.0) for each in (own, ways))
-        if spread < SAME * np.abs(ways).max(initial=0.0) < size and len(track.contacts):
+        largest = np.abs(ways).max(initial=0.0)
+        own_spread, spread = (np.abs(each - each[:1]).max(initial=0.0) for each in (own, ways))
+        if own_spread < SAME * largest < spread and len(track.contacts):
             yield "turns-with", f"while it turned by {track.turned:.3g} rad"
 
 
@@ -186,10 +188,11 @@ def _contacts(track: _Track) -> Found:
     rubs = np.isin(track.step[late], at[(contacts["friction"] > 0) & track.is_fixed])
     speed, is_damped = np.hypot(*track.new["velocity"][late].T), track.space.damping < 1
     rolls = track.is_round and is_left and rubs.all() and not is_damped
-    if rolls and speed.min() > max((1 - SAME) * speed.max(), VAIN * track.length):
+    if rolls and speed.min() > max((1 - SAME) * speed.max(), track.width / LATE):
         yield "rolls", f"at {speed[-1]:.3g} px/s"
-    if track.is_round and math.isinf(track.body.moment) and contacts["tangential"].any() and not gravity.any():
-        yield "slides-not", f"friction {contacts['friction'].max():.3g} in a contact"
+    is_stiff = track.is_round and math.isinf(track.body.moment) and not track.body.constraints
+    if is_stiff and contacts["tangential"][track.is_fixed].any() and not gravity.any():
+        yield "slides-not", f"friction {contacts['friction'][track.is_fixed].max():.3g} in a contact"
     normal, weight = contacts["normal"], track.weight * run.dt
     is_upright = np.abs(dot(normal, gravity)) < ACROSS * math.hypot(*gravity)
     rubbed = -np.bincount(at, contacts["tangential"] * dot(tangent(normal), gravity) * is_upright, len(run.steps))
@@ -216,14 +219,11 @@ def _flight(track: _Track) -> Found:
     turns = track.turned > TURNED and free.all() and not body.constraints
     if is_computed and off > MAX_OFF_CENTRE * track.length and turns:
         yield "turns-about", f"its centre of gravity is {off:.3g} px off its position"
-    is_rough = any(shape.friction for shape in body.shapes) and not any(shape.elasticity for shape in body.shapes)
+    is_rough = any(shape.friction for shape in track.solid) and not any(shape.elasticity for shape in track.solid)
     is_left = not (gravity.any() or body.constraints or body._velocity_func) and track.space.damping == 1
     is_going = len(free) > MIN_STEPS and free[-MIN_STEPS:].all() and 0 < speed.max() * KEPT_SPEED < speed[-1]
     if is_rough and is_left and is_going and not len(track.contacts):
         yield "friction-untouched", f"still goes at {speed[-1]:.3g} px/s, and never touched anything"
-
-
-_OF_BODIES: Final = (_size, _pushes, _velocities, _rolled, _contacts, _flight)
 
 
 def _callbacks(contents: Contents) -> Found:
@@ -235,12 +235,17 @@ def _callbacks(contents: Contents) -> Found:
         if kinds in ((0, 0), (0, None)) and is_plain:
             yield "any-type", f"{kinds}"
         for callback in (handler.begin, handler.pre_solve):
-            code = callback.__code__ if isinstance(callback, FunctionType | MethodType) else None
-            instructions = () if not code or "process_collision" in code.co_names else dis.get_instructions(code)
-            for value, then in pairwise(instructions):
-                is_value = then.opname == "RETURN_VALUE" and (value.argval is False or value.opname in BOOLEAN)
-                if code and (is_value or (then.opname == "RETURN_CONST" and then.argval is False)):
-                    yield "returned", code.co_name
+            if isinstance(callback, FunctionType | MethodType) and _returns(callback.__code__):
+                yield "returned", callback.__code__.co_name
+
+
+def _returns(code: CodeType) -> bool:
+    """Return whether a function returns False or a comparison, and does not set `process_collision`."""
+    for value, then in pairwise(dis.get_instructions(code)):
+        is_value = then.opname == "RETURN_VALUE" and (value.argval is False or value.opname in BOOLEAN)
+        if is_value or (then.opname == "RETURN_CONST" and then.argval is False):
+            return "process_collision" not in code.co_names
+    return False
 
 
 def _joint(joint: pymunk.Constraint) -> Found:
@@ -257,7 +262,7 @@ def _ghosts(evidence: Evidence) -> Iterator[Fault]:
     start, end, ids = run.was["position"], run.new["position"], run.new["id"]
     low, high = np.minimum(start, end), np.maximum(start, end)
     may_pass = (start != end).any(axis=1) & (np.isinf(run.new["mass"]) | np.isin(ids, np.array(filtered, "u8")))
-    for wall in (each for each in solid if is_static(body_of(each)) and may_pass.any()):
+    for wall in (each for each in solid if is_static(body_of(each))) if may_pass.any() else ():
         box, body_of_wall = wall.bb, body_of(wall)
         near = ((low <= (box.right, box.top)) & (high >= (box.left, box.bottom))).all(axis=1)
         if isinstance(wall, pymunk.Segment):
@@ -268,7 +273,8 @@ def _ghosts(evidence: Evidence) -> Iterator[Fault]:
             # Of its shapes those round its centre of gravity, whose way is looked at
             shapes = [each for each in body.shapes if not each.sensor and each.point_query(body.position).distance <= 0]
             reach = 2 * max(map(half_length, shapes), default=0.0)  # what moves by more is put elsewhere
-            if body is not body_of_wall and not any(may_collide(each, wall) for each in shapes):
+            is_held = any(body_of_wall in (joint.a, joint.b) for joint in body.constraints)
+            if body is not body_of_wall and not is_held and not any(may_collide(each, wall) for each in shapes):
                 ways = ((row, tuple(start[row]), tuple(end[row])) for row in rows.tolist())
                 met = (row for row, a, b in ways if math.dist(a, b) < reach and wall.segment_query(a, b))
                 for row in islice(met, 1):
@@ -282,10 +288,11 @@ def _fallen(evidence: Evidence) -> Iterator[Fault]:
     gravity, contents, last = evidence.contents.space.gravity, evidence.contents, evidence.run.steps[-1]
     walls = [shape.bb for shape in contents.solid if not is_dynamic(body_of(shape)) or body_of(shape).constraints]
     corners = [gravity.dot((x, y)) for box in walls for x in (box.left, box.right) for y in (box.bottom, box.top)]
+    lowest = max(corners, default=math.inf)
     held = {*last.contacts["body_a"].tolist(), *last.contacts["body_b"].tolist()}
     held |= {body_of(passage.shape).id for passage in evidence.passages.found}
     for body in contents.bodies if gravity.length else ():
-        is_low = gravity.dot(body.position) > max(corners, default=math.inf)
+        is_low = gravity.dot(body.position) > lowest
         falls = is_dynamic(body) and not body.is_sleeping and gravity.dot(body.velocity) > gravity.dot(gravity) / 10
         if is_low and falls and not body.constraints and body.id not in held:
             yield contents.fault(body, "is below all walls" if body.shapes else "it has no shape")

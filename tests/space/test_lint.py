@@ -91,6 +91,18 @@ def forgotten_shape(space: pymunk.Space) -> None:
 KEPT: list[Any] = []  # what is in no Space is kept alive by its program only
 
 
+def spring(space: pymunk.Space, **values: Any) -> None:
+    joint = pymunk.DampedSpring(space.static_body, body_of(disc(space, 200)), (200, 0), (0, 0), 100, 10, 1)
+    for name, value in values.items():
+        setattr(joint, name, value)
+    space.add(joint)
+
+
+def corners_on_a_spring(space: pymunk.Space) -> None:
+    corners_from_the_corner(space)
+    space.add(pymunk.DampedSpring(space.static_body, list(space.bodies)[-1], (200, 0), (0, 0), 100, 10, 1))
+
+
 def overlapping(space: pymunk.Space) -> None:
     disc(space, 110, 100)
 
@@ -146,6 +158,9 @@ FAULTS: dict[str, tuple[str, Callable[[pymunk.Space], None]]] = {
         "anchor-far",
         lambda space: space.add(pymunk.PinJoint(space.static_body, body_of(disc(space, 200)), (200, 0), (200, 100))),
     ),
+    "centre of gravity at (0, 0), middle of its shapes at (20, 20)": ("off-centre", corners_on_a_spring),
+    "its DampedSpring has stiffness -10": ("negative", lambda space: spring(space, stiffness=-10)),
+    "joint.max_Force was set; write joint.max_force": ("attribute", lambda space: spring(space, max_Force=10)),
     "its Circle has radius -20": ("negative", lambda space: disc(space, 200, radius=-20)),
     "angle 20, 3.18 turns": ("degrees", body_with(box, angle=20)),
     "category 3 is 1 and 2 at once": ("categories", numbered_categories),
@@ -207,6 +222,26 @@ def test_a_rod_without_thickness_has_the_mass_of_its_length_and_a_point_has_none
     space.add(body, pymunk.Poly.create_box(body, (20, 20)), rod, flat, body_of(point), point)
     (finding,) = sandbox.lint(space)
     assert finding.bodies[0].detail == f"moment {8 * moment:.4g}, 8 times too large: its shapes have {moment:.4g}"
+
+
+def test_a_centre_of_gravity_that_masses_of_two_shapes_or_the_program_explain_is_right() -> None:
+    """A hammer, whose head has nine times the mass of its handle, and a box, slightly rounded off, about its corner."""
+    space, hammer, crate = sound_space(), pymunk.Body(10, 1500), pymunk.Body(1, pymunk.moment_for_box(1, (40, 40)))
+    rounded = pymunk.Poly(crate, [(0, 0), (40, 0), (40, 40), (0, 40)], radius=-0.1)
+    parts = pymunk.Circle(hammer, 5, (-36, 0)), pymunk.Circle(hammer, 8, (4, 0)), rounded
+    hammer.position, crate.position, crate.center_of_gravity = (200, 200), (400, 200), (20, 20)
+    space.add(hammer, crate, *parts)
+    assert sandbox.lint(space) == []
+
+
+def test_an_attribute_that_a_class_of_the_program_has_is_its_own() -> None:
+    class Ship(pymunk.Body):
+        top_speed = 0
+
+    space, ship = sound_space(), Ship(1, pymunk.moment_for_circle(1, 0, 20))
+    ship.position, ship.top_speed = (200, 200), 5
+    add(space, pymunk.Circle(ship, 20), **BOUNCY)
+    assert sandbox.lint(space) == []
 
 
 SHAPES: Sequence[Callable[[pymunk.Body], pymunk.Shape]] = (

@@ -9,7 +9,7 @@ from spaces import DT, add, at, ball, body, box, boxed, ground, wall, watched, w
 
 from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.energy import Ledger
-from sandbox.space.findings import Finding
+from sandbox.space.findings import Certainty, Finding
 from sandbox.space.rules import END_RULES
 from sandbox.space.steps import STEP_RULES
 
@@ -115,6 +115,28 @@ def pushed() -> Diagnosis:
     return watched(space, 40, lambda _: setattr(hero, "velocity", (400, hero.velocity.y)))
 
 
+def leant_on() -> Diagnosis:
+    """The program drives a ball against a thin wall, at the velocity that it sets, until it is behind."""
+    space = world(gravity=0)
+    wall(space, (250, -200), (250, 200), 1)
+    made = ball(space, 0, 0, 16)
+    made.moment = math.inf
+    return watched(space, 90, lambda _: setattr(made, "velocity", (250, 0)))
+
+
+def lands_and_goes_round() -> Diagnosis:
+    """A player comes into a platform by its middle, is pushed out above, walks off, and slides down its side."""
+    space = world()
+    add(space, pymunk.Poly(space.static_body, [(-150, 0), (50, 0), (50, 60), (-150, 60)]))
+    player = ball(space, 0, -404, 6, velocity=(0, 600), elasticity=0, friction=0)
+
+    def walk(number: int) -> None:
+        speed = 30 if player.position.y < -5 else 0 if player.position.y < 2 else -20
+        player.velocity = (speed if number > 60 else 0), player.velocity.y
+
+    return watched(space, 290, walk)
+
+
 def pushed_out_behind() -> Diagnosis:
     """A ball is 6 px past the middle of a thin wall at the end of a step, which pushes it out on that side."""
     space = world(gravity=0)
@@ -148,10 +170,10 @@ def crate_on_a_shelf() -> Diagnosis:
     return watched(space, 60)
 
 
-def thrust(call: str, force: tuple[float, float], point: tuple[float, float] | None = None) -> Diagnosis:
+def thrust(call: str, force: tuple[float, float], point: tuple[float, float] | None = None, x: int = 300) -> Diagnosis:
     """A rocket that is pushed in each step: by default, at its position."""
     space = world(gravity=0)
-    rocket = box(space, 300, 200, (20, 60))
+    rocket = box(space, x, x - 100, (20, 60))
     return watched(space, 30, lambda _: getattr(rocket, call)(force, point=point or rocket.position))
 
 
@@ -423,6 +445,7 @@ FAULTS: dict[str, tuple[Callable[[], Diagnosis], set[str]]] = {
     "teleported": (teleported, {"moved-by-hand"}),
     "pushed": (pushed, {"passed-through", "velocity-set"}),
     "pushed out behind": (pushed_out_behind, {"passed-through"}),
+    "leant on": (leant_on, {"passed-through"}),
     "slow steps": (slow_steps, {"dt-large", "passed-through"}),
     "dropped on a dead floor": (dropped, {"elasticity-unused"}),
     "bouncing off each other only": (lambda: dropped(meet=True), {"elasticity-unused"}),
@@ -432,6 +455,10 @@ FAULTS: dict[str, tuple[Callable[[], Diagnosis], set[str]]] = {
     "kicked at a point of the body": (
         lambda: thrust("apply_impulse_at_world_point", (0, -4), (0, 30)),
         {"wrong-point", "adds-up"},
+    ),
+    "thrust at the corner of the space": (
+        lambda: thrust("apply_force_at_world_point", (0, 40), (0, 0), x=90),
+        {"wrong-point"},
     ),
     "thrust at its tail": (lambda: thrust("apply_force_at_local_point", (30, -400), (0, 30)), set()),
     "spun by a long lever": (lambda: thrust("apply_force_at_local_point", (0.1, 0), (0, 1000)), set()),
@@ -455,7 +482,10 @@ HEALTHY = (
 
 @pytest.mark.parametrize(("make", "rules"), FAULTS.values(), ids=FAULTS)
 def test_a_fault_of_the_steps_is_named_and_nothing_else(make: Callable[[], Diagnosis], rules: set[str]) -> None:
-    assert {finding.rule for finding in make().findings} == rules
+    findings = make().findings
+    assert {finding.rule for finding in findings} == rules
+    certainties = [finding.certainty is Certainty.POSSIBLE for finding in findings]
+    assert certainties == sorted(certainties)
 
 
 @pytest.mark.parametrize("make", HEALTHY, ids=lambda make: make.__name__)
@@ -514,6 +544,10 @@ def test_each_rule_of_steps_has_a_fault() -> None:
         set().union(*(rules for _, rules in FAULTS.values()))
         >= set(STEP_RULES) - set(END_RULES) - of_programs - of_others
     )
+
+
+def test_a_player_who_goes_round_a_platform_did_not_pass_it() -> None:
+    assert "passed-through" not in findings_of(lands_and_goes_round())
 
 
 def test_a_passage_is_named_with_its_wall() -> None:
