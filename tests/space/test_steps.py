@@ -470,7 +470,7 @@ FAULTS: dict[str, tuple[Callable[[], Diagnosis], set[str]]] = {
     "shot hard": (lambda: shot(1500), {"deep-at-once"}),
     "shot into each other": (shot_into_each_other, {"deep-at-once"}),
     "slowed by handler": (slowed_by_handler, {"any-type"}),
-    "put back": (put_back, {"respawns"}),
+    "put back": (put_back, set()),
 }
 
 
