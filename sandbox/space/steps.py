@@ -97,19 +97,15 @@ class Evidence:
 
     @cached_property
     def too_deep(self) -> dict[str, list[Fault]]:
-        """The overlaps that are too deep, by the rules for why: impacts unless of what sank in before.
+        """The overlaps that are too deep, by the rules for why.
 
-        What is crushed is thrown about then, and its impacts are no cause; what passed a wall was not found late.
+        Impacts are not named where something sinks in or passes a wall: they may well be what comes of that.
         """
-        found = [(each.ends, *deep) for each in self.overlaps if (deep := _deep_overlap(self, each))]
         faults: dict[str, list[Fault]] = defaultdict(list)
-        sunk = {body_of(passage.shape).id for passage in self.passages.found}
-        for ends, rule, fault in sorted(found, key=lambda each: each[2].since or 0.0):
-            moving = {body.id for body in self.bodies(*ends) if is_dynamic(body)}
-            if rule == "sinks-in":
-                sunk |= moving
-            if rule == "sinks-in" or not moving & sunk:
-                faults[rule].append(fault)
+        for rule, fault in filter(None, (_deep_overlap(self, each) for each in self.overlaps)):
+            faults[rule].append(fault)
+        if faults["sinks-in"] or self.passages.found:
+            del faults["deep-at-once"][:]
         return faults
 
     @cached_property
@@ -284,16 +280,12 @@ def _deep_overlap(evidence: Evidence, overlap: Series) -> tuple[str, Fault] | No
     if not len(deep) or evidence.came_in(deep[0], *ends):
         return None
     number, depth = overlap.worst
-    # What sinks goes on by less than it is in; an impact is over in a step, or in two, as a box lands on its corners
-    grows, at = (overlap.values / 2 <= before) & (before < overlap.values), overlap.steps.searchsorted(deep[0])
-    is_impact = not is_lasting and not grows[max(at - 1, 0) : at + 1].all()
-    if is_impact and evidence.placed(deep[0], ends) > depth / 2:
+    if not is_lasting and evidence.placed(deep[0], ends) > depth / 2:
         return None  # the program put one into the other
     worst, since = evidence.run.steps[number], evidence.run.steps[deep[0]].end
     what = f"{depth:.3g} px deep in {{}} at {worst.end:.3f} s"
-    return "deep-at-once" if is_impact else "sinks-in", evidence.fault(
-        ends, worst, what, depth / half, f"{depth:.3g} px", since
-    )
+    fault = evidence.fault(ends, worst, what, depth / half, f"{depth:.3g} px", since)
+    return "sinks-in" if is_lasting else "deep-at-once", fault
 
 
 def _moved(evidence: Evidence) -> Iterator[Fault]:
