@@ -197,6 +197,14 @@ def lands_on_tiles(step: float = 0, height: float = 150, speed: float = 400) -> 
     return watched(space, 90)
 
 
+def falls_on_a_seam() -> Diagnosis:
+    space = world()
+    for x in (-25, 25):
+        add(space, pymunk.Poly.create_box(body(x, 225, kind=pymunk.Body.STATIC), (50, 50)))
+    ball(space, 0.5, 160)
+    return watched(space, 60)
+
+
 def off_its_law() -> Diagnosis:
     """A ball on a pin joint that is to be 100 px shorter than it is."""
     space = world(gravity=0)
@@ -465,6 +473,7 @@ FAULTS: dict[str, tuple[Callable[[], Diagnosis], set[str]]] = {
     "dumbbell thrust at its end": (dumbbell_thrust_at_its_end, set()),
     "lands on tiles": (lands_on_tiles, {"seams"}),
     "falls on a seam": (lambda: lands_on_tiles(speed=0), set()),
+    "falls on a seam": (falls_on_a_seam, set()),
     "slides against a step": (lambda: lands_on_tiles(20, 0), set()),
     "off its law": (off_its_law, {"joint-stretched"}),
     "mouse": (mouse, set()),
