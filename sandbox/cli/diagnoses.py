@@ -12,8 +12,8 @@ from sandbox.report.output import console, json_text
 from sandbox.scripting.program import End
 from sandbox.scripting.tries import tried
 from sandbox.space.diagnosis import Diagnosis
-from sandbox.space.watch import Trials
-from sandbox.text import counted, printable
+from sandbox.space.watch import MAX_SPACES, Trials
+from sandbox.text import printable
 
 HEADLESS_SECONDS: Final = 20.0  # of a Space's time, as nobody closes a window
 _OPTIONS: Final = ("--headless", "--seconds", "--json", "--try", "--no-tries")
@@ -40,32 +40,29 @@ class Report:
 
     def write(self, end: End) -> int:
         """Print or write all diagnoses, then how the program ended; return the exit code."""
-        sys.stdout.flush()
-        with redirect_stdout(self.output):
-            return self._write(end)
-
-    def _write(self, end: End) -> int:
         diagnoses = list(self.trials.diagnoses())
         if self.tries and end.how != "exception":
             diagnoses = tried(self.program, diagnoses, self.trials.seconds)
-        if self.json_file not in STANDARD_OUTPUT:
-            for diagnosis in diagnoses:
-                print("", *diagnosis.lines(console().width), sep="\n", flush=True)
-            self._print_end(diagnoses)
-        if self.json_file:
-            write_text(self.json_file, json_text(self._document(end, diagnoses)))
         sys.stdout.flush()
+        with redirect_stdout(self.output):
+            if self.json_file not in STANDARD_OUTPUT:
+                self._print(diagnoses)
+            if self.json_file:
+                write_text(self.json_file, json_text(self._document(end, diagnoses)))
+            sys.stdout.flush()
         if end.details:
             print(end.details, end="", file=sys.stderr)
         if end.hint:
             print(f"\n{fill(printable(end.hint), console(stderr=True).width)}", file=sys.stderr)
         return end.code
 
-    def _print_end(self, diagnoses: list[Diagnosis]) -> None:
+    def _print(self, diagnoses: list[Diagnosis]) -> None:
+        for diagnosis in diagnoses:
+            print("", *diagnosis.lines(console().width), sep="\n")
         if not diagnoses:
             print(f"{printable(self.program[0])} stepped no pymunk.Space: there is nothing to diagnose.")
-        if self.trials.others:
-            print(f"\n{counted(self.trials.others, 'more Space')} of this program had no diagnosis.")
+        if len(diagnoses) == MAX_SPACES:
+            print(f"\nOnly the first {MAX_SPACES} Spaces of a program have a diagnosis.")
 
     def _document(self, end: End, diagnoses: list[Diagnosis]) -> dict[str, object]:
         return {
@@ -77,5 +74,4 @@ class Report:
             "spaces": [
                 diagnosis.as_json() | ({"cost": diagnosis.cost} if self.costs else {}) for diagnosis in diagnoses
             ],
-            "other_spaces": self.trials.others,
         }

@@ -29,7 +29,6 @@ from sandbox.space.watch import Trials
 
 _DRIVERS: Final = {"SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy", "PYGLET_HEADLESS": "1", "MPLBACKEND": "agg"}
 DEFAULT_FRAMERATE: Final = 60  # 1/s, of a clock that is asked for none
-SAFE_PATH: Final = "PYTHONSAFEPATH"  # for the sandbox's own processes, not for those of a program
 
 
 @dataclass(frozen=True)
@@ -48,14 +47,12 @@ def run_on_trial(program: Sequence[str], trials: Trials, ended: Callable[[End], 
     program: the path of its file, and its arguments; ended: is called once, and returns the exit code.
     Raises SandboxError if none of its lines can be run.
     """
-    threads = set(threading.enumerate())
+    turn = threading.Lock()  # of the one thread that calls `ended`; any other waits until the process ends
 
-    def finish(end: End = End("time is up")) -> NoReturn:
-        trials.ended = True
-        code = ended(end)
-        for stream in (sys.stdout, sys.stderr):
-            stream.flush()
-        os._exit(code)
+    def finish() -> NoReturn:
+        with turn:
+            trials.ended = True
+            os._exit(ended(End("time is up")))
 
     name = program[0]
     if Path(name).suffix == ".toml":
@@ -63,19 +60,23 @@ def run_on_trial(program: Sequence[str], trials: Trials, ended: Callable[[End], 
     if not Path(name).exists():
         raise SandboxError(f"{name}: does not exist")
     trials.finish = finish
-    environment = {key: value for key, value in os.environ.items() if key != SAFE_PATH}
+
+    def terminate(number: int, _: object) -> NoReturn:
+        trials.out_of_time = True  # also if the program goes on
+        sys.exit(128 + number)
+
     with ExitStack() as stack:
-        stack.enter_context(trials)
-        handlers = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: lambda number, _: sys.exit(128 + number)}
+        stack.enter_context(trials.recorded())
+        handlers = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: terminate}
         for number, handler in handlers.items():
             stack.callback(signal.signal, number, signal.signal(number, handler))
         stack.enter_context(watchdog(name, trials))
-        stack.enter_context(patch.dict(os.environ, environment, clear=True))
+        stack.enter_context(patch.dict(os.environ))
+        os.environ.pop("PYTHONSAFEPATH", None)  # for the sandbox's own processes, not for those of a program
         if headless:
             stack.enter_context(without_window(trials))
         end = _end_of(program, trials)
-    if trials.out_of_time and any(not thread.daemon for thread in {*threading.enumerate()} - threads):
-        finish(end)  # Python would wait for its threads
+    turn.acquire()
     return ended(end)
 
 
@@ -88,7 +89,7 @@ def _end_of(program: Sequence[str], trials: Trials) -> End:
                 runpy.run_path(program[0], run_name="__main__")
         finally:
             for thread in threading.enumerate():
-                if thread not in threads and not thread.daemon and not trials.out_of_time:
+                if thread not in threads and not thread.daemon:
                     thread.join()
     except KeyboardInterrupt:
         return End("time is up" if trials.out_of_time else "interrupted")
@@ -140,12 +141,10 @@ def without_window(trials: Trials) -> Iterator[None]:
 
     Other threads wait as they would, and so does Python's library, such as for a process that has to end.
     """
-    sleep_really, threads = time.sleep, threading.active_count()
+    sleep_really = time.sleep
 
     def sleep(seconds: float) -> None:
-        is_alone = threading.active_count() == threads  # before the first step, any of several threads may do it
-        steps_here = threading.get_ident() == trials.thread if trials.thread else is_alone
-        if steps_here and is_program(sys._getframe(1).f_code.co_filename):
+        if threading.get_ident() == trials.thread and is_program(sys._getframe(1).f_code.co_filename):
             trials.wait(seconds)
         else:
             sleep_really(seconds)

@@ -5,7 +5,6 @@ The child processes are `sandbox watch` too, with the options that only this mod
 
 import json
 import math
-import os
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -14,7 +13,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final, NamedTuple
 
-from sandbox.scripting.program import SAFE_PATH
 from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.energy import Cause
 from sandbox.space.findings import TEXTS, Finding
@@ -66,13 +64,10 @@ def _run(program: Sequence[str], seconds: float, options: Sequence[str]) -> Spac
     """Return the Spaces of a run; none if it fails."""
     with TemporaryDirectory() as folder:
         file = Path(folder) / "diagnosis.json"
-        command = [sys.executable, "-m", "sandbox", "watch", "--headless", "--no-tries", "--costs", "--json", str(file)]
-        command += ["--seconds", str(seconds), *options, *program]
-        environment, none = {**os.environ, SAFE_PATH: "1"}, subprocess.DEVNULL
+        command = [sys.executable, "-P", "-m", "sandbox", "watch", "--headless", "--no-tries", "--costs"]
+        command += ["--json", str(file), "--seconds", str(seconds), *options, *program]
         try:
-            subprocess.run(
-                command, stdin=none, stdout=none, stderr=none, env=environment, timeout=MAX_SECONDS, check=False
-            )
+            subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, timeout=MAX_SECONDS, check=False)
             return {space["space"]: space for space in json.loads(file.read_text(encoding="utf-8"))["spaces"]}
         except (OSError, subprocess.TimeoutExpired):
             return {}

@@ -15,8 +15,7 @@ from weakref import WeakKeyDictionary, WeakSet
 import pymunk
 
 SANDBOX: Final = str(Path(__file__).parents[1])
-_PYMUNK: Final = str(Path(pymunk.__file__).parent)
-_EXAMPLES: Final = str(Path(_PYMUNK) / "examples")
+_PYMUNK: Final = str(Path(pymunk.__file__).parent)  # and in a folder within it, its examples
 _STANDARD: Final = str(Path(os.__file__).parent)  # Python's library, which may hold that of packages
 _PUSHES: Final = [f"apply_{what}_at_{where}_point" for what in ("force", "impulse") for where in ("local", "world")]
 MIN_DENT: Final = 0.05  # of the square root of a hull's area, for a vertex within it
@@ -33,37 +32,37 @@ class Push(NamedTuple):
 class Origins:
     """Remembers which lines of the program added objects and pushed bodies furthest off, and what it made and set.
 
+    grown: the Spaces with something that no rule has looked at;
     zeros: the shapes whose elasticity, or friction, the program set to 0, which it is anyway.
     """
 
     def __init__(self) -> None:
         self.lines: WeakKeyDictionary[Any, str] = WeakKeyDictionary()  # that added objects, as file:line
+        self.grown: WeakSet[pymunk.Space] = WeakSet()
         self.pushes: WeakKeyDictionary[pymunk.Body, Push] = WeakKeyDictionary()
         self.dents: WeakKeyDictionary[pymunk.Poly, float] = WeakKeyDictionary()  # px
         self.driven: WeakKeyDictionary[pymunk.Body, int] = WeakKeyDictionary()  # times that it set a velocity
-        self.types: set[int] = set()  # collision types that it gave to shapes
         self.zeros: dict[str, WeakSet[pymunk.Shape]] = {name: WeakSet() for name in ("elasticity", "friction")}
-
-    def remember(self, objects: tuple[Any, ...]) -> None:
-        """Remember the line of the program that is being run as that of some objects, unless they have one."""
-        line = ""
-        for each in objects:
-            if each not in self.lines:
-                line = line or program_line()
-                self.lines[each] = line
 
     @contextmanager
     def followed(self) -> Iterator[None]:
-        """Follow, within a `with` block, what polygons the program makes, where it pushes bodies, and what it sets."""
-        looks: list[tuple[type, str, Callable[..., None]]] = [(pymunk.Poly, "__init__", self._look_at_polygon)]
+        """Follow, within a `with` block, what the program adds, makes and sets, and where it pushes bodies."""
+        looks: list[tuple[type, str, Callable[..., None]]] = [(pymunk.Space, "add", self._look_at_addition)]
+        looks.append((pymunk.Poly, "__init__", self._look_at_polygon))
         looks += [(pymunk.Body, name, partial(self._look_at_push, name)) for name in _PUSHES]
         looks += [(pymunk.Shape, name, partial(self._look_at_factor, name)) for name in self.zeros]
         looks.append((pymunk.Body, "velocity", self._look_at_velocity))
-        looks.append((pymunk.Shape, "collision_type", lambda _, kind: self.types.add(kind)))
         with ExitStack() as stack:
             for kind, name, look in looks:
                 stack.enter_context(patch.object(kind, name, _followed(getattr(kind, name), look)))
             yield
+
+    def _look_at_addition(self, space: pymunk.Space, *objects: Any) -> None:
+        if objects:  # Pymunk adds nothing after each step
+            self.grown.add(space)
+            line = program_line()
+            for each in objects:
+                self.lines.setdefault(each, line)
 
     def _look_at_polygon(self, poly: Any, body: Any, vertices: Any, transform: Any = None, *_: Any, **__: Any) -> None:
         if not transform and (dent := _dent(poly.get_vertices(), list(vertices))):
@@ -89,7 +88,6 @@ def _followed(do: Any, look: Callable[..., None]) -> Any:
         return property(do.fget, _followed(do.fset, look))
 
     def call(*arguments: Any, **named: Any) -> None:
-        arguments = tuple(list(each) if isinstance(each, Iterator) else each for each in arguments)  # to be read twice
         do(*arguments, **named)
         look(*arguments, **named)
 
@@ -121,7 +119,5 @@ def program_line(frame: FrameType | None = None) -> str:
 
 def is_program(file: str) -> bool:
     """Return whether a file is of the program, or a package that it uses."""
-    if file.startswith(_EXAMPLES):
-        return True
-    standard = file.startswith(_STANDARD) and "site-packages" not in file
-    return not standard and not file.startswith((SANDBOX, _PYMUNK, "<frozen"))
+    is_standard = file.startswith(_STANDARD) and "site-packages" not in file
+    return not is_standard and not file.startswith((SANDBOX, "<frozen")) and str(Path(file).parent) != _PYMUNK

@@ -1,16 +1,14 @@
 """Watching live Spaces: their steps are recorded beside their own program, and then diagnosed."""
 
 import math
-import signal
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, Final, NoReturn, Self
+from typing import Final, NoReturn
 from unittest.mock import patch
-from weakref import WeakSet
 
 import numpy as np
 import pymunk
@@ -30,7 +28,6 @@ from sandbox.space.unusual import unusual
 
 MAX_SPACES: Final = 10  # that are diagnosed
 MAX_LOOKED_AT: Final = 500_000  # shapes in all looks of the linter, which take some 10 µs each
-MAX_RAISED: Final = 100  # times that a program may catch the end of its run
 TIME_ROUNDING: Final = 1e-9  # s
 
 
@@ -40,7 +37,7 @@ class Trial:
     def __init__(self, space: pymunk.Space, origins: Origins) -> None:
         self.space, self.time, self.steps, self.line = space, 0.0, 0, ""
         self.cost = 0.0  # s of the processor, of the Space's own steps
-        self.changed = True  # something was added since the last step
+        origins.grown.add(space)
         self._linter = Linter(space, origins)
         self._recording = Recording(space)
         self._passages = Passages(self._recording)
@@ -64,8 +61,9 @@ class Trial:
     def _look(self) -> None:
         counts = len(self.space.bodies), len(self.space.shapes), len(self.space.constraints)
         self._most = [max(most, count) for most, count in zip(self._most, counts, strict=True)]
-        if self.changed and self._looked_at <= MAX_LOOKED_AT:
-            self.changed = False
+        grown = self._linter.origins.grown
+        if self.space in grown and self._looked_at <= MAX_LOOKED_AT:
+            grown.discard(self.space)
             self._looked_at += counts[1]
             self._linter.look(RULES, self.time if self.steps else None)
 
@@ -87,15 +85,14 @@ class Trial:
 
 
 class Trials:
-    """All Spaces that a program steps, from the first step of each; a context that replaces `Space.step`.
+    """The first MAX_SPACES Spaces that a program steps, from the first step of each.
 
     seconds: of a Space's time, of which a step counts LONGEST_STEP at most; after them, KeyboardInterrupt ends the
     program, as Ctrl-C does; parts, iterations: that a step is done in, and times those of each Space that it gets, to
     try whether that mends something; only: the one Space that is recorded.
-    ended: no further step is recorded, such as one of a thread that goes on;
-    others: the number of Spaces beyond those that are diagnosed; stepping: the Space that is in a step; thread: that
-    does the step; since: when the step began, or the last one ended, by the clock; finish: ends the process where the
-    program goes on, with the diagnosis.
+    ended: no further step is recorded, such as one of a thread that goes on; out_of_time: the program should have
+    ended; stepping: the Space that is in a step; thread: that does the step; since: when the step began, or the last
+    one ended, by the clock; finish: ends the process where the program goes on, with the diagnosis.
     """
 
     def __init__(
@@ -106,46 +103,33 @@ class Trials:
         self._origins = Origins()
         self._only = only
         self._trials = {id(only): Trial(only, self._origins)} if only else {}
-        self._others: WeakSet[pymunk.Space] = WeakSet()
-        self.others = 0
         self.ended = self.out_of_time = False
-        self._raised = 0
         self._waited = 0.0  # s, since the last step
         self.stepping: Trial | None = None
         self.thread, self.since = 0, time.monotonic()
         self.finish: Callable[[], NoReturn] = sys.exit
 
-    def __enter__(self) -> Self:
-        self.ended, add = False, pymunk.Space.add
+    @contextmanager
+    def recorded(self) -> Iterator[None]:
+        """Record, within a `with` block, each call of `Space.step`."""
 
         def step(space: pymunk.Space, dt: float) -> None:
             self.step(space, dt)
 
-        def add_remembered(space: pymunk.Space, *objects: Any) -> None:
-            """Add objects, and remember the line of the program that does."""
-            add(space, *objects)
-            if not self.ended:
-                self._origins.remember(objects)
-            if objects and (trial := self._trials.get(id(space))):  # Pymunk adds nothing after each step
-                trial.changed = True
-
-        self._stack = ExitStack()
-        self._stack.enter_context(patch.multiple(pymunk.Space, step=step, add=add_remembered))
-        self._stack.enter_context(self._origins.followed())
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.ended = True
-        self._stack.close()
+        with patch.object(pymunk.Space, "step", step), self._origins.followed():
+            try:
+                yield
+            finally:
+                self.ended = True
 
     def step(self, space: pymunk.Space, dt: float) -> None:
         """Do a step of a Space, recorded."""
         trial = None if self.ended or self._only not in (None, space) else self._trial(space)
-        if trial is None or not isinstance(dt, int | float | np.number):  # Pymunk says what is wrong with it
+        if trial is None:
             original_step(space, dt)
             return
         if self.out_of_time:
-            self.stop()
+            self._stop()
         self.stepping, self.thread, self.since = trial, threading.get_ident(), time.monotonic()
         try:
             self._do(trial, float(dt))
@@ -153,7 +137,7 @@ class Trials:
             self.stepping, self.since, self._waited = None, time.monotonic(), 0.0
         most = trial.steps / self._parts * LONGEST_STEP  # its time may be in ms
         if min(trial.time, most) >= self.seconds - TIME_ROUNDING:
-            self.stop()
+            self._stop()
 
     def _do(self, trial: Trial, dt: float) -> None:
         """Do a step in parts, with the program's forces in each: Pymunk takes them away after a step."""
@@ -167,7 +151,7 @@ class Trials:
         """Count time in which a program waits, in place of waiting; end it if it waits long without a step."""
         self._waited += 0.0 if self.stepping else seconds
         if not self.ended and self._waited > self.seconds:
-            self.stop()
+            self._stop()
 
     def diagnoses(self) -> Iterator[Diagnosis]:
         """Yield the diagnosis of each Space."""
@@ -179,32 +163,14 @@ class Trials:
         if trial is None and len(self._trials) < MAX_SPACES:
             trial = self._trials[id(space)] = Trial(space, self._origins)
             space.iterations *= self._iterations
-        elif trial is None:
-            self.others += space not in self._others
-            self._others.add(space)
         return trial
 
-    def stop(self) -> None:
-        """End the program as Ctrl-C would; a program that goes on in spite of that is ended at once."""
-        is_first, self.out_of_time = not self.out_of_time, True
-        self._raised += 1
-        if self._raised > MAX_RAISED:
+    def _stop(self) -> NoReturn:
+        """End the program as Ctrl-C would; at once if it goes on in spite of that, or steps in another thread."""
+        if self.out_of_time or threading.current_thread() is not threading.main_thread():
             self.finish()
-        if threading.current_thread() is threading.main_thread():
-            raise KeyboardInterrupt
-        if is_first:  # a second interrupt would come while the main thread writes the diagnosis
-            interrupt_main_thread()
-        raise SystemExit
-
-
-def interrupt_main_thread() -> None:
-    """Interrupt the main thread, as Ctrl-C does, also while it waits."""
-    if sys.platform == "win32":
-        signal.raise_signal(signal.SIGINT)
-    else:
-        ident = threading.main_thread().ident
-        assert ident is not None
-        signal.pthread_kill(ident, signal.SIGINT)
+        self.out_of_time = True
+        raise KeyboardInterrupt
 
 
 @contextmanager
@@ -222,18 +188,16 @@ def watch(space: pymunk.Space) -> Iterator["Watched"]:
     >>> [finding.rule for finding in watched.findings]
     ['moment']
     """
-    with Trials(only=checked(space)) as trials:
+    trials = Trials(only=checked(space))
+    with trials.recorded():
         yield Watched(trials)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True)
 class Watched:
     """What a Space did within a `with` block. `sandbox watch` prints its `table`, and writes its `to_json`."""
 
     _trials: Trials
-
-    def __repr__(self) -> str:
-        return f"<Watched: {self.diagnosis.heading}>"
 
     @property
     def diagnosis(self) -> Diagnosis:

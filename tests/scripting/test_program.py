@@ -170,15 +170,19 @@ def test_the_time_ends_a_space_in_a_thread(working_folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("number", "code"),
-    [(signal.SIGINT, 0), pytest.param(signal.SIGTERM, 143, marks=pytest.mark.wide)],
-    ids=["Ctrl-C", "kill"],
+    ("number", "code", "catches"),
+    [
+        (signal.SIGINT, 0, "KeyError"),
+        pytest.param(signal.SIGTERM, 143, "KeyError", marks=pytest.mark.wide),
+        pytest.param(signal.SIGTERM, 0, "BaseException", marks=pytest.mark.wide),
+    ],
+    ids=["Ctrl-C", "kill", "kill what goes on"],
 )
-def test_a_signal_gives_the_diagnosis(working_folder: Path, number: int, code: int) -> None:
+def test_a_signal_gives_the_diagnosis(working_folder: Path, number: int, code: int, catches: str) -> None:
     write(
         working_folder,
-        "import time\nspace.step(1 / 60)\nprint('go', flush=True)\n"
-        "while True:\n    space.step(1 / 60)\n    time.sleep(0.01)\n",
+        "import time\nspace.step(1 / 60)\nprint('go', flush=True)\nwhile True:\n    try:\n"
+        f"        space.step(1 / 60)\n        time.sleep(0.01)\n    except {catches}:\n        pass\n",
     )
     program = [sys.executable, "-m", "sandbox", "watch", "game.py"]
     with subprocess.Popen(program, cwd=working_folder, stdout=subprocess.PIPE, text=True) as process:
@@ -197,7 +201,7 @@ def test_each_space_has_its_diagnosis(working_folder: Path, command: Command) ->
     document = diagnoses(command, "game.py")
     assert [rules(space) for space in document["spaces"][:3]] == [["moment"], [], ["moment"]]
     assert len(document["spaces"]) == 10
-    assert document["other_spaces"] == 12
+    assert "Only the first 10 Spaces of a program have a diagnosis." in command("watch", "game.py")[1]
 
 
 def test_no_space_is_one_clear_message(working_folder: Path, command: Command) -> None:
