@@ -1,11 +1,10 @@
 """The contents of a Space as the rules of the linter read them."""
 
-from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 from weakref import WeakSet
 
 import numpy as np
@@ -16,6 +15,7 @@ from sandbox.space.findings import BodyReport, Fault
 from sandbox.space.origins import Origins
 
 BODY_TYPES: Final = {pymunk.Body.DYNAMIC: "dynamic", pymunk.Body.KINEMATIC: "kinematic", pymunk.Body.STATIC: "static"}
+Thing = TypeVar("Thing")  # a shape, body or joint
 
 
 @dataclass
@@ -44,42 +44,19 @@ class Contents:
         """The shapes that collide."""
         return [shape for shape in self.shapes if not shape.sensor]
 
-    @cached_property
-    def new_bodies(self) -> list[tuple[pymunk.Body, list[pymunk.Shape]]]:
-        """The dynamic bodies that were added since the last time, and the solid shapes of each."""
-        return [(body, self.solid_of[id(body)]) for body in self.bodies if is_dynamic(body) and body not in self.seen]
-
-    @cached_property
-    def solid_of(self) -> dict[int, list[pymunk.Shape]]:
-        """The solid shapes of each body, by its id."""
-        shapes: dict[int, list[pymunk.Shape]] = defaultdict(list)
-        for shape in self.solid:
-            shapes[id(shape.body)].append(shape)
-        return shapes
-
-    @property
-    def new(self) -> Iterator[pymunk.Shape]:
-        """The shapes that collide and were added since the last time."""
-        return (shape for shape in self.solid if shape not in self.seen)
-
-    @property
-    def new_joints(self) -> Iterator[tuple[pymunk.Constraint, pymunk.Body]]:
-        """The joints that were added since the last time, and a body of each, a dynamic one if there is any."""
-        return ((joint, end_of(joint)) for joint in self.space.constraints if joint not in self.seen)
-
-    @cached_property
-    def _index_of(self) -> dict[int, int]:
-        return {id(body): index for index, body in enumerate(self.bodies)}
+    def new(self, things: Iterable[Thing]) -> list[Thing]:
+        """Return those of some shapes, bodies or joints that were added since the last time."""
+        return [thing for thing in things if thing not in self.seen]
 
     def report(self, thing: pymunk.Body | pymunk.Shape, detail: str) -> BodyReport:
         """Name a body, or a body by a shape of it, and what is wrong with it."""
         body, shape = (thing, None) if isinstance(thing, pymunk.Body) else (body_of(thing), thing)
-        solid = self.solid_of.get(id(body)) or [each for each in body.shapes if not each.sensor]  # if it is gone
-        shape = shape or next(iter(solid), None)
+        shape = shape or next(iter(solid_of(body)), None)
         kind = f"a {BODY_TYPES[body.body_type]} {shape_words(shape) if shape else 'body without a shape'}"
         line = self.origins.lines.get(body) or (self.origins.lines.get(shape, "") if shape else "")
         place = place_of(shape) if shape and not is_dynamic(body) else body.position
-        return BodyReport(self._index_of.get(id(body)), kind, (place[0], place[1]), line, detail)
+        index = self.bodies.index(body) if body in self.bodies else None
+        return BodyReport(index, kind, (place[0], place[1]), line, detail)
 
     def fault(self, thing: pymunk.Body | pymunk.Shape, detail: str, size: float = 1.0, figure: str = "") -> Fault:
         """Return the fault of a body, or of a body by its shape."""
@@ -91,18 +68,18 @@ class Contents:
         return "the Space's static body" if report.index is None else f"body {report.index}, {report.kind}"
 
     def overlaps(self) -> Iterator[tuple[pymunk.Shape, pymunk.Shape, float]]:
-        """Yield pairs of shapes, of which one is new, that overlap, and how deep, px."""
-        shapes, new = self.solid, [shape not in self.seen for shape in self.solid]
+        """Yield pairs of shapes that may collide, of which one is new, where their boxes meet, and their depth, px."""
+        shapes, is_new = self.solid, [shape not in self.seen for shape in self.solid]
         # Of a shape that moves, where it is; of others, where Pymunk believes it to be
         boxes = [shape.bb if is_static(body_of(shape)) else shape.cache_bb() for shape in shapes]
         low, high = np.hsplit(np.array(boxes).reshape(-1, 4), 2)
-        for first in np.flatnonzero(new).tolist():
-            meets = ((low <= high[first]) & (high >= low[first])).all(axis=1)
-            for second in np.flatnonzero(meets).tolist():
-                a, b = shapes[min(first, second)], shapes[max(first, second)]
-                is_twice = new[second] and second <= first
-                if not is_twice and may_collide(a, b) and (depth := depth_of(a, b)) is not None:
-                    yield a, b, depth
+        is_other = np.ones(len(shapes), bool)
+        for number in np.flatnonzero(is_new).tolist():
+            is_other[number] = False  # each pair once
+            meets = is_other & ((low <= high[number]) & (high >= low[number])).all(axis=1)
+            for other in np.flatnonzero(meets).tolist():
+                if may_collide(shapes[number], shapes[other]):
+                    yield shapes[number], shapes[other], depth_of(shapes[number], shapes[other])
 
 
 def checked(space: pymunk.Space) -> pymunk.Space:
@@ -116,6 +93,11 @@ def body_of(shape: pymunk.Shape) -> pymunk.Body:
     """Return the body of a shape in a Space, which therefore has one."""
     assert shape.body is not None
     return shape.body
+
+
+def solid_of(body: pymunk.Body) -> list[pymunk.Shape]:
+    """Return the shapes of a body that collide, also if they are not in its Space."""
+    return [shape for shape in body.shapes if not shape.sensor]
 
 
 def end_of(joint: pymunk.Constraint) -> pymunk.Body:
@@ -141,12 +123,12 @@ def may_collide(a: pymunk.Shape, b: pymunk.Shape) -> bool:
     return all(joint.collide_bodies or {joint.a, joint.b} != {first, second} for joint in first.constraints)
 
 
-def depth_of(a: pymunk.Shape, b: pymunk.Shape) -> float | None:
-    """Return how deep two shapes overlap, px; None if they are apart."""
+def depth_of(a: pymunk.Shape, b: pymunk.Shape) -> float:
+    """Return how deep two shapes overlap, px; 0 if they are apart."""
     try:
         contact = a.shapes_collide(b)
     except AssertionError:  # how Pymunk says that there is no contact
-        return None
+        return 0.0
     if not contact.normal.length:  # their middles are at one place, or segments on one line
         return half_width(b) - a.point_query(place_of(b)).distance
     # Not `distance`, whose sign Pymunk turns if `a` is of a later kind than `b`: circles, segments, polygons

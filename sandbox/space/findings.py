@@ -14,15 +14,8 @@ from sandbox.text import printable
 MAX_BODIES_SHOWN: Final = 3  # of a finding, in text
 INDENT: Final = "   "  # below a finding's number
 _FOLDER: Final = files("sandbox.space")
-_RULES, _UNUSUAL = (tomllib.loads(_FOLDER.joinpath(f"{name}.toml").read_text("utf-8")) for name in ("rules", "unusual"))
-TEXTS: Final = _RULES | {rule: {"certainty": "possible", "cause": "", **texts} for rule, texts in _UNUSUAL.items()}
-
-
-class Kind(StrEnum):
-    """What a finding is about, in the order in which findings are shown."""
-
-    PROGRAM = "program"  # something is wrong with the program
-    SEEN = "seen"  # something that a person sees is wrong with its steps
+_RULES, UNUSUAL = (tomllib.loads(_FOLDER.joinpath(f"{name}.toml").read_text("utf-8")) for name in ("rules", "unusual"))
+TEXTS: Final = _RULES | {rule: {"certainty": "possible", **texts} for rule, texts in UNUSUAL.items()}
 
 
 class Certainty(StrEnum):
@@ -70,7 +63,6 @@ class Finding:
     cause: str
     cure: str
     certainty: Certainty
-    kind: Kind
     size: float
     tried: tuple[str, ...] = ()
 
@@ -107,16 +99,20 @@ Rules = Mapping[str, Callable[[Source], Iterator[Fault]]]  # how to find the fau
 
 
 def findings_of(faults: Mapping[str, Sequence[Fault]]) -> list[Finding]:
-    """Return one finding for each rule with faults, what may be meant last: by kind; of what is seen, by size."""
-    found = [_finding_of(rule, faults[rule]) for rule in TEXTS if faults.get(rule)]
-    return sorted(found, key=lambda x: (x.certainty is Certainty.POSSIBLE, x.kind, -x.size * (x.kind is Kind.SEEN)))
+    """Return one finding for each rule with faults: what is seen after the rest, by size; what may be meant last."""
+
+    def place(finding: Finding) -> tuple[bool, bool, float]:
+        is_seen = "seen" in TEXTS[finding.rule]
+        return finding.certainty is Certainty.POSSIBLE, is_seen, -finding.size * is_seen
+
+    return sorted((_finding_of(rule, faults[rule]) for rule in TEXTS if faults.get(rule)), key=place)
 
 
 def _finding_of(rule: str, faults: Sequence[Fault]) -> Finding:
     since = None if any(fault.since is None for fault in faults) else min(fault.since or 0.0 for fault in faults)
     faults = sorted(faults, key=lambda fault: -fault.size)
     bodies = tuple(dict.fromkeys(fault.report for fault in faults if fault.report))
-    texts = TEXTS[rule]
-    symptom = texts["symptom"].format(faults[0].figure)
-    kind, certainty = Kind(texts.get("kind", "program")), Certainty(texts.get("certainty", "certain"))
-    return Finding(rule, symptom, since, bodies, texts["cause"], texts["cure"], certainty, kind, faults[0].size)
+    texts, worst = {"cause": "", "certainty": "certain"} | TEXTS[rule], faults[0]
+    symptom = texts["symptom"].format(worst.figure)
+    certainty = Certainty(texts["certainty"])
+    return Finding(rule, symptom, since, bodies, texts["cause"], texts["cure"], certainty, worst.size)

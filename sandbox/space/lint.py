@@ -3,7 +3,7 @@
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any
 from weakref import WeakSet
 
 import pymunk
@@ -12,8 +12,6 @@ from sandbox.space.contents import Contents, checked
 from sandbox.space.findings import TEXTS, Fault, Finding, Rules, findings_of
 from sandbox.space.origins import Origins
 from sandbox.space.rules import END_RULES, RULES
-
-MAX_FAULTS: Final = 1_000  # kept of a rule; further ones are not looked at
 
 
 def lint(space: pymunk.Space) -> list[Finding]:
@@ -49,7 +47,6 @@ class Linter:
         contents = Contents(self.space, self.origins, self._seen)
         for rule, find in rules.items():
             self._faults[rule] += [fault._replace(since=since) for fault in find(contents)]
-            del self._faults[rule][MAX_FAULTS:]
         self._seen.update([*contents.shapes, *contents.bodies, *contents.space.constraints])
 
     def findings(self, more: Mapping[str, Sequence[Fault]]) -> list[Finding]:

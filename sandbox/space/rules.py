@@ -14,6 +14,7 @@ from sandbox.space.contents import (
     Contents,
     body_of,
     corners_of,
+    end_of,
     half_length,
     half_width,
     is_dynamic,
@@ -21,19 +22,18 @@ from sandbox.space.contents import (
     may_collide,
     place_of,
     shape_words,
+    solid_of,
 )
 from sandbox.space.findings import Fault, Rules
-from sandbox.state import Floats
 
 MAX_MOMENT_RATIO: Final = 2.2  # a ring, or a hollow square, has twice the moment of a full one of its mass
 MIN_MOMENT_RATIO: Final = 1 / 1.5  # of what is denser in its middle
-MAX_OFF_CENTRE: Final = 0.15  # of the square root of the shapes' area
+MAX_OFF_CENTRE: Final = 0.15  # of the length of the longest shape
 OVERLAP: Final = 0.01  # of the smaller half width, beyond collision_slop
 FAR: Final = 3.0  # half lengths of a body, for an anchor
 MAX_LEVER: Final = 2.0  # of the reach of a body's shapes, for a point at which it is pushed
-NEAR: Final = 0.1  # of the size of a shape
+NEAR: Final = 0.1  # half lengths of a shape
 ANCHORED: Final = (pymunk.PinJoint, pymunk.SlideJoint, pymunk.DampedSpring)  # by two anchors, one on each body
-NEVER_NEGATIVE: Final = ("radius", "elasticity", "friction", "stiffness", "damping", "max_force", "max_bias")
 MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
 ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "sensor", "surface_velocity")
 # Attributes that a program may set, though Pymunk reads none of them, and what to write instead
@@ -43,24 +43,12 @@ IGNORED: Final = {
 }
 
 
-def _given(contents: Contents) -> Iterator[tuple[pymunk.Body, list[pymunk.Shape], Floats, pymunk.Vec2d, bool]]:
-    """Yield the bodies whose mass the program gave; otherwise Pymunk computed moment and centre of gravity.
-
-    With each: its shapes that have a size; their sizes, px², those of lines px; the middle of all, px; and whether the
-    centre of gravity is not between their middles, but should be.
-    """
-    for body, solid in contents.new_bodies:
-        shapes = [each for each in solid if half_length(each) > 0 and math.isfinite(each.center_of_gravity.length)]
-        if shapes and not any(shape.mass for shape in shapes):
-            sizes = np.array([shape.area if shape.area > 0 else 2 * half_length(shape) for shape in shapes])
-            middles = np.array([shape.center_of_gravity for shape in shapes])
-            margin = MAX_OFF_CENTRE * math.sqrt(sizes.sum())
-            is_beside = ((middles.min(axis=0) > margin) | (middles.max(axis=0) < -margin)).any()
-            # A joint may hold it to what does not move by forces: then its place may be meant to turn about
-            rigid = [joint for joint in body.constraints if not isinstance(joint, pymunk.DampedSpring)]
-            is_hung = any(not is_dynamic(joint.a) or not is_dynamic(joint.b) for joint in rigid)
-            is_off = is_beside and body.center_of_gravity == (0, 0) and math.isfinite(body.moment) and not is_hung
-            yield body, shapes, sizes, pymunk.Vec2d(*(sizes @ middles / sizes.sum()).tolist()), bool(is_off)
+def _given(contents: Contents) -> Iterator[tuple[pymunk.Body, list[pymunk.Shape]]]:
+    """Yield the bodies whose mass and moment the program gave, not Pymunk, and their solid shapes."""
+    for body in contents.new(contents.bodies):
+        shapes = solid_of(body)
+        if shapes and is_dynamic(body) and not any(shape.mass for shape in body.shapes):
+            yield body, shapes
 
 
 def _moment_of(shape: pymunk.Shape, point: pymunk.Vec2d) -> float:
@@ -74,30 +62,32 @@ def _moment_of(shape: pymunk.Shape, point: pymunk.Vec2d) -> float:
 
 
 def _moment(contents: Contents) -> Iterator[Fault]:
-    """Moments that the program gave, of bodies that something can turn, which do not fit.
-
-    The mass may be in any of several shapes. If the centre of gravity is off the shapes, a moment about their middle
-    fits too: it is the centre that is wrong.
-    """
-    for body, shapes, sizes, middle, is_off in _given(contents):
+    """Moments below or above those of all shapes, if one has all mass: about its middle, or the centre of gravity."""
+    for body, shapes in _given(contents):
         centre = body.center_of_gravity
-        moments = body.mass * np.array([[_moment_of(shape, point) for shape in shapes] for point in (middle, centre)])
-        right = moments[0 if is_off else 1] @ sizes / sizes.sum()
-        fits = MIN_MOMENT_RATIO * moments.min() <= body.moment <= MAX_MOMENT_RATIO * moments.max()
+        least = body.mass * min(_moment_of(shape, shape.center_of_gravity) for shape in shapes)
+        most = body.mass * max(_moment_of(shape, centre) for shape in shapes)
+        fits = MIN_MOMENT_RATIO * least <= body.moment <= MAX_MOMENT_RATIO * most
         # Contacts cannot turn frictionless circles round the centre of gravity
         can_turn = any(
             shape.friction or not isinstance(shape, pymunk.Circle) or shape.offset != centre for shape in shapes
         )
-        if all(0 < number < math.inf for number in (body.mass, body.moment, right)) and can_turn and not fits:
-            size, how = max(body.moment / right, right / body.moment), "large" if body.moment > right else "small"
+        if all(0 < number < math.inf for number in (least, most, body.moment)) and can_turn and not fits:
+            right, how = (most, "large") if body.moment > most else (least, "small")
+            size = max(body.moment / right, right / body.moment)
             what = f"moment {body.moment:.4g}, {size:.3g} times too {how}: its shapes have {right:.4g}"
             yield contents.fault(body, what, size)
 
 
 def _off_centre(contents: Contents) -> Iterator[Fault]:
-    for body, _, _, middle, is_off in _given(contents):
-        if is_off:
-            places = f"centre of gravity at {_pair(body.center_of_gravity)}, middle of its shapes at {_pair(middle)}"
+    """Centres of gravity that nobody set, beside the middles of all shapes; on a joint, it may be meant to swing."""
+    for body, shapes in _given(contents):
+        middles = np.array([shape.center_of_gravity for shape in shapes])
+        margin = MAX_OFF_CENTRE * 2 * max(map(half_length, shapes))
+        is_beside = ((middles.min(axis=0) > margin) | (middles.max(axis=0) < -margin)).any()
+        if is_beside and body.center_of_gravity == (0, 0) and math.isfinite(body.moment) and not body.constraints:
+            middle = pymunk.Vec2d(*middles.mean(axis=0).tolist())
+            places = f"centre of gravity at (0, 0), middle of its shapes at {_pair(middle)}"
             yield contents.fault(body, f"{places}: {middle.length:.4g} px off", middle.length)
 
 
@@ -123,41 +113,31 @@ def _body_not_added(contents: Contents) -> Iterator[Fault]:
 
 
 def _placed_twice(contents: Contents) -> Iterator[Fault]:
-    """Walls that contain their body's position as a point of the body, but not the body's own origin."""
-    for shape in contents.new:
-        body, corners = body_of(shape), np.array(corners_of(shape))
-        margin = shape.radius + NEAR * half_length(shape)
-        low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
-        around = [bool(((point > low) & (point < high)).all()) for point in (np.array(body.position), np.zeros(2))]
-        if not is_dynamic(body) and around == [True, False]:
-            places = _pair(body.position), _pair(place_of(shape))
-            what = "its body is at {}, as are its corners; so they are about {}".format(*places)
-            yield contents.fault(shape, what)
+    """Walls that are where their body's position is a point of the body, but not at the body's own origin."""
+    for shape in (each for each in contents.new(contents.solid) if not is_dynamic(body_of(each))):
+        body = body_of(shape)
+        places = body.position, body.local_to_world(body.position)
+        origin, position = (shape.point_query(place).distance for place in places)
+        if position < NEAR * half_length(shape) < origin:
+            at, about = _pair(body.position), _pair(place_of(shape))
+            yield contents.fault(shape, f"its body is at {at}, as are its corners; so they are about {about}")
 
 
 def _concave(contents: Contents) -> Iterator[Fault]:
-    for shape in contents.new:
+    for shape in contents.new(contents.solid):
         if isinstance(shape, pymunk.Poly) and (dent := contents.origins.dents.get(shape)):
             yield contents.fault(shape, f"a vertex that was given is {dent:.4g} px inside of what collides", dent)
 
 
 def _anchor_far(contents: Contents) -> Iterator[Fault]:
     """Anchors far outside of their body that, as places in the Space, are within it."""
-    for joint, _ in contents.new_joints:
+    for joint in contents.new(contents.space.constraints):
         if isinstance(joint, ANCHORED):
             for body, end, anchor in ((joint.a, joint.b, joint.anchor_a), (joint.b, joint.a, joint.anchor_b)):
                 size = max(map(half_length, body.shapes), default=math.inf)
                 if is_dynamic(body) and anchor.length > FAR * size and (anchor - body.position).length < size:
                     what = f"its {type(joint).__name__} to {contents.name(end)} has the anchor {_pair(anchor)}"
                     yield contents.fault(body, what, anchor.length / size, f"{anchor.length:.4g} px")
-
-
-def _negative(contents: Contents) -> Iterator[Fault]:
-    things: list[tuple[Any, Any]] = [*((shape, shape) for shape in contents.new), *contents.new_joints]
-    for thing, place in things:
-        for name in NEVER_NEGATIVE:
-            if (value := getattr(thing, name, 0)) < 0 and (name, type(thing)) != ("radius", pymunk.Poly):
-                yield contents.fault(place, f"its {type(thing).__name__} has {name} {value:.4g}")
 
 
 def _degrees(contents: Contents) -> Iterator[Fault]:
@@ -182,7 +162,7 @@ def _categories(contents: Contents) -> Iterator[Fault]:
     """Categories of several bits, of which others use two on their own: numbers that were meant as numbers."""
     used = {shape.filter.categories for shape in contents.solid}
     single = {bits for bits in used if bits.bit_count() == 1}
-    for shape in contents.new:
+    for shape in contents.new(contents.solid):
         parts = sorted(bits for bits in single if bits & shape.filter.categories)
         if len(parts) > 1 and shape.filter.categories != pymunk.ShapeFilter.ALL_CATEGORIES():
             what = f"category {shape.filter.categories} is {' and '.join(map(str, parts))} at once"
@@ -194,10 +174,12 @@ def _pair(point: tuple[float, float]) -> str:
 
 
 def _shape_not_added(contents: Contents) -> Iterator[Fault]:
-    for body, _ in contents.new_bodies:
-        shapes = list(body.shapes)
+    for body in filter(is_dynamic, contents.new(contents.bodies)):
+        shapes, is_steered = list(body.shapes), body.constraints or body._velocity_func or body._position_func
         if shapes and all(shape.space is None for shape in shapes):
             yield contents.fault(shapes[0], f"its {shape_words(shapes[0])} is not in the Space")
+        if not shapes and contents.solid and contents.space.gravity.length and not is_steered:
+            yield contents.fault(body, "it has no shape")
 
 
 def unused(
@@ -213,7 +195,7 @@ def unused(
     for shape in contents.solid:
         has_value = bool(getattr(shape, quantity)) or shape in contents.origins.zeros[quantity]
         kinds[shape.filter, body_of(shape).body_type, has_value].append(shape)
-    for shape, met, since in ((shape, None, None) for shape in contents.new) if touched is None else touched:
+    for shape, met, since in ((shape, None, None) for shape in contents.solid) if touched is None else touched:
         partners: dict[pymunk.Shape, bool] = {}
         only_walls, value = met and not is_dynamic(body_of(met)), getattr(shape, quantity)
         for (_, kind, has_value), samples in kinds.items():
@@ -224,20 +206,11 @@ def unused(
             yield contents.fault(shape, detail, value)._replace(since=since)
 
 
-def _not_finite(contents: Contents) -> Iterator[Fault]:
-    for body in contents.bodies:
-        if not all(map(math.isfinite, (*body.position, *body.velocity, body.angle, body.angular_velocity))):
-            places = f"position {_pair(body.position)}, velocity {_pair(body.velocity)}"
-            yield contents.fault(
-                body, f"{places}, angle {body.angle:.4g}, angular velocity {body.angular_velocity:.4g}"
-            )
-
-
 def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
     """Attributes that are known to have no effect, or whose names have other capitals or underscores than Pymunk's."""
-    things: list[tuple[str, Any, Any]] = [("Body", body, body) for body, _ in contents.new_bodies]
-    things += [("Shape", shape, shape) for shape in contents.shapes if shape not in contents.seen]
-    things += [("Joint", joint, body) for joint, body in contents.new_joints]
+    things: list[tuple[str, Any, Any]] = [("Body", body, body) for body in contents.new(contents.bodies)]
+    things += [("Shape", shape, shape) for shape in contents.new(contents.shapes)]
+    things += [("Joint", joint, end_of(joint)) for joint in contents.new(contents.space.constraints)]
     for kind, thing, place in things:
         for name in (name for name in vars(thing) if not name.startswith("_")):
             alike = (each for each in dir(type(thing)) if each.replace("_", "") == name.replace("_", "").lower())
@@ -251,11 +224,8 @@ def _overlaps(contents: Contents) -> Iterator[Fault]:
         smaller = min(filter(None, (half_width(a), half_width(b))), default=0.0)
         if depth > contents.space.collision_slop + OVERLAP * smaller:
             shape, partner = (a, b) if is_dynamic(body_of(a)) else (b, a)
-            index = contents.report(body_of(partner), "").index
-            name = shape_words(partner) + ("" if index is None else f" of body {index}")
-            is_joined = any(body_of(b) in (joint.a, joint.b) for joint in body_of(a).constraints)
-            joined = ", which a joint holds to it" if is_joined else ""
-            yield contents.fault(shape, f"overlaps a {name} by {depth:.4g} px{joined}", depth / (smaller or 1))
+            what = f"{depth:.4g} px deep in {contents.name(body_of(partner))}"
+            yield contents.fault(shape, what, depth / (smaller or 1))
 
 
 def _moved_static(contents: Contents) -> Iterator[Fault]:
@@ -279,7 +249,6 @@ RULES: Final[Rules[Contents]] = {
     "placed-twice": _placed_twice,
     "concave": _concave,
     "anchor-far": _anchor_far,
-    "negative": _negative,
     "degrees": _degrees,
     "off-centre": _off_centre,
     "moment": _moment,
@@ -287,7 +256,6 @@ RULES: Final[Rules[Contents]] = {
     "overlap": _overlaps,
 }
 END_RULES: Final[Rules[Contents]] = {  # of which a run shows more
-    "not-finite": _not_finite,
     "wrong-point": _wrong_point,
     "elasticity-unused": partial(unused, quantity="elasticity"),
     "friction-unused": partial(unused, quantity="friction"),

@@ -20,6 +20,7 @@ from sandbox.space.contents import (
     is_static,
     may_collide,
     shape_words,
+    solid_of,
 )
 from sandbox.space.findings import Fault, Rules
 from sandbox.space.passages import Passages
@@ -353,7 +354,7 @@ def _hanging(evidence: Evidence) -> Iterator[Fault]:
     for body in evidence.contents.bodies:
         if not (is_dynamic(body) and body.is_sleeping and space.gravity.length) or body.constraints:
             continue
-        solid = evidence.contents.solid_of.get(id(body), [])
+        solid = solid_of(body)
         near = [hit.shape for shape in solid for hit in space.shape_query(shape) if hit.shape not in solid]
         holds = [each for each in near if each and not each.sensor and any(may_collide(shape, each) for shape in solid)]
         if solid and not holds:
