@@ -231,7 +231,7 @@ def _not_finite(evidence: Evidence) -> Iterator[Fault]:
 def _passed(evidence: Evidence) -> Iterator[Fault]:
     """Bodies that passed a wall: each once."""
     reported: set[int] = set()
-    for step, shape, wall, way, _ in evidence.passages.found:
+    for step, shape, wall, way, *_ in evidence.passages.found:
         body, half = body_of(shape), half_width(shape)
         if body.id not in reported:
             reported.add(body.id)

@@ -3,7 +3,6 @@
 import math
 from collections import defaultdict
 from collections.abc import Iterator
-from itertools import islice
 from typing import Final
 
 import numpy as np
@@ -188,28 +187,12 @@ def _coasts(track: _Track) -> Found:
 
 
 def _ghosts(evidence: Evidence) -> Iterator[Fault]:
-    """Yield bodies that go through walls with which they do not collide, as neither moves by forces, or by a filter."""
-    run, solid = evidence.run, evidence.contents.solid
-    filtered = [body_of(shape).id for shape in solid if shape.filter != pymunk.ShapeFilter()]
-    start, end, ids = run.was["position"], run.new["position"], run.new["id"]
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    may_pass = (start != end).any(axis=1) & (np.isinf(run.new["mass"]) | np.isin(ids, np.array(filtered, "u8")))
-    for wall in (each for each in solid if is_static(body_of(each))) if may_pass.any() else ():
-        box, body_of_wall = wall.bb, body_of(wall)
-        near = ((low <= (box.right, box.top)) & (high >= (box.left, box.bottom))).all(axis=1)
-        if isinstance(wall, pymunk.Segment):
-            a, b = (np.array(body_of_wall.local_to_world(point)) for point in (wall.a, wall.b))
-            near &= ((start - a) @ tangent(b - a) > 0) != ((end - a) @ tangent(b - a) > 0)
-        for rows in by_key(ids, run.step, may_pass & near):
-            body = evidence.recording.bodies[int(ids[rows[0]])]
-            # Of its shapes those round its centre of gravity, whose way is looked at
-            shapes = [each for each in body.shapes if not each.sensor and each.point_query(body.position).distance <= 0]
-            reach = 2 * max(map(half_length, shapes), default=0.0)  # what moves by more is put elsewhere
-            is_held = any(body_of_wall in (joint.a, joint.b) for joint in body.constraints)
-            if body is not body_of_wall and not is_held and not any(may_collide(each, wall) for each in shapes):
-                ways = ((row, tuple(start[row]), tuple(end[row])) for row in rows.tolist())
-                met = (row for row, a, b in ways if math.dist(a, b) < reach and wall.segment_query(a, b))
-                for row in islice(met, 1):
-                    why = "by a filter" if is_dynamic(body) else "as neither moves by forces"
-                    step = run.steps[run.step[row]]
-                    yield evidence.fault([body.id], step, f"through a {shape_words(wall)}, {why}")
+    """Yield bodies that went through walls with which they do not collide, by their kinds or by a filter."""
+    named: set[int] = set()
+    for step, shape, wall, *_ in evidence.passages.ghosts:
+        body = body_of(shape)
+        is_held = any(body_of(wall) in (joint.a, joint.b) for joint in body.constraints)
+        if body.id not in named and not is_held and not may_collide(shape, wall):
+            named.add(body.id)
+            why = "by a filter" if is_dynamic(body) else "as neither moves by forces"
+            yield evidence.fault([body.id], step, f"through a {shape_words(wall)}, {why}")
