@@ -188,6 +188,8 @@ class _Work:
         """Add the work of impulses besides those of contacts. rest: how much they changed the motion."""
         run, impulse = self._run, self._mass * rest
         drives = self._drives | np.array([step.handles for step in run.steps], bool)
+        is_set = (run.old["velocity"] != run.was["velocity"]).any(axis=1) | (run.old["spin"] != run.was["spin"])
+        drives[run.step[is_set | (run.step == 0)]] = True  # a joint rightly takes what the program gives against it
         work, is_driven = (impulse * (self._start + self._end)).sum(axis=1) / 2, np.append(drives[run.step], False)
         self._book(Cause.JOINTS, work * ~is_driven, run.step)
         self._book(Cause.DRIVEN, work * is_driven, run.step)

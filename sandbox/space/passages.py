@@ -14,7 +14,7 @@ from sandbox.space.contents import body_of, is_static, may_collide
 from sandbox.space.recording import Recording, Step
 from sandbox.space.rules import off_its_place
 
-MIN_WAY: Final = 0.5  # px in a step: what is at rest need not be looked at
+MIN_WAY: Final = 0.9  # px in a step: what is at rest need not be looked at
 ROUNDING: Final = 1e-6  # of the way
 OFF_COURSE: Final = 0.5  # of the way by its velocity: what moves it further off is something else
 

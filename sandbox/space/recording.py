@@ -26,6 +26,7 @@ MAX_ROWS: Final = 5_000_000  # of bodies, contacts and joints, some 200 bytes ea
 ROWS_OF_A_STEP: Final = 100  # that a step counts as besides its own: with few bodies, 10 min are kept
 LARGEST: Final = 1e120  # px, px/s, rad or rad/s: beyond that, energies overflow
 FIRST: Final = 0  # the state of an arbiter whose shapes did not touch in the step before
+HARD: Final = (pymunk.PinJoint, pymunk.PivotJoint, pymunk.GearJoint)  # others stop without a bounce
 original_step: Final = pymunk.Space.step  # another one may take its place
 
 
@@ -70,7 +71,7 @@ JOINT: Final = np.dtype(
         ("body_b", "u8"),
         ("row_a", "i8"),
         ("row_b", "i8"),
-        ("is_hard", "?"),  # it neither drives its bodies nor gives way: what it does to their energy is an error
+        ("is_hard", "?"),  # it always holds its bodies, and does not drive them: its work on them is an error
         ("error", "f8"),  # how far its anchors are off its law, px
     ]
 )
@@ -209,9 +210,8 @@ def _body(body: pymunk.Body) -> tuple[Any, ...]:
 
 def _joint(joint: pymunk.Constraint, row_of: dict[int, int]) -> tuple[Any, ...]:
     """Return a row of JOINT."""
-    drives = isinstance(joint, pymunk.SimpleMotor | pymunk.DampedSpring | pymunk.DampedRotarySpring)
-    drives |= pymunk.Body.KINEMATIC in (joint.a.body_type, joint.b.body_type)
-    is_hard = not drives and math.isinf(joint.max_force)
+    drives = pymunk.Body.KINEMATIC in (joint.a.body_type, joint.b.body_type)
+    is_hard = isinstance(joint, HARD) and not drives and math.isinf(joint.max_force)
     rows = row_of.get(joint.a.id, -1), row_of.get(joint.b.id, -1)
     return id(joint), joint.a.id, joint.b.id, *rows, is_hard, _error(joint)
 

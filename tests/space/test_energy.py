@@ -259,6 +259,30 @@ def test_a_ball_that_a_motor_presses_to_a_wall_is_no_bounce_against_its_elastici
     assert ledger_of(Run(record(space, 120))).suspect == {}
 
 
+def test_a_rope_that_becomes_taut_takes_what_goes_along_it_and_that_is_no_error() -> None:
+    space, fallen = pymunk.Space(), pymunk.Body(2, math.inf)
+    fallen.velocity = (0, 60)
+    rope = pymunk.SlideJoint(space.static_body, fallen, (0, 0), (0, 0), 0, 50)
+    rope.error_bias = 1  # which pulls nothing back
+    space.add(fallen, rope)
+    ledger = ledger_of(Run(record(space, 60)))
+    assert ledger.lines[Cause.DRIVEN] == pytest.approx(-2 * 60**2 / 2, rel=1e-9)
+    assert ledger.suspect == {}
+
+
+@pytest.mark.parametrize("number", [0, 10])
+def test_a_pin_takes_what_an_impulse_gives_against_it_and_that_is_no_error(number: int) -> None:
+    """Of a rod's energy, the pin at its end leaves that of a turn about it: 1/4, as the impulse is in its middle."""
+    space, rod, impulse, half = pymunk.Space(), pymunk.Body(3, 3 * 20**2 / 3), 30, 20
+    pin = pymunk.PivotJoint(space.static_body, rod, (0, 0), (-half, 0))
+    rod.position, pin.error_bias = (half, 0), 1
+    space.add(rod, pin)
+    push = at(number, lambda: rod.apply_impulse_at_local_point((0, impulse)))
+    ledger = ledger_of(Run(record(space, number + 1, push)))
+    assert ledger.lines[Cause.DRIVEN] == pytest.approx(-(impulse**2) / 3 / 2 / 4, rel=1e-9)
+    assert ledger.suspect == {}
+
+
 def test_damping_takes_its_power_of_the_energy() -> None:
     space, body = pymunk.Space(), pymunk.Body(2, 30)
     space.damping, body.velocity, body.angular_velocity = 0.8, (100, -50), 7

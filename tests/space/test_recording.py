@@ -102,7 +102,7 @@ def test_each_joint_s_error_is_that_of_its_law() -> None:
     length = math.hypot(14, 3)
     assert rows["error"] == pytest.approx([length - 10, length - 11, 5, 0])
     assert rows["key"].tolist() == [id(joint) for joint in joints]
-    assert rows["is_hard"].tolist() == [True, True, True, False]
+    assert rows["is_hard"].tolist() == [True, False, True, False]
 
 
 def test_a_long_recording_forgets_its_first_steps(monkeypatch: pytest.MonkeyPatch) -> None:
