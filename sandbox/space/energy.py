@@ -127,13 +127,13 @@ def _columns(rows: Rows, linear: str, angular: str) -> Floats:
 
 
 def ledger_of(run: Run) -> Ledger:
-    """Return the energy ledger of a run."""
-    work = _Work(run).by_cause
-    before, after = (np.array([getattr(step, at) for step in run.steps]).reshape(-1, 2) for at in ("before", "after"))
-    kinetic, potential = np.vstack([run.start, after]).T
+    """Return the energy ledger of a run of at least one step."""
+    acts = _Work(run)
+    before, after, work = acts.energies(run.old), acts.energies(run.new), acts.by_cause
+    kinetic, potential = np.hstack([before[:, :1], after])
     total = kinetic + potential
-    work[Cause.CALLBACKS] = total[1:] - before.sum(axis=1) - sum(work.values())
-    work[Cause.PROGRAM] = before.sum(axis=1) - total[:-1]
+    work[Cause.CALLBACKS] = total[1:] - before.sum(axis=0) - sum(work.values())
+    work[Cause.PROGRAM] = before.sum(axis=0) - total[:-1]
     return Ledger(run.time, kinetic, potential, work)
 
 
@@ -160,6 +160,13 @@ class _Work:
         self._sides = [*zip((-1, 1), rows, arms, strict=True)]
         self._impulse = impulse_of(self._contacts)  # on B, and its reverse on A
         self._add()
+
+    def energies(self, bodies: Rows) -> Floats:
+        """Return the kinetic and the potential energy of all bodies in each step: (2, K) kg px²/s²."""
+        run, mass, v = self._run, finite(bodies["mass"]), bodies["velocity"]
+        kinetic = (mass * dot(v, v) + finite(bodies["moment"]) * bodies["spin"] ** 2) / 2
+        potential = -mass * dot(bodies["position"], self._gravity)
+        return np.array([np.bincount(run.step, each, len(run.steps)) for each in (kinetic, potential)])
 
     def _add(self) -> None:
         """Add the work of each cause."""

@@ -44,13 +44,9 @@ def unusual(evidence: Evidence) -> dict[str, list[Fault]]:
     faults: dict[str, list[Fault]] = defaultdict(list)
     contents = evidence.contents
     for track in _tracks(evidence):
-        for find in (_size, _pushes, _velocities, _contacts, _clings, _coasts):
+        for find in (_size, _pushes, _velocities, _rolls, _clings, _coasts):
             for rule, what in find(track):
                 faults[rule].append(contents.fault(track.body, what))
-    is_plain = any(not shape.collision_type for shape in contents.solid if is_static(body_of(shape)))
-    for kinds in ((0, 0), (0, None)):
-        if is_plain and kinds in contents.space._handlers:
-            faults["any-type"].append(Fault(None, figure=f"{kinds}"))
     for joint in evidence.recording.joints.values():
         if isinstance(joint, pymunk.SimpleMotor) and math.isinf(joint.max_force) and joint.rate:
             what = f"its SimpleMotor of {joint.rate:.3g} rad/s has max_force inf"
@@ -127,35 +123,26 @@ def _pushes(track: _Track) -> Found:
 
 
 def _velocities(track: _Track) -> Found:
-    """Yield what is unusual in the velocities and angles that the program sets."""
+    """Yield velocities that the program sets, and bodies that tip over while it drives them."""
     changed, velocity = track.changed, track.old["velocity"]
     is_same = velocity[1:] == velocity[:-1]
     lost = np.abs(changed)[1:] * is_same * (is_same.mean(axis=0) > MOST)
     count = int((lost > VAIN * track.length).any(axis=1).sum())
     if count > max(FEW, OFTEN * len(changed)) and track.evidence.contents.origins.driven.get(track.body, 0) > FEW:
         yield "velocity-set", f"before {count} of {len(changed)} steps; up to {lost.max():.3g} px/s are lost in one"
-    size, gain = np.hypot(*changed.T)[1:], np.hypot(*velocity[-1]) - np.hypot(*velocity[0])
-    if size.min() > (1 - SAME) * size.max() and gain > size.sum() / 2:
-        yield "adds-up", f"{np.median(size):.3g} px/s before {len(size)} of {len(changed)} steps"
-    turn, spin = track.old["angle"] - track.was["angle"], track.old["spin"]
-    is_turned = (np.abs(turn) > 2 * math.pi) & np.isclose(turn, np.round(turn), 0, 1e-9) & (track.old["angle"] != 0)
-    if is_turned.any():
-        yield "degrees", f"turned by {turn[is_turned][0]:.4g} before a step"
-    steers = turn.any() or track.old["torque"].any() or (spin != track.was["spin"]).any() or spin[0]
+    is_steered = any((track.old[name] != track.was[name]).any() for name in ("angle", "spin"))
+    steers = is_steered or track.old["torque"].any() or track.old["spin"][0]
     is_free = track.is_round or track.body.constraints or track.body._velocity_func or not len(track.contacts)
     if track.is_pushed.mean() > MOST and track.turned > TURNED and not (steers or is_free):
         yield "tips", f"turned by {track.turned:.3g} rad"
 
 
-def _contacts(track: _Track) -> Found:
-    """Yield bounces that give energy, and balls that roll on and on."""
-    contacts = track.contacts
-    if (contacts["elasticity"] > 1).any():
-        yield "bouncy", f"elasticity {contacts['elasticity'].max():.3g} in a contact"
+def _rolls(track: _Track) -> Found:
+    """Yield balls that roll on and on."""
     end = track.run.time[1:][track.step]
     late = end > track.run.time[-1] - LATE
     is_left = late.any() and not late.all() and not track.is_pushed[late].any() and not track.body.constraints
-    rubs = np.isin(track.step[late], track.contact_step[(contacts["friction"] > 0) & track.is_fixed])
+    rubs = np.isin(track.step[late], track.contact_step[(track.contacts["friction"] > 0) & track.is_fixed])
     speed = np.hypot(*track.new["velocity"][late].T)
     rolls = track.is_round and is_left and rubs.all() and track.space.damping == 1
     if rolls and speed.min() > max((1 - SAME) * speed.max(), track.width / LATE):

@@ -281,7 +281,6 @@ OLD_CALLS = {
     ),
     "space.add([body, shape])": ("space.add([pymunk.Body(1, 1)])", "space.remove((shape,))"),
     "space.add(shape), before its body": ("space.add(pymunk.Circle(pymunk.Body(1, 1), 5))",),
-    "pymunk.Poly(body, vertices, offset=(x, y))": ("pymunk.Poly(body, [(0, 0), (1, 0), (0, 1)], offset=(1, 1))",),
 }
 
 

@@ -423,14 +423,13 @@ def test_a_heap_that_falls_asleep_and_is_woken_adds_up() -> None:
 
 
 def test_a_ledger_ends_before_what_is_not_finite() -> None:
-    space, body = pymunk.Space(), pymunk.Body(1, math.inf)
-    space.add(body, pymunk.SimpleMotor(space.static_body, body, 1))  # nothing that it could turn
-    free = pymunk.Body(1, 1)
+    space, body, free = pymunk.Space(), pymunk.Body(1, math.inf), pymunk.Body(1, 1)
     free.velocity = (10, 0)
-    space.add(free)
-    ledger = ledger_of(Run(record(space, 3)))
-    assert np.shape([*ledger.work.values()]) == (len(Cause), 0)
-    assert ledger.kinetic == pytest.approx([50])
+    space.add(body, free)
+    motor = pymunk.SimpleMotor(space.static_body, body, 1)  # nothing that it could turn
+    ledger = ledger_of(Run(record(space, 3, at(1, lambda: space.add(motor)))))
+    assert np.shape([*ledger.work.values()]) == (len(Cause), 1)
+    assert ledger.kinetic == pytest.approx([50, 50])
 
 
 def test_a_headline_says_no_more_than_ten_times_the_largest_kinetic_energy() -> None:

@@ -462,7 +462,7 @@ FAULTS: dict[str, tuple[Callable[[], Diagnosis], set[str]]] = {
     "thrust at a point of the space": (lambda: thrust("apply_force_at_local_point", (30, -400)), {"wrong-point"}),
     "kicked at a point of the body": (
         lambda: thrust("apply_impulse_at_world_point", (0, -4), (0, 30)),
-        {"wrong-point", "adds-up"},
+        {"wrong-point"},
     ),
     "thrust at the corner of the space": (
         lambda: thrust("apply_force_at_world_point", (0, 40), (0, 0), x=90),
@@ -478,7 +478,7 @@ FAULTS: dict[str, tuple[Callable[[], Diagnosis], set[str]]] = {
     "mouse": (mouse, set()),
     "shot hard": (lambda: shot(1500), {"deep-at-once"}),
     "shot into each other": (shot_into_each_other, {"deep-at-once"}),
-    "slowed by handler": (slowed_by_handler, {"any-type"}),
+    "slowed by handler": (slowed_by_handler, set()),
     "put back": (put_back, set()),
 }
 

@@ -29,14 +29,6 @@ def in_metres(slop: float) -> Diagnosis:
     return watched(space, 60)
 
 
-def handled(kind: int, floor: int = 0) -> Diagnosis:
-    """A ball of type 1 falls on a floor of another type, and a callback hears of collisions of one type."""
-    space = ground(collision_type=floor)
-    ball(space, 0, 150, collision_type=1)
-    space.on_collision(kind, kind, begin=lambda *_: None)
-    return watched(space)
-
-
 def passes(kind: int, key: str = "", value: tuple[float, float] = (0, 0), **values: Any) -> Diagnosis:
     """A body goes to the right through a wall, or is stopped there; halfway, the program may set a value of it."""
     space, mover = world(gravity=0), body(0, 0, (60, 0), kind)
@@ -112,13 +104,7 @@ def rolling(damping: float, call: str = "") -> Diagnosis:
 CASES: dict[str, tuple[Callable[[], Diagnosis], Callable[[], Diagnosis], str]] = {
     "slow-fall": (lambda: falls(9.81), falls, "takes 2 s to fall by its own width, 20"),
     "coarse-slop": (lambda: in_metres(0.1), lambda: in_metres(0.001), "is 0.3 wide, and collision_slop 0.1"),
-    "any-type": (lambda: handled(0), lambda: handled(1), "on_collision(0, 0) is called"),
     "ghosts": (lambda: passes(pymunk.Body.KINEMATIC), lambda: passes(pymunk.Body.DYNAMIC), "neither moves by forces"),
-    "bouncy": (
-        lambda: pushed(lambda *_: None, place=(0, 100), elasticity=6),
-        lambda: pushed(lambda *_: None, place=(0, 100)),
-        "elasticity 1.2 in a contact",
-    ),
     "strong-motor": (
         lambda: jointed(lambda a, b: pymunk.SimpleMotor(a, b, 3)),
         lambda: jointed(lambda a, b: pymunk.SimpleMotor(a, b, 3), max_force=100),
@@ -135,11 +121,6 @@ CASES: dict[str, tuple[Callable[[], Diagnosis], Callable[[], Diagnosis], str]] =
         lambda: carried(lambda _: 0),
         lambda: carried(lambda made: made.velocity.x),
         "px/s are lost in one",
-    ),
-    "adds-up": (
-        lambda: pushed(force(0, -20, call="apply_impulse_at_local_point"), gravity=0),
-        lambda: pushed(force(0, -20, every=60, call="apply_impulse_at_local_point"), gravity=0),
-        "20 px/s before 119 of 120 steps",
     ),
     "tips": (
         lambda: pushed(runs(60), place=(0, 170), size=(10, 50)),
@@ -173,14 +154,6 @@ def alone(act: Callable[[Any, int], object] = lambda *_: None, gravity: Any = (0
     for name, value in values.items():
         setattr(made, name, value)
     return watched(space, 120, lambda number: act(made, number))
-
-
-def reset(made: pymunk.Body, number: int) -> None:
-    made.angle = made.angle if number % 60 else 0
-
-
-def steer(made: pymunk.Body, _: int) -> None:
-    made.velocity += 0, (made.velocity.y + 200) / -60
 
 
 def wander(made: pymunk.Body, _: int) -> None:
@@ -230,9 +203,6 @@ RIGHT: tuple[tuple[str, Callable[[], Diagnosis]], ...] = (
     ("in-vain", lambda: alone(force(0, -900))),
     ("in-vain", lambda: alone(lambda made, number: force(0, -1500 if number % 2 else -100)(made, 0))),
     ("velocity-set", lambda: pushed(force(0, -15, call="apply_impulse_at_local_point"), place=(0, 100))),
-    ("adds-up", lambda: pushed(lambda made, number: runs(200 if number % 40 < 20 else -200)(made, number))),
-    ("adds-up", lambda: pushed(steer, gravity=0)),
-    ("degrees", lambda: alone(reset, angular_velocity=10)),
     ("tips", lambda: pushed(wander, place=(0, 170), size=(10, 50))),
     ("rolls", lambda: slope(velocity=(100, 0))),
     ("rolls", lambda: slope(damping=0.1)),
@@ -240,7 +210,6 @@ RIGHT: tuple[tuple[str, Callable[[], Diagnosis]], ...] = (
     ("ghosts", pinned),
     ("clings", lambda: pushed(force(300))),
     ("clings", lambda: pushed(force(3000), place=(84, 15), wall=0.3)),
-    ("any-type", lambda: handled(0, floor=2)),
     ("strong-motor", lambda: jointed(lambda a, b: pymunk.SimpleMotor(a, b, 0))),
     ("ghosts", moved_wall),
     ("ghosts", lambda: passes(pymunk.Body.KINEMATIC, "velocity", (-60, 0))),
