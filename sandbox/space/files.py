@@ -35,16 +35,7 @@ def save_space(space: pymunk.Space, path: str | Path) -> None:
 
 
 def load_space(path: str | Path) -> pymunk.Space:
-    """Return the Space in a file that `save_space` wrote. Raises SandboxError if it cannot be read.
-
-    >>> import tempfile
-    >>> space = pymunk.Space()
-    >>> space.gravity = 0, 900
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     save_space(space, f"{folder}/level.space")
-    ...     load_space(f"{folder}/level.space").gravity
-    Vec2d(0.0, 900.0)
-    """
+    """Return the Space in a file that `save_space` wrote. Raises SandboxError if it cannot be read."""
     try:
         return checked(_Reader(io.BytesIO(Path(path).read_bytes())).load())
     except Exception as error:  # a damaged pickle may raise any

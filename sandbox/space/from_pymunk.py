@@ -79,12 +79,6 @@ def to_space(scene: Scene | str | os.PathLike[str]) -> pymunk.Space:
     scene: a Scene, the name of a bundled scene, or a file. A step of the engine is `pymunk.substeps` of the scene calls
     of `space.step(1 / rate / substeps)`.
     Raises SandboxError as `load` does.
-
-    >>> space = to_space("oblique")
-    >>> for _ in range(60):
-    ...     space.step(1 / 60)
-    >>> [round(body.position.x, 1) for body in space.bodies if body.body_type == pymunk.Body.DYNAMIC]
-    [287.4, 312.6]
     """
     chosen = scene if isinstance(scene, Scene) else load(scene)
     return PymunkEngine(chosen, spawn(chosen)).space

@@ -18,15 +18,6 @@ def lint(space: pymunk.Space) -> list[Finding]:
     """Return what is wrong with a Space, worst first, without a step of it.
 
     Raises SandboxError if it is not a Space.
-
-    >>> space = pymunk.Space()
-    >>> body = pymunk.Body(1, 10)
-    >>> disc = pymunk.Circle(body, 20)
-    >>> disc.friction = 0.5
-    >>> space.add(body, disc)
-    >>> for finding in lint(space):
-    ...     print(finding.rule, finding.bodies[0].detail)
-    moment moment 10, 20 times too small: its shapes have 200
     """
     linter = Linter(checked(space), Origins())
     linter.look({**RULES, **END_RULES}, None)

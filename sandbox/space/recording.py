@@ -105,14 +105,9 @@ class Step(NamedTuple):
         keys = ("position", "velocity", "angle", "spin")
         return all(bool((np.abs(self.new[key]) < LARGEST).all()) for key in keys)
 
-    @property
-    def rows(self) -> int:
-        """What it counts of MAX_ROWS."""
-        return ROWS_OF_A_STEP + 2 * len(self.new) + len(self.contacts) + len(self.joints)
-
 
 class Recording:
-    """The last steps of a Space, as many as MAX_ROWS allows.
+    """The last steps of a Space, as many of the last one's size as MAX_ROWS allows.
 
     bodies: by `pymunk.Body.id`, without the Space's own static one; shapes, joints: by their keys; also those that are
     gone, so that no other gets a key of theirs.
@@ -121,7 +116,7 @@ class Recording:
     def __init__(self, space: pymunk.Space) -> None:
         self.space = space
         self.steps: deque[Step] = deque()
-        self._time, self._rows = 0.0, 0
+        self._time = 0.0
         self.bodies: dict[int, pymunk.Body] = {}
         self.shapes: dict[int, pymunk.Shape] = {}
         self.joints: dict[int, pymunk.Constraint] = {}
@@ -144,9 +139,9 @@ class Recording:
         was = _of_bodies(self.steps[-1].new, old) if self.steps else old
         self.steps.append(Step(self._time, dt, *settings, was, old, new, contacts, joints))
         self._time += dt
-        self._rows += self.steps[-1].rows
-        while len(self.steps) > 1 and self._rows > MAX_ROWS:
-            self._rows -= self.steps.popleft().rows
+        rows = ROWS_OF_A_STEP + 2 * len(new) + len(contacts) + len(joints)
+        while len(self.steps) > max(1, MAX_ROWS // rows):
+            self.steps.popleft()
         return self.steps[-1]
 
     def _bodies(self) -> Rows:

@@ -9,20 +9,10 @@ import numpy as np
 import pymunk
 
 from sandbox.quantity import dot, tangent
-from sandbox.space.contents import (
-    body_of,
-    end_of,
-    half_length,
-    half_width,
-    is_dynamic,
-    is_static,
-    may_collide,
-    shape_words,
-)
+from sandbox.space.contents import body_of, half_length, half_width, is_dynamic, shape_words, solid_of
 from sandbox.space.findings import Fault
 from sandbox.space.recording import Numbers
 from sandbox.space.steps import MOST, Evidence, by_key
-from sandbox.state import Bools
 
 SLOW_FALL: Final = 1.2  # s, for a body at rest to fall by its own width
 COARSE: Final = 0.1  # of its width, for collision_slop
@@ -31,7 +21,6 @@ FEW: Final = 10  # steps
 OFTEN: Final = 0.1  # of the steps
 SAME: Final = 0.02  # relative, of what stays the same
 TURNED: Final = 1.0  # rad
-LATE: Final = 1.0  # s, at the end of a run
 BORNE: Final = 0.5  # of a weight
 ACROSS: Final = 0.3  # cosine of the angle between gravity and the normal of a wall
 MIN_STEPS: Final = 30  # since the last push
@@ -44,49 +33,42 @@ def unusual(evidence: Evidence) -> dict[str, list[Fault]]:
     faults: dict[str, list[Fault]] = defaultdict(list)
     contents = evidence.contents
     for track in _tracks(evidence):
-        for find in (_size, _pushes, _velocities, _rolls, _clings, _coasts):
+        for find in (_size, _pushes, _velocities, _clings, _coasts):
             for rule, what in find(track):
                 faults[rule].append(contents.fault(track.body, what))
-    for joint in evidence.recording.joints.values():
-        if isinstance(joint, pymunk.SimpleMotor) and math.isinf(joint.max_force) and joint.rate:
-            what = f"its SimpleMotor of {joint.rate:.3g} rad/s has max_force inf"
-            faults["strong-motor"].append(contents.fault(end_of(joint), what))
     return faults | {"ghosts": [*_ghosts(evidence)]}
 
 
 def _tracks(evidence: Evidence) -> Iterator["_Track"]:
     """Yield the bodies that move by forces, of more than a few steps."""
     (contacts, step), bodies, ids = evidence.sides, evidence.recording.bodies, evidence.run.old["id"]
-    mobile = np.array([body.id for body in bodies.values() if not is_static(body)], "u8")
-    is_fixed = ~np.isin(contacts["body_a"], mobile)
     touching = {int(contacts["body_b"][rows[0]]): rows for rows in by_key(contacts["body_b"], step)}
     for rows in by_key(ids, evidence.run.step):
         body = bodies[int(ids[rows[0]])]
         if is_dynamic(body) and len(rows) > FEW:
-            at = touching.get(body.id, np.empty(0, np.intp))
-            yield _Track(evidence, body, rows, at, is_fixed[at])
+            yield _Track(evidence, body, rows, touching.get(body.id, np.empty(0, np.intp)))
 
 
 class _Track:
     """A body that moves by forces, in n steps of a run, and its contacts, as B of each.
 
-    was, old, new: (n,) BODY, as in a Step; step, contact_step: the numbers of the steps; is_fixed: of contacts, with
-    static bodies; changed: (n, 2) px/s, by the program before each step; force: (n,) kg px/s²; is_pushed: (n,); turned:
-    rad, between its smallest and largest angle; length, width: px, of its largest solid shape; gravity: (2,) px/s²;
-    weight: kg px²/s⁴, of its mass times gravity, along gravity.
+    was, old, new: (n,) BODY, as in a Step; step, contact_step: the numbers of the steps; changed: (n, 2) px/s, by the
+    program before each step; force: (n,) kg px/s²; is_pushed: (n,); turned: rad, between its smallest and largest
+    angle; length, width: px, of its largest solid shape; gravity: (2,) px/s²; weight: kg px²/s⁴, of its mass times
+    gravity, along gravity.
     """
 
-    def __init__(self, evidence: Evidence, body: pymunk.Body, rows: Numbers, at: Numbers, is_fixed: Bools) -> None:
+    def __init__(self, evidence: Evidence, body: pymunk.Body, rows: Numbers, at: Numbers) -> None:
         self.evidence, self.body, self.space, self.run = evidence, body, evidence.contents.space, evidence.run
         self.was, self.old, self.new = (every[rows] for every in (self.run.was, self.run.old, self.run.new))
         self.step, self.dt = self.run.step[rows], self.run.dt[self.run.step[rows]]
         contacts, step = evidence.sides
-        self.contacts, self.contact_step, self.is_fixed = contacts[at], step[at], is_fixed
+        self.contacts, self.contact_step = contacts[at], step[at]
         self.changed = self.old["velocity"] - self.was["velocity"]
         self.force = np.hypot(*self.old["force"].T)
         self.is_pushed = (self.force > 0) | self.changed.any(axis=1)
         self.turned = float(np.ptp(self.new["angle"]))
-        self.solid = [shape for shape in body.shapes if not shape.sensor]
+        self.solid = solid_of(body)
         self.length, self.width = (2 * max([0.0, *map(half, self.solid)]) for half in (half_length, half_width))
         self.is_round = any(isinstance(shape, pymunk.Circle) for shape in self.solid)
         self.gravity = np.array(self.space.gravity)
@@ -117,9 +99,6 @@ def _pushes(track: _Track) -> Found:
     if (stays and np.abs(torque).max() < SAME * largest * track.length) or falls:
         words = f"a force of {largest:.3g} on a mass of {body.mass:.3g}: {largest / body.mass:.3g} px/s²"
         yield "in-vain", f"{words}, and gravity {math.hypot(*gravity):.3g} px/s²"
-    is_within = np.abs(torque).max() <= largest * track.length  # the point, of the body
-    if is_within and not np.ptp(force, axis=0).any() and track.turned > TURNED and not track.is_round:
-        yield "turns-not", f"a force of {largest:.3g}, while the body turned by {track.turned:.3g} rad"
 
 
 def _velocities(track: _Track) -> Found:
@@ -135,18 +114,6 @@ def _velocities(track: _Track) -> Found:
     is_free = track.is_round or track.body.constraints or track.body._velocity_func or not len(track.contacts)
     if track.is_pushed.mean() > MOST and track.turned > TURNED and not (steers or is_free):
         yield "tips", f"turned by {track.turned:.3g} rad"
-
-
-def _rolls(track: _Track) -> Found:
-    """Yield balls that roll on and on."""
-    end = track.run.time[1:][track.step]
-    late = end > track.run.time[-1] - LATE
-    is_left = late.any() and not late.all() and not track.is_pushed[late].any() and not track.body.constraints
-    rubs = np.isin(track.step[late], track.contact_step[(track.contacts["friction"] > 0) & track.is_fixed])
-    speed = np.hypot(*track.new["velocity"][late].T)
-    rolls = track.is_round and is_left and rubs.all() and track.space.damping == 1
-    if rolls and speed.min() > max((1 - SAME) * speed.max(), track.width / LATE):
-        yield "rolls", f"at {speed[-1]:.3g} px/s"
 
 
 def _clings(track: _Track) -> Found:
@@ -179,7 +146,7 @@ def _ghosts(evidence: Evidence) -> Iterator[Fault]:
     for step, shape, wall, *_ in evidence.passages.ghosts:
         body = body_of(shape)
         is_held = any(body_of(wall) in (joint.a, joint.b) for joint in body.constraints)
-        if body.id not in named and not is_held and not may_collide(shape, wall):
+        if body.id not in named and not is_held:
             named.add(body.id)
             why = "by a filter" if is_dynamic(body) else "as neither moves by forces"
             yield evidence.fault([body.id], step, f"through a {shape_words(wall)}, {why}")

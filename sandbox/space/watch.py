@@ -178,15 +178,6 @@ def watch(space: pymunk.Space) -> Iterator["Watched"]:
     """Record what the steps of a Space do; afterwards, find what is wrong with it.
 
     Raises SandboxError if it is not a Space.
-
-    >>> space = pymunk.Space()
-    >>> body = pymunk.Body(1, 10)
-    >>> space.add(body, pymunk.Poly.create_box(body, (20, 20)))
-    >>> with watch(space) as watched:
-    ...     for _ in range(60):
-    ...         space.step(1 / 60)
-    >>> [finding.rule for finding in watched.findings]
-    ['moment']
     """
     trials = Trials(only=checked(space))
     with trials.recorded():

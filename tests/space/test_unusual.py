@@ -105,18 +105,8 @@ CASES: dict[str, tuple[Callable[[], Diagnosis], Callable[[], Diagnosis], str]] =
     "slow-fall": (lambda: falls(9.81), falls, "takes 2 s to fall by its own width, 20"),
     "coarse-slop": (lambda: in_metres(0.1), lambda: in_metres(0.001), "is 0.3 wide, and collision_slop 0.1"),
     "ghosts": (lambda: passes(pymunk.Body.KINEMATIC), lambda: passes(pymunk.Body.DYNAMIC), "neither moves by forces"),
-    "strong-motor": (
-        lambda: jointed(lambda a, b: pymunk.SimpleMotor(a, b, 3)),
-        lambda: jointed(lambda a, b: pymunk.SimpleMotor(a, b, 3), max_force=100),
-        "its SimpleMotor of 3 rad/s has max_force inf",
-    ),
     "single-pushes": (lambda: pushed(force(9000, every=4)), lambda: pushed(force(1500)), "in 30 of 120 steps"),
     "in-vain": (lambda: pushed(force(100)), lambda: pushed(force(1500)), "100 on a mass of 1: 100 px/s²"),
-    "turns-not": (
-        lambda: turning("apply_force_at_world_point"),
-        lambda: turning("apply_force_at_local_point"),
-        "50, while the body turned by 1.97 rad",
-    ),
     "velocity-set": (
         lambda: carried(lambda _: 0),
         lambda: carried(lambda made: made.velocity.x),
@@ -132,7 +122,6 @@ CASES: dict[str, tuple[Callable[[], Diagnosis], Callable[[], Diagnosis], str]] =
         lambda: pushed(force(3000), place=(84, 50), wall=0),
         "steps",
     ),
-    "rolls": (lambda: rolling(1), lambda: rolling(0.8), "at 100 px/s"),
 }
 
 
@@ -204,13 +193,9 @@ RIGHT: tuple[tuple[str, Callable[[], Diagnosis]], ...] = (
     ("in-vain", lambda: alone(lambda made, number: force(0, -1500 if number % 2 else -100)(made, 0))),
     ("velocity-set", lambda: pushed(force(0, -15, call="apply_impulse_at_local_point"), place=(0, 100))),
     ("tips", lambda: pushed(wander, place=(0, 170), size=(10, 50))),
-    ("rolls", lambda: slope(velocity=(100, 0))),
-    ("rolls", lambda: slope(damping=0.1)),
-    ("rolls", on_a_belt),
     ("ghosts", pinned),
     ("clings", lambda: pushed(force(300))),
     ("clings", lambda: pushed(force(3000), place=(84, 15), wall=0.3)),
-    ("strong-motor", lambda: jointed(lambda a, b: pymunk.SimpleMotor(a, b, 0))),
     ("ghosts", moved_wall),
     ("ghosts", lambda: passes(pymunk.Body.KINEMATIC, "velocity", (-60, 0))),
     ("ghosts", lambda: passes(pymunk.Body.KINEMATIC, "position", (80, 0))),
