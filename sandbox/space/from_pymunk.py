@@ -26,13 +26,7 @@ from sandbox.text import counted
 MAX_MOMENT_ERROR: Final = 1e-9  # of m r²/2, which is rounding
 
 
-def from_space(
-    space: pymunk.Space,
-    *,
-    size: Vector | None = None,
-    rate: int = 60,
-    title: str = "",
-) -> Scene:
+def from_space(space: pymunk.Space, *, size: Vector | None = None, rate: int = 60, title: str = "") -> Scene:
     """Return a scene of what a Space has now, without walls round the arena.
 
     Circles on dynamic bodies become balls, in the order of their shapes; segments and the outlines of polygons on
@@ -40,15 +34,6 @@ def from_space(
     size: width and height of the view, px, by default up to the furthest ball or wall; rate: steps per second.
     Raises SandboxError, which lists what a scene cannot have, or else its numbers out of range. Warns (SpaceWarning) of
     moments that are not those of uniform discs, of sensors, which are left out, and of contacts that have begun.
-
-    >>> space, body = pymunk.Space(), pymunk.Body()
-    >>> body.position, space.gravity = (100, 50), (0, 900)
-    >>> disc = pymunk.Circle(body, 20)
-    >>> disc.mass = 2
-    >>> space.add(body, disc, pymunk.Segment(space.static_body, (0, 300), (400, 300), 5))
-    >>> scene = from_space(space, size=(400, 320))
-    >>> scene.bodies.mass, len(scene.walls), scene.gravity
-    (array([2.]), 1, (0.0, 900.0))
     """
     solid = [shape for shape in checked(space).shapes if not shape.sensor]  # sensors touch nothing
     if refused := Counter(_unsupported(space, solid)):

@@ -34,6 +34,7 @@ FAR: Final = 3.0  # half lengths of a body, for an anchor
 MAX_LEVER: Final = 2.0  # of the reach of a body's shapes, for a point at which it is pushed
 NEAR: Final = 0.1  # half lengths of a shape
 ANCHORED: Final = (pymunk.PinJoint, pymunk.SlideJoint, pymunk.DampedSpring)  # by two anchors, one on each body
+NEVER_NEGATIVE: Final = ("radius", "elasticity", "friction", "stiffness", "damping")
 MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
 ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "sensor", "surface_velocity")
 # Attributes that a program may set, though Pymunk reads none of them, and what to write instead
@@ -44,9 +45,9 @@ IGNORED: Final = {
 
 
 def _given(contents: Contents) -> Iterator[tuple[pymunk.Body, list[pymunk.Shape]]]:
-    """Yield the bodies whose mass and moment the program gave, not Pymunk, and their solid shapes."""
+    """Yield the bodies whose mass and moment the program gave, not Pymunk, and their solid shapes of a size."""
     for body in contents.new(contents.bodies):
-        shapes = solid_of(body)
+        shapes = [shape for shape in solid_of(body) if half_length(shape) > 0]
         if shapes and is_dynamic(body) and not any(shape.mass for shape in body.shapes):
             yield body, shapes
 
@@ -80,12 +81,13 @@ def _moment(contents: Contents) -> Iterator[Fault]:
 
 
 def _off_centre(contents: Contents) -> Iterator[Fault]:
-    """Centres of gravity that nobody set, beside the middles of all shapes; on a joint, it may be meant to swing."""
+    """Centres of gravity that nobody set, beside the middles of all shapes; on a joint, it may be meant."""
     for body, shapes in _given(contents):
         middles = np.array([shape.center_of_gravity for shape in shapes])
         margin = MAX_OFF_CENTRE * 2 * max(map(half_length, shapes))
         is_beside = ((middles.min(axis=0) > margin) | (middles.max(axis=0) < -margin)).any()
-        if is_beside and body.center_of_gravity == (0, 0) and math.isfinite(body.moment) and not body.constraints:
+        is_free = all(isinstance(joint, pymunk.DampedSpring) for joint in body.constraints)
+        if is_beside and body.center_of_gravity == (0, 0) and math.isfinite(body.moment) and is_free:
             middle = pymunk.Vec2d(*middles.mean(axis=0).tolist())
             places = f"centre of gravity at (0, 0), middle of its shapes at {_pair(middle)}"
             yield contents.fault(body, f"{places}: {middle.length:.4g} px off", middle.length)
@@ -138,6 +140,15 @@ def _anchor_far(contents: Contents) -> Iterator[Fault]:
                 if is_dynamic(body) and anchor.length > FAR * size and (anchor - body.position).length < size:
                     what = f"its {type(joint).__name__} to {contents.name(end)} has the anchor {_pair(anchor)}"
                     yield contents.fault(body, what, anchor.length / size, f"{anchor.length:.4g} px")
+
+
+def _negative(contents: Contents) -> Iterator[Fault]:
+    things: list[Any] = [*contents.new(contents.solid), *contents.new(contents.space.constraints)]
+    for thing in things:
+        for name in NEVER_NEGATIVE:
+            if (value := getattr(thing, name, 0)) < 0 and (name, type(thing)) != ("radius", pymunk.Poly):
+                place = end_of(thing) if isinstance(thing, pymunk.Constraint) else thing
+                yield contents.fault(place, f"its {type(thing).__name__} has {name} {value:.4g}")
 
 
 def _degrees(contents: Contents) -> Iterator[Fault]:
@@ -249,6 +260,7 @@ RULES: Final[Rules[Contents]] = {
     "placed-twice": _placed_twice,
     "concave": _concave,
     "anchor-far": _anchor_far,
+    "negative": _negative,
     "degrees": _degrees,
     "off-centre": _off_centre,
     "moment": _moment,

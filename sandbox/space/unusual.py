@@ -14,7 +14,6 @@ from sandbox.space.findings import Fault
 from sandbox.space.recording import Numbers
 from sandbox.space.steps import MOST, Evidence, by_key
 
-SLOW_FALL: Final = 1.2  # s, for a body at rest to fall by its own width
 COARSE: Final = 0.1  # of its width, for collision_slop
 VAIN: Final = 0.05  # of its length, in a second, that a pushed body moves
 FEW: Final = 10  # steps
@@ -31,11 +30,10 @@ Found = Iterator[tuple[str, str]]  # the keys of rules, and each fault in figure
 def unusual(evidence: Evidence) -> dict[str, list[Fault]]:
     """Return what is unusual, by the keys of its rules."""
     faults: dict[str, list[Fault]] = defaultdict(list)
-    contents = evidence.contents
     for track in _tracks(evidence):
-        for find in (_size, _pushes, _velocities, _clings, _coasts):
+        for find in (_slop, _pushes, _velocities, _clings, _coasts):
             for rule, what in find(track):
-                faults[rule].append(contents.fault(track.body, what))
+                faults[rule].append(evidence.contents.fault(track.body, what))
     return faults | {"ghosts": [*_ghosts(evidence)]}
 
 
@@ -75,13 +73,10 @@ class _Track:
         self.weight = body.mass * float(self.gravity @ self.gravity)
 
 
-def _size(track: _Track) -> Found:
-    space, width = track.space, track.width
-    seconds = math.sqrt(2 * width / space.gravity.length) if space.gravity.length else 0.0
-    if seconds > SLOW_FALL and not track.body._velocity_func:
-        yield "slow-fall", f"takes {seconds:.2g} s to fall by its own width, {width:.3g}"
-    if space.collision_slop > COARSE * width > 0 and len(track.contacts):
-        yield "coarse-slop", f"is {width:.3g} wide, and collision_slop {space.collision_slop:.3g}"
+def _slop(track: _Track) -> Found:
+    slop, width = track.space.collision_slop, track.width
+    if slop > COARSE * width > 0 and len(track.contacts):
+        yield "coarse-slop", f"is {width:.3g} wide, and collision_slop {slop:.3g}"
 
 
 def _pushes(track: _Track) -> Found:
@@ -99,6 +94,9 @@ def _pushes(track: _Track) -> Found:
     if (stays and np.abs(torque).max() < SAME * largest * track.length) or falls:
         words = f"a force of {largest:.3g} on a mass of {body.mass:.3g}: {largest / body.mass:.3g} px/s²"
         yield "in-vain", f"{words}, and gravity {math.hypot(*gravity):.3g} px/s²"
+    is_within = np.abs(torque).max() <= largest * track.length  # the point, of the body
+    if is_within and not np.ptp(force, axis=0).any() and track.turned > TURNED and not track.is_round:
+        yield "turns-not", f"a force of {largest:.3g}, while the body turned by {track.turned:.3g} rad"
 
 
 def _velocities(track: _Track) -> Found:

@@ -21,10 +21,10 @@ from sandbox.space.rules import END_RULES, RULES
 BOUNCY = {"elasticity": 0.5, "friction": 0.5}
 
 
-def disc(space: pymunk.Space, x: float = 100, y: float = 100, *, moment: float = 200) -> Any:
+def disc(space: pymunk.Space, x: float = 100, y: float = 100, *, radius: float = 20, moment: float = 200) -> Any:
     body = pymunk.Body(1, moment)
     body.position = x, y
-    return add(space, pymunk.Circle(body, 20), **BOUNCY)
+    return add(space, pymunk.Circle(body, radius), **BOUNCY)
 
 
 def box(space: pymunk.Space, x: float = 300, y: float = 100, *, size: float = 40, mass: float = 1) -> Any:
@@ -96,6 +96,11 @@ def spring(space: pymunk.Space, **values: Any) -> None:
     space.add(joint)
 
 
+def corners_on_a_spring(space: pymunk.Space) -> None:
+    corners_from_the_corner(space)
+    space.add(pymunk.DampedSpring(space.static_body, list(space.bodies)[-1], (200, 0), (0, 0), 100, 10, 1))
+
+
 def overlapping(space: pymunk.Space) -> None:
     disc(space, 110, 100)
 
@@ -153,6 +158,9 @@ FAULTS: dict[str, tuple[str, Callable[[pymunk.Space], None]]] = {
         lambda space: space.add(pymunk.PinJoint(space.static_body, body_of(disc(space, 200)), (200, 0), (200, 100))),
     ),
     "joint.max_Force was set; write joint.max_force": ("attribute", lambda space: spring(space, max_Force=10)),
+    "centre of gravity at (0, 0), middle of its shapes at (20, 20)": ("off-centre", corners_on_a_spring),
+    "its DampedSpring has stiffness -10": ("negative", lambda space: spring(space, stiffness=-10)),
+    "its Circle has radius -20": ("negative", lambda space: disc(space, 200, radius=-20)),
     "angle 20, 3.18 turns": ("degrees", body_with(box, angle=20)),
     "category 3 is 1 and 2 at once": ("categories", numbered_categories),
     "body.elasticity was set; write shape.elasticity": ("attribute", body_with(disc, elasticity=0.9)),

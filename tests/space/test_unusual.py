@@ -102,11 +102,15 @@ def rolling(damping: float, call: str = "") -> Diagnosis:
 
 # By their rules: the Space, its mended twin, and the detail or the symptom's end
 CASES: dict[str, tuple[Callable[[], Diagnosis], Callable[[], Diagnosis], str]] = {
-    "slow-fall": (lambda: falls(9.81), falls, "takes 2 s to fall by its own width, 20"),
     "coarse-slop": (lambda: in_metres(0.1), lambda: in_metres(0.001), "is 0.3 wide, and collision_slop 0.1"),
     "ghosts": (lambda: passes(pymunk.Body.KINEMATIC), lambda: passes(pymunk.Body.DYNAMIC), "neither moves by forces"),
     "single-pushes": (lambda: pushed(force(9000, every=4)), lambda: pushed(force(1500)), "in 30 of 120 steps"),
     "in-vain": (lambda: pushed(force(100)), lambda: pushed(force(1500)), "100 on a mass of 1: 100 px/s²"),
+    "turns-not": (
+        lambda: turning("apply_force_at_world_point"),
+        lambda: turning("apply_force_at_local_point"),
+        "50, while the body turned by 1.97 rad",
+    ),
     "velocity-set": (
         lambda: carried(lambda _: 0),
         lambda: carried(lambda made: made.velocity.x),
@@ -187,7 +191,6 @@ def pinned() -> Diagnosis:
 
 UPDATE = pymunk.Body.update_velocity
 RIGHT: tuple[tuple[str, Callable[[], Diagnosis]], ...] = (
-    ("slow-fall", lambda: alone(gravity=(0, 9), velocity_func=lambda made, g, *rest: UPDATE(made, g * 99, *rest))),
     ("coarse-slop", lambda: alone(r=0.1)),
     ("in-vain", lambda: alone(force(0, -900))),
     ("in-vain", lambda: alone(lambda made, number: force(0, -1500 if number % 2 else -100)(made, 0))),
