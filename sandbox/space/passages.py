@@ -60,6 +60,7 @@ class Passages:
         """Yield the walls that the centre of gravity of a body met by a step, for each shape that it is within."""
         body = self._recording.bodies[int(step.new["id"][row])]
         start, end = (pymunk.Vec2d(*rows["position"][row].tolist()) for rows in (step.old, step.new))
+        way = (end - start).length
         start -= ROUNDING * (end - start)  # in whole px, bodies often start just at a surface
         for shape in body.shapes if body.space else ():
             if not shape.sensor and shape.point_query(end).distance <= 0:
@@ -67,7 +68,7 @@ class Passages:
                     if (wall := hit.shape) and _is_wall(wall) and wall.point_query(start).distance > 0:
                         stops = may_collide(shape, wall)
                         if not (stops and self._may_be_ignored(shape, wall)):
-                            yield Passage(step, shape, wall, (end - start).length, start, stops)
+                            yield Passage(step, shape, wall, way, start, stops)
 
     def _leave(self, step: Step, passage: Passage) -> None:
         """Decide whether a shape that entered a wall has passed it: once it is behind it, and the two do not touch."""
