@@ -47,12 +47,11 @@ def run_on_trial(program: Sequence[str], trials: Trials, ended: Callable[[End], 
     program: the path of its file, and its arguments; ended: is called once, and returns the exit code.
     Raises SandboxError if none of its lines can be run.
     """
-    turn = threading.Lock()  # of the one thread that calls `ended`; any other waits until the process ends
+    threads = set(threading.enumerate())
 
-    def finish() -> NoReturn:
-        with turn:
-            trials.ended = True
-            os._exit(ended(End("time is up")))
+    def finish(end: End = End("time is up")) -> NoReturn:
+        trials.ended = True
+        os._exit(ended(end))
 
     name = program[0]
     if Path(name).suffix == ".toml":
@@ -76,7 +75,8 @@ def run_on_trial(program: Sequence[str], trials: Trials, ended: Callable[[End], 
         if headless:
             stack.enter_context(without_window(trials))
         end = _end_of(program, trials)
-    turn.acquire()
+    if trials.out_of_time and any(not thread.daemon for thread in {*threading.enumerate()} - threads):
+        finish(end)  # Python would wait for its threads
     return ended(end)
 
 
@@ -141,10 +141,12 @@ def without_window(trials: Trials) -> Iterator[None]:
 
     Other threads wait as they would, and so does Python's library, such as for a process that has to end.
     """
-    sleep_really = time.sleep
+    sleep_really, threads = time.sleep, threading.active_count()
 
     def sleep(seconds: float) -> None:
-        if threading.get_ident() == trials.thread and is_program(sys._getframe(1).f_code.co_filename):
+        is_alone = threading.active_count() == threads  # before the first step, any of several threads may do it
+        steps_here = threading.get_ident() == trials.thread if trials.thread else is_alone
+        if steps_here and is_program(sys._getframe(1).f_code.co_filename):
             trials.wait(seconds)
         else:
             sleep_really(seconds)

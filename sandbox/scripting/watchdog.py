@@ -49,5 +49,6 @@ def _look(program: str, trials: Trials, done: threading.Event) -> None:
                 flush=True,
             )
             os._exit(2)
-        if not trial and lasts > (MIN_PAUSE if trials.out_of_time else max(trials.seconds, MIN_PAUSE)):
-            trials.finish()
+        patience = MIN_PAUSE if trials.out_of_time else max(trials.seconds, MIN_PAUSE)
+        if not trial and not trials.ended and lasts > patience:
+            (trials.finish if trials.out_of_time else trials.interrupt)()

@@ -35,6 +35,7 @@ NAMES: Final[Mapping[str, Change]] = {
     "Body.angular_velocity_limit": Change(5, "a velocity_func that limits body.angular_velocity"),
     "Shape.layers": Change(5, _SHAPE_FILTER),
     "Shape.group": Change(5, _SHAPE_FILTER),
+    "pymunk.pygame_util.draw": Change(5, "space.debug_draw(pymunk.pygame_util.DrawOptions(screen))"),
 }
 CALLS: Final[Mapping[str, Change]] = {
     "space.shapes[0], space.bodies.append(body)": Change(
@@ -67,5 +68,8 @@ CALLS: Final[Mapping[str, Change]] = {
     ),
     "space.add(shape), before its body": Change(
         6, "space.add(body, shape)", "^pymunk/space.py: The shape's body must be added to the space before"
+    ),
+    "pymunk.Poly(body, vertices, offset=(x, y))": Change(
+        5, "pymunk.Poly(body, vertices, pymunk.Transform.translation(x, y))", "Poly.* keyword argument 'offset'"
     ),
 }

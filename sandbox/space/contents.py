@@ -48,6 +48,10 @@ class Contents:
         """Return those of some shapes, bodies or joints that were added since the last time."""
         return [thing for thing in things if thing not in self.seen]
 
+    @cached_property
+    def _index_of(self) -> dict[int, int]:
+        return {id(body): index for index, body in enumerate(self.bodies)}
+
     def report(self, thing: pymunk.Body | pymunk.Shape, detail: str) -> BodyReport:
         """Name a body, or a body by a shape of it, and what is wrong with it."""
         body, shape = (thing, None) if isinstance(thing, pymunk.Body) else (body_of(thing), thing)
@@ -55,8 +59,7 @@ class Contents:
         kind = f"a {BODY_TYPES[body.body_type]} {shape_words(shape) if shape else 'body without a shape'}"
         line = self.origins.lines.get(body) or (self.origins.lines.get(shape, "") if shape else "")
         place = place_of(shape) if shape and not is_dynamic(body) else body.position
-        index = self.bodies.index(body) if body in self.bodies else None
-        return BodyReport(index, kind, (place[0], place[1]), line, detail)
+        return BodyReport(self._index_of.get(id(body)), kind, (place[0], place[1]), line, detail)
 
     def fault(self, thing: pymunk.Body | pymunk.Shape, detail: str, size: float = 1.0, figure: str = "") -> Fault:
         """Return the fault of a body, or of a body by its shape."""

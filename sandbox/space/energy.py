@@ -17,7 +17,7 @@ import numpy as np
 
 from sandbox.quantity import dot, impulse_of, tangent
 from sandbox.space.recording import Numbers, Rows, Run, finite
-from sandbox.state import Floats
+from sandbox.state import Bools, Floats
 
 SMALLEST_SHOWN: Final = 5e-5  # of the largest kinetic energy
 LEAST_ENERGY: Final = 1e-6  # kg px²/s²: with less than that, hardly anything had a velocity
@@ -127,13 +127,13 @@ def _columns(rows: Rows, linear: str, angular: str) -> Floats:
 
 
 def ledger_of(run: Run) -> Ledger:
-    """Return the energy ledger of a run of at least one step."""
-    acts = _Work(run)
-    before, after, work = acts.energies(run.old), acts.energies(run.new), acts.by_cause
-    kinetic, potential = np.hstack([before[:, :1], after])
+    """Return the energy ledger of a run."""
+    work = _Work(run).by_cause
+    before, after = (np.array([getattr(step, at) for step in run.steps]).reshape(-1, 2) for at in ("before", "after"))
+    kinetic, potential = np.vstack([run.start, after]).T
     total = kinetic + potential
-    work[Cause.CALLBACKS] = total[1:] - before.sum(axis=0) - sum(work.values())
-    work[Cause.PROGRAM] = before.sum(axis=0) - total[:-1]
+    work[Cause.CALLBACKS] = total[1:] - before.sum(axis=1) - sum(work.values())
+    work[Cause.PROGRAM] = before.sum(axis=1) - total[:-1]
     return Ledger(run.time, kinetic, potential, work)
 
 
@@ -159,14 +159,8 @@ class _Work:
         rows = [run.rows_of(run.contact_step, self._contacts[row]) for row in ("row_a", "row_b")]
         self._sides = [*zip((-1, 1), rows, arms, strict=True)]
         self._impulse = impulse_of(self._contacts)  # on B, and its reverse on A
+        self._joined = np.array([run.rows_of(run.joint_step, run.joints[row]) for row in ("row_a", "row_b")])
         self._add()
-
-    def energies(self, bodies: Rows) -> Floats:
-        """Return the kinetic and the potential energy of all bodies in each step: (2, K) kg px²/s²."""
-        run, mass, v = self._run, finite(bodies["mass"]), bodies["velocity"]
-        kinetic = (mass * dot(v, v) + finite(bodies["moment"]) * bodies["spin"] ** 2) / 2
-        potential = -mass * dot(bodies["position"], self._gravity)
-        return np.array([np.bincount(run.step, each, len(run.steps)) for each in (kinetic, potential)])
 
     def _add(self) -> None:
         """Add the work of each cause."""
@@ -175,8 +169,7 @@ class _Work:
             np.add.at(impulse, rows, sign * np.column_stack([self._impulse, dot(arm, self._impulse)]))
         pushed = updated + self._inverse * impulse
         is_free = np.append(~run.new["is_own"], True)
-        for row in ("row_a", "row_b"):
-            is_free[run.rows_of(run.joint_step, run.joints[row])] = False
+        is_free[self._joined] = False
         solved = np.where(is_free[:, None], pushed, self._end)
         self._add_contacts(updated, solved)
         self._add_rest(updated, solved - pushed)
@@ -195,12 +188,18 @@ class _Work:
         """Add the work of impulses besides those of contacts. rest: how much they changed the motion."""
         run, impulse = self._run, self._mass * rest
         drives = self._drives | np.array([step.handles for step in run.steps], bool)
-        is_set = (run.old["velocity"] != run.was["velocity"]).any(axis=1) | (run.old["spin"] != run.was["spin"])
-        drives[run.step[is_set | (run.step == 0)]] = True  # a joint rightly takes what the program gives against it
+        drives[run.joint_step[self._is_jolted()]] = True
         work, is_driven = (impulse * (self._start + self._end)).sum(axis=1) / 2, np.append(drives[run.step], False)
         self._book(Cause.JOINTS, work * ~is_driven, run.step)
         self._book(Cause.DRIVEN, work * is_driven, run.step)
         self._book(Cause.INTEGRATION, (impulse * (updated - self._start)).sum(axis=1) / 2, run.step)
+
+    def _is_jolted(self) -> Bools:
+        """Return whether joints are new, or the program changed the velocity of an end: they rightly take of that."""
+        run, joints = self._run, self._run.joints
+        is_set = (run.old["velocity"] != run.was["velocity"]).any(axis=1) | (run.old["spin"] != run.was["spin"])
+        is_new = np.isin(np.arange(len(joints)), np.unique(joints["key"], return_index=True)[1])
+        return np.asarray(is_new | np.append(is_set, False)[self._joined].any(axis=0))
 
     def _add_contacts(self, updated: Floats, solved: Floats) -> None:
         """Add the work of contacts: what is due by the velocities before the step, and the rest."""

@@ -15,6 +15,7 @@ import pymunk
 from numpy.typing import NDArray
 from pymunk._chipmunk_cffi import lib
 
+from sandbox.quantity import dot
 from sandbox.state import Floats
 
 Rows = NDArray[Any]
@@ -79,8 +80,9 @@ JOINT: Final = np.dtype(
 class Step(NamedTuple):
     """One call of `Space.step`: from `time` on, `dt` s long.
 
-    gravity: px/s²; handles: whether the Space has a collision handler; was, old, new: (n,) BODY after the step before,
-    before this step and after it, of the bodies that are there after it; (k,) CONTACT and (j,) JOINT that it solved.
+    gravity: px/s²; handles: whether the Space has a collision handler; before, after: the kinetic and the potential
+    energy of all bodies, kg px²/s²; was, old, new: (n,) BODY after the step before, before this step and after it, of
+    the bodies that are there after it; (k,) CONTACT and (j,) JOINT that it solved.
     """
 
     time: float
@@ -88,6 +90,8 @@ class Step(NamedTuple):
     gravity: tuple[float, float]
     damping: float
     handles: bool
+    before: tuple[float, float]
+    after: tuple[float, float]
     was: Rows
     old: Rows
     new: Rows
@@ -107,7 +111,7 @@ class Step(NamedTuple):
 
 
 class Recording:
-    """The last steps of a Space, as many of the last one's size as MAX_ROWS allows.
+    """The last steps of a Space: as many as MAX_ROWS allows, if all are as large as the latest.
 
     bodies: by `pymunk.Body.id`, without the Space's own static one; shapes, joints: by their keys; also those that are
     gone, so that no other gets a key of theirs.
@@ -131,13 +135,14 @@ class Recording:
             return None
         space, old, cached, last_dt = self.space, self._bodies(), self._cached(), self.space.current_time_step
         settings = space.gravity, space.damping, bool(space._handlers)
+        before = energies(old, space.gravity)
         step(dt)
         new = self._bodies()
         row_of = {body: row for row, body in enumerate(new["id"].tolist())}
         contacts, joints = self._contacts(cached, dt / (last_dt or dt), row_of), self._joints(row_of)
-        old = _of_bodies(old, new)
+        after, old = energies(new, space.gravity), _of_bodies(old, new)
         was = _of_bodies(self.steps[-1].new, old) if self.steps else old
-        self.steps.append(Step(self._time, dt, *settings, was, old, new, contacts, joints))
+        self.steps.append(Step(self._time, dt, *settings, before, after, was, old, new, contacts, joints))
         self._time += dt
         rows = ROWS_OF_A_STEP + 2 * len(new) + len(contacts) + len(joints)
         while len(self.steps) > max(1, MAX_ROWS // rows):
@@ -235,10 +240,18 @@ def finite(value: Floats) -> Floats:
     return np.asarray(np.where(np.isfinite(value), value, 0.0))
 
 
+def energies(bodies: Rows, gravity: tuple[float, float]) -> tuple[float, float]:
+    """Return the kinetic and the potential energy of bodies, kg px²/s²."""
+    mass, v = finite(bodies["mass"]), bodies["velocity"]
+    with np.errstate(all="ignore"):
+        kinetic = (mass * dot(v, v) + finite(bodies["moment"]) * bodies["spin"] ** 2) / 2
+        return float(kinetic.sum()), -float((mass * dot(bodies["position"], np.array(gravity))).sum())
+
+
 class Run:
     """The columns of K recorded steps, until one leaves a number that is not finite or too large.
 
-    broken: the step after them, if it is such a one; time: (K + 1,) s; dt: (K,) s;
+    broken: the step after them, if it is such a one; start: the energies before them; time: (K + 1,) s; dt: (K,) s;
     step: (n,) the number of the step of each row of was, old and new; contact_step, joint_step: of contacts and joints.
     """
 
@@ -246,6 +259,7 @@ class Run:
         every = list(recording.steps)
         self.steps = list(takewhile(lambda step: step.is_finite, every))
         self.broken = every[len(self.steps)] if len(self.steps) < len(every) else None
+        self.start = every[0].before
         self.time = np.array([every[0].time, *(step.end for step in self.steps)])
         self.dt = np.array([step.dt for step in self.steps])
         self.step, self.new = _listed([step.new for step in self.steps], BODY)

@@ -47,9 +47,14 @@ IGNORED: Final = {
 def _given(contents: Contents) -> Iterator[tuple[pymunk.Body, list[pymunk.Shape]]]:
     """Yield the bodies whose mass and moment the program gave, not Pymunk, and their solid shapes of a size."""
     for body in contents.new(contents.bodies):
-        shapes = [shape for shape in solid_of(body) if half_length(shape) > 0]
+        shapes = [each for each in solid_of(body) if half_length(each) > 0 and math.isfinite(each.center_of_gravity.x)]
         if shapes and is_dynamic(body) and not any(shape.mass for shape in body.shapes):
             yield body, shapes
+
+
+def _size(shape: pymunk.Shape) -> float:
+    """Return the area of a shape, px², or the length of one without area, px: its part of the mass."""
+    return shape.area if shape.area > 0 else 2 * half_length(shape)
 
 
 def _moment_of(shape: pymunk.Shape, point: pymunk.Vec2d) -> float:
@@ -67,28 +72,28 @@ def _moment(contents: Contents) -> Iterator[Fault]:
     for body, shapes in _given(contents):
         centre = body.center_of_gravity
         least = body.mass * min(_moment_of(shape, shape.center_of_gravity) for shape in shapes)
-        most = body.mass * max(_moment_of(shape, centre) for shape in shapes)
+        moments = [body.mass * _moment_of(shape, centre) for shape in shapes]
+        most, right = max(moments), float(np.average(moments, weights=[*map(_size, shapes)]))
         fits = MIN_MOMENT_RATIO * least <= body.moment <= MAX_MOMENT_RATIO * most
         # Contacts cannot turn frictionless circles round the centre of gravity
         can_turn = any(
             shape.friction or not isinstance(shape, pymunk.Circle) or shape.offset != centre for shape in shapes
         )
         if all(0 < number < math.inf for number in (least, most, body.moment)) and can_turn and not fits:
-            right, how = (most, "large") if body.moment > most else (least, "small")
-            size = max(body.moment / right, right / body.moment)
+            size, how = max(body.moment / right, right / body.moment), "large" if body.moment > right else "small"
             what = f"moment {body.moment:.4g}, {size:.3g} times too {how}: its shapes have {right:.4g}"
             yield contents.fault(body, what, size)
 
 
 def _off_centre(contents: Contents) -> Iterator[Fault]:
-    """Centres of gravity that nobody set, beside the middles of all shapes; on a joint, it may be meant."""
+    """Centres of gravity that nobody set, to one side of all shapes; a body on a joint may be meant to swing."""
     for body, shapes in _given(contents):
         middles = np.array([shape.center_of_gravity for shape in shapes])
         margin = MAX_OFF_CENTRE * 2 * max(map(half_length, shapes))
         is_beside = ((middles.min(axis=0) > margin) | (middles.max(axis=0) < -margin)).any()
         is_free = all(isinstance(joint, pymunk.DampedSpring) for joint in body.constraints)
         if is_beside and body.center_of_gravity == (0, 0) and math.isfinite(body.moment) and is_free:
-            middle = pymunk.Vec2d(*middles.mean(axis=0).tolist())
+            middle = pymunk.Vec2d(*np.average(middles, axis=0, weights=[*map(_size, shapes)]).tolist())
             places = f"centre of gravity at (0, 0), middle of its shapes at {_pair(middle)}"
             yield contents.fault(body, f"{places}: {middle.length:.4g} px off", middle.length)
 
@@ -115,13 +120,14 @@ def _body_not_added(contents: Contents) -> Iterator[Fault]:
 
 
 def _placed_twice(contents: Contents) -> Iterator[Fault]:
-    """Walls that are where their body's position is a point of the body, but not at the body's own origin."""
+    """Walls that contain their body's position as a point of the body, but not the body's own origin."""
     for shape in (each for each in contents.new(contents.solid) if not is_dynamic(body_of(each))):
-        body = body_of(shape)
-        places = body.position, body.local_to_world(body.position)
-        origin, position = (shape.point_query(place).distance for place in places)
-        if position < NEAR * half_length(shape) < origin:
-            at, about = _pair(body.position), _pair(place_of(shape))
+        position, corners = body_of(shape).position, np.array(corners_of(shape))
+        margin = shape.radius + NEAR * half_length(shape)
+        low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
+        around = [bool(((point > low) & (point < high)).all()) for point in (np.array(position), np.zeros(2))]
+        if around == [True, False]:
+            at, about = _pair(position), _pair(place_of(shape))
             yield contents.fault(shape, f"its body is at {at}, as are its corners; so they are about {about}")
 
 
@@ -186,11 +192,9 @@ def _pair(point: tuple[float, float]) -> str:
 
 def _shape_not_added(contents: Contents) -> Iterator[Fault]:
     for body in filter(is_dynamic, contents.new(contents.bodies)):
-        shapes, is_steered = list(body.shapes), body.constraints or body._velocity_func or body._position_func
+        shapes = list(body.shapes)
         if shapes and all(shape.space is None for shape in shapes):
             yield contents.fault(shapes[0], f"its {shape_words(shapes[0])} is not in the Space")
-        if not shapes and contents.solid and contents.space.gravity.length and not is_steered:
-            yield contents.fault(body, "it has no shape")
 
 
 def unused(
@@ -215,6 +219,13 @@ def unused(
         if value and partners and not any(partners.values()):
             detail = f"{quantity} {value:g}, but a {shape_words(met or next(iter(partners)))} has {quantity} 0"
             yield contents.fault(shape, detail, value)._replace(since=since)
+
+
+def _not_finite(contents: Contents) -> Iterator[Fault]:
+    for body in contents.bodies:
+        if not all(map(math.isfinite, (*body.position, *body.velocity, body.angle, body.angular_velocity))):
+            turns = f"angle {body.angle:.4g}, angular velocity {body.angular_velocity:.4g}"
+            yield contents.fault(body, f"position {_pair(body.position)}, velocity {_pair(body.velocity)}, {turns}")
 
 
 def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
@@ -268,6 +279,7 @@ RULES: Final[Rules[Contents]] = {
     "overlap": _overlaps,
 }
 END_RULES: Final[Rules[Contents]] = {  # of which a run shows more
+    "not-finite": _not_finite,
     "wrong-point": _wrong_point,
     "elasticity-unused": partial(unused, quantity="elasticity"),
     "friction-unused": partial(unused, quantity="friction"),

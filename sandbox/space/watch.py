@@ -1,6 +1,7 @@
 """Watching live Spaces: their steps are recorded beside their own program, and then diagnosed."""
 
 import math
+import signal
 import sys
 import threading
 import time
@@ -125,7 +126,7 @@ class Trials:
     def step(self, space: pymunk.Space, dt: float) -> None:
         """Do a step of a Space, recorded."""
         trial = None if self.ended or self._only not in (None, space) else self._trial(space)
-        if trial is None:
+        if trial is None or not isinstance(dt, int | float | np.number):  # Pymunk says what is wrong with it
             original_step(space, dt)
             return
         if self.out_of_time:
@@ -166,11 +167,23 @@ class Trials:
         return trial
 
     def _stop(self) -> NoReturn:
-        """End the program as Ctrl-C would; at once if it goes on in spite of that, or steps in another thread."""
-        if self.out_of_time or threading.current_thread() is not threading.main_thread():
+        """End the program as Ctrl-C would; at once if its main thread goes on in spite of that."""
+        if threading.current_thread() is not threading.main_thread():
+            self.interrupt()
+            raise SystemExit
+        if self.out_of_time:
             self.finish()
         self.out_of_time = True
         raise KeyboardInterrupt
+
+    def interrupt(self) -> None:
+        """Interrupt the main thread from another one, as Ctrl-C does, once."""
+        if not self.out_of_time:
+            self.out_of_time, self.since = True, time.monotonic()
+            if sys.platform == "win32":
+                signal.raise_signal(signal.SIGINT)
+            else:  # also while it waits for a lock
+                signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
 
 
 @contextmanager
@@ -184,11 +197,14 @@ def watch(space: pymunk.Space) -> Iterator["Watched"]:
         yield Watched(trials)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Watched:
     """What a Space did within a `with` block. `sandbox watch` prints its `table`, and writes its `to_json`."""
 
     _trials: Trials
+
+    def __repr__(self) -> str:
+        return f"<Watched: {self.diagnosis.heading}>"
 
     @property
     def diagnosis(self) -> Diagnosis:

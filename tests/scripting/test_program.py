@@ -169,20 +169,62 @@ def test_the_time_ends_a_space_in_a_thread(working_folder: Path) -> None:
     assert (document["ended_by"], document["spaces"][0]["steps"], ran.stderr) == ("time is up", 60, "")
 
 
+@pytest.mark.wide
+@pytest.mark.parametrize("waits", ["t.join()", "time.sleep(99)", "threading.Event().wait()"])
+def test_a_program_that_steps_in_a_thread_ends_in_its_own_way(working_folder: Path, waits: str) -> None:
+    write(
+        working_folder,
+        "import pathlib, threading, time\ndef run():\n    while True:\n        space.step(1 / 60)\n"
+        "t = threading.Thread(target=run, daemon=True)\nt.start()\n"
+        f"try:\n    {waits}\nfinally:\n    pathlib.Path('saved').touch()\n",
+    )
+    subprocess.run(
+        [sys.executable, "-m", "sandbox", "watch", "--seconds", "1", "game.py"], cwd=working_folder, check=True
+    )
+    assert (working_folder / "saved").exists()
+
+
+@pytest.mark.wide
+def test_threads_that_never_end_are_ended_with_the_diagnosis(working_folder: Path) -> None:
+    write(
+        working_folder,
+        "import threading\ndef run(own):\n    while True:\n        try:\n            own.step(1 / 60)\n"
+        "        except BaseException:\n            pass\n"
+        "for _ in range(3):\n    threading.Thread(target=run, args=(make_space(),)).start()\n",
+    )
+    program = [sys.executable, "-m", "sandbox", "watch", "--seconds", "1", "game.py"]
+    ran = subprocess.run(program, cwd=working_folder, capture_output=True, text=True, timeout=60, check=True)
+    assert "moment 10, 20 times" in ran.stdout
+
+
+def test_without_a_window_nothing_waits_before_the_first_step(working_folder: Path, command: Command) -> None:
+    write(working_folder, "import time\ntime.sleep(3)\nspace.step(1 / 60)\n")
+    document = diagnoses(command, "--headless", "--no-tries", "--seconds", "2", "game.py")
+    assert (document["ended_by"], document["spaces"]) == ("time is up", [])
+
+
+def test_a_step_that_pymunk_refuses_is_refused(working_folder: Path, command: Command) -> None:
+    write(working_folder, "space.step('0.016')\n")
+    code, _, err = command("watch", "game.py")
+    assert code == 1
+    assert "TypeError: must be real number, not str" in err
+
+
 @pytest.mark.parametrize(
-    ("number", "code", "catches"),
+    ("number", "code", "catches", "steps"),
     [
-        (signal.SIGINT, 0, "KeyError"),
-        pytest.param(signal.SIGTERM, 143, "KeyError", marks=pytest.mark.wide),
-        pytest.param(signal.SIGTERM, 0, "BaseException", marks=pytest.mark.wide),
+        (signal.SIGINT, 0, "KeyError", True),
+        pytest.param(signal.SIGTERM, 143, "KeyError", True, marks=pytest.mark.wide),
+        pytest.param(signal.SIGTERM, 0, "BaseException", True, marks=pytest.mark.wide),
+        pytest.param(signal.SIGTERM, 0, "BaseException", False, marks=pytest.mark.wide),
     ],
-    ids=["Ctrl-C", "kill", "kill what goes on"],
+    ids=["Ctrl-C", "kill", "kill what steps on", "kill what waits on"],
 )
-def test_a_signal_gives_the_diagnosis(working_folder: Path, number: int, code: int, catches: str) -> None:
+def test_a_signal_gives_the_diagnosis(working_folder: Path, number: int, code: int, catches: str, steps: bool) -> None:
     write(
         working_folder,
         "import time\nspace.step(1 / 60)\nprint('go', flush=True)\nwhile True:\n    try:\n"
-        f"        space.step(1 / 60)\n        time.sleep(0.01)\n    except {catches}:\n        pass\n",
+        f"        {'space.step(1 / 60)' * steps}\n        time.sleep(0.01)\n    except {catches}:\n        pass\n",
     )
     program = [sys.executable, "-m", "sandbox", "watch", "game.py"]
     with subprocess.Popen(program, cwd=working_folder, stdout=subprocess.PIPE, text=True) as process:
@@ -281,6 +323,7 @@ OLD_CALLS = {
     ),
     "space.add([body, shape])": ("space.add([pymunk.Body(1, 1)])", "space.remove((shape,))"),
     "space.add(shape), before its body": ("space.add(pymunk.Circle(pymunk.Body(1, 1), 5))",),
+    "pymunk.Poly(body, vertices, offset=(x, y))": ("pymunk.Poly(body, [(0, 0), (1, 0), (0, 1)], offset=(1, 1))",),
 }
 
 

@@ -7,9 +7,10 @@ import pymunk
 import pytest
 from spaces import DT, add, at, ball, body, box, boxed, ground, wall, watched, world
 
+from sandbox.space import findings
 from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.energy import Ledger
-from sandbox.space.findings import Finding
+from sandbox.space.findings import Certainty, Fault, Finding
 from sandbox.space.rules import END_RULES
 from sandbox.space.steps import STEP_RULES
 
@@ -49,6 +50,16 @@ def tower(iterations: int) -> Diagnosis:
         box(space, 0, 185 - 20 * k)
     box(space, 0, -15, mass=300)
     return watched(space, 90)
+
+
+def sinks_beside_a_shot() -> Diagnosis:
+    """A heavy box on five light ones; elsewhere, a ball hits the floor as in `shot`."""
+    space = ground(1)
+    for k in range(5):
+        box(space, 0, 185 - 20 * k)
+    box(space, 0, 85, mass=300)
+    ball(space, 300, 151, velocity=(0, 840), elasticity=0.5)
+    return watched(space, 60)
 
 
 def shot(speed: float = 840) -> Diagnosis:
@@ -444,6 +455,7 @@ FAULTS: dict[str, tuple[Callable[[], Diagnosis], set[str]]] = {
     "heavy chain": (lambda: chain(500, 10), {"joint-stretched"}),
     "pendulum": (pendulum, set()),
     "crushed": (lambda: tower(1), {"sinks-in", "passed-through"}),
+    "sinks beside a shot": (sinks_beside_a_shot, {"sinks-in"}),
     "carried": (lambda: tower(300), set()),
     "shot": (shot, {"deep-at-once"}),
     "lands flat": (lands_flat, {"deep-at-once"}),
@@ -493,8 +505,13 @@ HEALTHY = (
 def test_a_fault_of_the_steps_is_named_and_nothing_else(make: Callable[[], Diagnosis], rules: set[str]) -> None:
     findings = make().findings
     assert {finding.rule for finding in findings} == rules
-    certainties = [finding.certainty == "possible" for finding in findings]
+    certainties = [finding.certainty is Certainty.POSSIBLE for finding in findings]
     assert certainties == sorted(certainties)
+
+
+def test_of_what_is_seen_the_largest_is_first_and_after_what_is_wrong_with_the_program() -> None:
+    faults = {rule: [Fault(None, size)] for rule, size in {"hangs": 1.0, "sinks-in": 3.0, "moment": 0.1}.items()}
+    assert [finding.rule for finding in findings.findings_of(faults)] == ["moment", "sinks-in", "hangs"]
 
 
 @pytest.mark.parametrize("make", HEALTHY, ids=lambda make: make.__name__)

@@ -25,7 +25,7 @@ def test_other_spaces_are_not_recorded() -> None:
     space, other = world(gravity=0), world(gravity=0)
     with watch(space) as watched:
         other.step(1 / RATE)
-    assert watched.diagnosis.heading == "Space 1: 0 steps, 0 s; 0 bodies, 0 shapes, 0 joints"
+    assert repr(watched) == "<Watched: Space 1: 0 steps, 0 s; 0 bodies, 0 shapes, 0 joints>"
 
 
 def test_what_is_added_while_a_space_is_watched_has_the_line_that_added_it() -> None:
