@@ -6,16 +6,19 @@ from dataclasses import dataclass
 from enum import StrEnum
 from importlib.resources import files
 from textwrap import wrap
-from typing import Final, NamedTuple, TypeVar
+from typing import Any, Final, NamedTuple, TypeVar
 
 from sandbox.report.output import DEFAULT_WIDTH
 from sandbox.text import printable
 
 MAX_BODIES_SHOWN: Final = 3  # of a finding, in text
 INDENT: Final = "   "  # below a finding's number
-_FOLDER: Final = files("sandbox.space")
-_RULES, UNUSUAL = (tomllib.loads(_FOLDER.joinpath(f"{name}.toml").read_text("utf-8")) for name in ("rules", "unusual"))
-TEXTS: Final = _RULES | {rule: {"certainty": "possible", **texts} for rule, texts in UNUSUAL.items()}
+_SECTIONS: Final = tomllib.loads(files("sandbox.space").joinpath("rules.toml").read_text("utf-8"))
+TEXTS: Final[Mapping[str, Any]] = {
+    rule: {"certainty": "possible" if section == "unusual" else "certain", "cause": "", **texts}
+    for section, rules in _SECTIONS.items()
+    for rule, texts in rules.items()
+}
 
 
 class Certainty(StrEnum):
@@ -99,20 +102,18 @@ Rules = Mapping[str, Callable[[Source], Iterator[Fault]]]  # how to find the fau
 
 
 def findings_of(faults: Mapping[str, Sequence[Fault]]) -> list[Finding]:
-    """Return one finding for each rule with faults: what is seen after the rest, by size; what may be meant last."""
-
-    def place(finding: Finding) -> tuple[bool, bool, float]:
-        is_seen = "seen" in TEXTS[finding.rule]
-        return finding.certainty is Certainty.POSSIBLE, is_seen, -finding.size * is_seen
-
-    return sorted((_finding_of(rule, faults[rule]) for rule in TEXTS if faults.get(rule)), key=place)
+    """Return one finding for each rule with faults, in the order of rules.toml; what a person sees by size."""
+    findings = []
+    for section, rules in _SECTIONS.items():
+        found = [_finding_of(rule, faults[rule]) for rule in rules if faults.get(rule)]
+        findings += sorted(found, key=lambda finding: -finding.size) if section == "seen" else found
+    return findings
 
 
 def _finding_of(rule: str, faults: Sequence[Fault]) -> Finding:
     since = None if any(fault.since is None for fault in faults) else min(fault.since or 0.0 for fault in faults)
     faults = sorted(faults, key=lambda fault: -fault.size)
     bodies = tuple(dict.fromkeys(fault.report for fault in faults if fault.report))
-    texts, worst = {"cause": "", "certainty": "certain"} | TEXTS[rule], faults[0]
-    symptom = texts["symptom"].format(worst.figure)
-    certainty = Certainty(texts["certainty"])
+    texts, worst = TEXTS[rule], faults[0]
+    symptom, certainty = texts["symptom"].format(worst.figure), Certainty(texts["certainty"])
     return Finding(rule, symptom, since, bodies, texts["cause"], texts["cure"], certainty, worst.size)
