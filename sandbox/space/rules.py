@@ -157,6 +157,12 @@ def _negative(contents: Contents) -> Iterator[Fault]:
                 yield contents.fault(place, f"its {type(thing).__name__} has {name} {value:.4g}")
 
 
+def _strong_motor(contents: Contents) -> Iterator[Fault]:
+    for joint in contents.new(contents.space.constraints):
+        if isinstance(joint, pymunk.SimpleMotor) and joint.rate and math.isinf(joint.max_force):
+            yield contents.fault(end_of(joint), f"its SimpleMotor of {joint.rate:.3g} rad/s has max_force inf")
+
+
 def _degrees(contents: Contents) -> Iterator[Fault]:
     """Bodies that do not spin, and begin with more than a turn, by a whole number."""
     for body in contents.bodies if not contents.seen else ():
@@ -277,6 +283,7 @@ RULES: Final[Rules[Contents]] = {
     "moment": _moment,
     "categories": _categories,
     "overlap": _overlaps,
+    "strong-motor": _strong_motor,
 }
 END_RULES: Final[Rules[Contents]] = {  # of which a run shows more
     "not-finite": _not_finite,

@@ -110,6 +110,10 @@ def overlapping_on_a_joint(space: pymunk.Space) -> None:
     space.add(pymunk.PivotJoint(a, b, (115, 300)))
 
 
+def wheel_on_a_motor(space: pymunk.Space) -> None:
+    space.add(pymunk.SimpleMotor(space.static_body, body_of(disc(space, 200)), 5))
+
+
 def moved_wall(space: pymunk.Space) -> None:
     body = pymunk.Body(body_type=pymunk.Body.STATIC)
     shape = pymunk.Poly.create_box(body, (40, 40))
@@ -159,6 +163,7 @@ FAULTS: dict[str, tuple[str, Callable[[pymunk.Space], None]]] = {
     "position (200, 100), velocity (nan, 0)": ("not-finite", body_with(disc, velocity=(math.nan, 0))),
     "joint.max_Force was set; write joint.max_force": ("attribute", lambda space: spring(space, max_Force=10)),
     "centre of gravity at (0, 0), middle of its shapes at (20, 20)": ("off-centre", corners_on_a_spring),
+    "its SimpleMotor of 5 rad/s has max_force inf": ("strong-motor", wheel_on_a_motor),
     "its DampedSpring has stiffness -10": ("negative", lambda space: spring(space, stiffness=-10)),
     "its Circle has radius -20": ("negative", lambda space: disc(space, 200, radius=-20)),
     "angle 20, 3.18 turns": ("degrees", body_with(box, angle=20)),
@@ -296,6 +301,7 @@ CURES: dict[Callable[[pymunk.Space], None], Callable[[pymunk.Space], None]] = {
     moved_wall: lambda space: space.reindex_shapes_for_body(body_of(last_shape(space))),
     overlapping_on_a_joint: lambda space: setattr(next(iter(space.constraints)), "collide_bodies", False),
     overlapping: group_all_but_the_floor,
+    wheel_on_a_motor: lambda space: setattr(next(iter(space.constraints)), "max_force", 1000),
     corners_from_the_corner: lambda space: setattr(last_shape(space), "mass", 1),
     small_moment: lambda space: setattr(body_of(last_shape(space)), "moment", math.inf),
 }

@@ -142,4 +142,4 @@ def test_a_filter_that_lets_a_body_through_is_named() -> None:
 
 
 def test_every_rule_has_a_case() -> None:
-    assert {*CASES, "deep-at-once"} == {rule for rule, texts in TEXTS.items() if texts["certainty"] == "possible"}
+    assert {*CASES, "deep-at-once", "strong-motor"} == {rule for rule, texts in TEXTS.items() if texts["certainty"] == "possible"}
