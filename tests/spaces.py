@@ -1,11 +1,14 @@
 """Live Spaces of a few bodies, for tests of what they show."""
 
+import inspect
 from collections.abc import Callable
+from types import ModuleType
 from typing import Any
 
 import pymunk
 
 from sandbox.space.diagnosis import Diagnosis
+from sandbox.space.findings import TEXTS
 from sandbox.space.recording import Recording
 from sandbox.space.watch import watch
 
@@ -35,6 +38,11 @@ def watched(
             before(number)
             space.step(dt(number))
     return recorded.diagnosis
+
+
+def keys_in(module: ModuleType) -> set[str]:
+    """The rules whose faults a module finds."""
+    return {rule for rule in TEXTS if f'"{rule}"' in inspect.getsource(module)}
 
 
 def at(step: int, act: Callable[[], object]) -> Callable[[int], None]:

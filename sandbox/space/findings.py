@@ -1,7 +1,8 @@
 """Findings: what is wrong with a Space, since when, with which bodies, why, and what to change."""
 
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from importlib.resources import files
@@ -87,25 +88,29 @@ class Finding:
 class Fault(NamedTuple):
     """One case of a fault.
 
-    report: the body, None if it is the Space itself; size: to show the worst first, as in a finding; figure: for `{}`
-    of the symptom; since: s of the Space's time, None if it was so before any step.
+    rule: its key in rules.toml; report: the body, None if it is the Space itself; size: to show the worst first, as in
+    a finding; figure: for `{}` of the symptom; since: s of the Space's time, None if it was so before any step.
     """
 
+    rule: str
     report: BodyReport | None
     size: float = 1.0
     figure: str = ""
     since: float | None = None
 
 
-Source = TypeVar("Source")  # what a rule reads
-Rules = Mapping[str, Callable[[Source], Iterator[Fault]]]  # how to find the faults of each, by its key in rules.toml
+Source = TypeVar("Source")  # what rules read
+Rules = Sequence[Callable[[Source], Iterator[Fault]]]
 
 
-def findings_of(faults: Mapping[str, Sequence[Fault]]) -> list[Finding]:
+def findings_of(faults: Iterable[Fault]) -> list[Finding]:
     """Return one finding for each rule with faults, in the order of rules.toml; what a person sees by size."""
+    faults_of: dict[str, list[Fault]] = defaultdict(list)
+    for fault in faults:
+        faults_of[fault.rule].append(fault)
     findings = []
     for section, rules in _SECTIONS.items():
-        found = [_finding_of(rule, faults[rule]) for rule in rules if faults.get(rule)]
+        found = [_finding_of(rule, faults_of[rule]) for rule in rules if rule in faults_of]
         findings += sorted(found, key=lambda finding: -finding.size) if section == "seen" else found
     return findings
 

@@ -1,7 +1,5 @@
 """The linter: what is wrong with a Space, without a step of it."""
 
-from collections import defaultdict
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 from weakref import WeakSet
@@ -9,9 +7,9 @@ from weakref import WeakSet
 import pymunk
 
 from sandbox.space.contents import Contents, checked
-from sandbox.space.findings import TEXTS, Fault, Finding, Rules, findings_of
+from sandbox.space.findings import Fault, Finding, Rules, findings_of
 from sandbox.space.origins import Origins
-from sandbox.space.rules import END_RULES, RULES
+from sandbox.space.rules import END_RULES, RULES, STILL_RULES
 
 
 def lint(space: pymunk.Space) -> list[Finding]:
@@ -20,26 +18,21 @@ def lint(space: pymunk.Space) -> list[Finding]:
     Raises SandboxError if it is not a Space.
     """
     linter = Linter(checked(space), Origins())
-    linter.look({**RULES, **END_RULES}, None)
-    return linter.findings({})
+    linter.look([*RULES, *END_RULES, *STILL_RULES], None)
+    return findings_of(linter.faults)
 
 
 @dataclass
 class Linter:
-    """Looks at a Space, and again at what was added since; collects what its rules find."""
+    """Looks at a Space, and again at what was added since; collects the faults that its rules find."""
 
     space: pymunk.Space
     origins: Origins
+    faults: list[Fault] = field(default_factory=list)
     _seen: WeakSet[Any] = field(default_factory=WeakSet)
-    _faults: dict[str, list[Fault]] = field(default_factory=lambda: defaultdict(list))
 
     def look(self, rules: Rules[Contents], since: float | None) -> None:
         """Look for faults in what is new since the last time. since: s of the Space's time, None before any step."""
         contents = Contents(self.space, self.origins, self._seen)
-        for rule, find in rules.items():
-            self._faults[rule] += [fault._replace(since=since) for fault in find(contents)]
+        self.faults += [fault._replace(since=since) for find in rules for fault in find(contents)]
         self._seen.update([*contents.shapes, *contents.bodies, *contents.space.constraints])
-
-    def findings(self, more: Mapping[str, Sequence[Fault]]) -> list[Finding]:
-        """Return one finding for each rule with faults, worst first. more: faults that were found otherwise."""
-        return findings_of({rule: [*self._faults[rule], *more.get(rule, ())] for rule in TEXTS})

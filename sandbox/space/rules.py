@@ -3,7 +3,6 @@
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -37,6 +36,7 @@ ANCHORED: Final = (pymunk.PinJoint, pymunk.SlideJoint, pymunk.DampedSpring)  # b
 NEVER_NEGATIVE: Final = ("radius", "elasticity", "friction", "stiffness", "damping")
 MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
 ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "sensor", "surface_velocity")
+Touched = tuple[pymunk.Shape, pymunk.Shape | None, float | None]  # its first partner in a run, and when, s
 # Attributes that a program may set, though Pymunk reads none of them, and what to write instead
 IGNORED: Final = {
     **{name: change.instead for name, change in NAMES.items()},
@@ -82,7 +82,7 @@ def _moment(contents: Contents) -> Iterator[Fault]:
         if all(0 < number < math.inf for number in (least, most, body.moment)) and can_turn and not fits:
             size, how = max(body.moment / right, right / body.moment), "large" if body.moment > right else "small"
             what = f"moment {body.moment:.4g}, {size:.3g} times too {how}: its shapes have {right:.4g}"
-            yield contents.fault(body, what, size)
+            yield contents.fault("moment", body, what, size)
 
 
 def _off_centre(contents: Contents) -> Iterator[Fault]:
@@ -95,7 +95,7 @@ def _off_centre(contents: Contents) -> Iterator[Fault]:
         if is_beside and body.center_of_gravity == (0, 0) and math.isfinite(body.moment) and is_free:
             middle = pymunk.Vec2d(*np.average(middles, axis=0, weights=[*map(_size, shapes)]).tolist())
             places = f"centre of gravity at (0, 0), middle of its shapes at {_pair(middle)}"
-            yield contents.fault(body, f"{places}: {middle.length:.4g} px off", middle.length)
+            yield contents.fault("off-centre", body, f"{places}: {middle.length:.4g} px off", middle.length)
 
 
 def _ends(contents: Contents, *, has_mass: bool) -> Iterator[tuple[str, pymunk.Body, pymunk.Body]]:
@@ -108,15 +108,16 @@ def _ends(contents: Contents, *, has_mass: bool) -> Iterator[tuple[str, pymunk.B
 
 def _joint_not_added(contents: Contents) -> Iterator[Fault]:
     for joint, _, end in _ends(contents, has_mass=False):
-        yield contents.fault(end, f"its {joint} holds on to a Body() that was never added and has no mass")
+        what = f"its {joint} holds on to a Body() that was never added and has no mass"
+        yield contents.fault("joint-not-added", end, what)
 
 
 def _body_not_added(contents: Contents) -> Iterator[Fault]:
     for shape in contents.shapes:
         if body_of(shape).space is None:
-            yield contents.fault(shape, f"its {shape_words(shape)} is still in the Space")
+            yield contents.fault("body-not-added", shape, f"its {shape_words(shape)} is still in the Space")
     for joint, body, end in _ends(contents, has_mass=True):
-        yield contents.fault(body, f"its {joint} still holds {contents.name(end)}")
+        yield contents.fault("body-not-added", body, f"its {joint} still holds {contents.name(end)}")
 
 
 def _placed_twice(contents: Contents) -> Iterator[Fault]:
@@ -128,13 +129,15 @@ def _placed_twice(contents: Contents) -> Iterator[Fault]:
         around = [bool(((point > low) & (point < high)).all()) for point in (np.array(position), np.zeros(2))]
         if around == [True, False]:
             at, about = _pair(position), _pair(place_of(shape))
-            yield contents.fault(shape, f"its body is at {at}, as are its corners; so they are about {about}")
+            what = f"its body is at {at}, as are its corners; so they are about {about}"
+            yield contents.fault("placed-twice", shape, what)
 
 
 def _concave(contents: Contents) -> Iterator[Fault]:
     for shape in contents.new(contents.solid):
         if isinstance(shape, pymunk.Poly) and (dent := contents.origins.dents.get(shape)):
-            yield contents.fault(shape, f"a vertex that was given is {dent:.4g} px inside of what collides", dent)
+            what = f"a vertex that was given is {dent:.4g} px inside of what collides"
+            yield contents.fault("concave", shape, what, dent)
 
 
 def _anchor_far(contents: Contents) -> Iterator[Fault]:
@@ -145,7 +148,7 @@ def _anchor_far(contents: Contents) -> Iterator[Fault]:
                 size = max(map(half_length, body.shapes), default=math.inf)
                 if is_dynamic(body) and anchor.length > FAR * size and (anchor - body.position).length < size:
                     what = f"its {type(joint).__name__} to {contents.name(end)} has the anchor {_pair(anchor)}"
-                    yield contents.fault(body, what, anchor.length / size, f"{anchor.length:.4g} px")
+                    yield contents.fault("anchor-far", body, what, anchor.length / size, f"{anchor.length:.4g} px")
 
 
 def _negative(contents: Contents) -> Iterator[Fault]:
@@ -154,20 +157,21 @@ def _negative(contents: Contents) -> Iterator[Fault]:
         for name in NEVER_NEGATIVE:
             if (value := getattr(thing, name, 0)) < 0 and (name, type(thing)) != ("radius", pymunk.Poly):
                 place = end_of(thing) if isinstance(thing, pymunk.Constraint) else thing
-                yield contents.fault(place, f"its {type(thing).__name__} has {name} {value:.4g}")
+                yield contents.fault("negative", place, f"its {type(thing).__name__} has {name} {value:.4g}")
 
 
 def _strong_motor(contents: Contents) -> Iterator[Fault]:
     for joint in contents.new(contents.space.constraints):
         if isinstance(joint, pymunk.SimpleMotor) and joint.rate and math.isinf(joint.max_force):
-            yield contents.fault(end_of(joint), f"its SimpleMotor of {joint.rate:.3g} rad/s has max_force inf")
+            what = f"its SimpleMotor of {joint.rate:.3g} rad/s has max_force inf"
+            yield contents.fault("strong-motor", end_of(joint), what)
 
 
 def _degrees(contents: Contents) -> Iterator[Fault]:
     """Bodies that do not spin, and begin with more than a turn, by a whole number."""
     for body in contents.bodies if not contents.seen else ():
         if abs(body.angle) > 2 * math.pi and body.angle.is_integer() and not body.angular_velocity:
-            yield contents.fault(body, f"angle {body.angle:.4g}, {body.angle / (2 * math.pi):.3g} turns")
+            yield contents.fault("degrees", body, f"angle {body.angle:.4g}, {body.angle / (2 * math.pi):.3g} turns")
 
 
 def _wrong_point(contents: Contents) -> Iterator[Fault]:
@@ -178,7 +182,7 @@ def _wrong_point(contents: Contents) -> Iterator[Fault]:
         is_other = push.lever > MAX_LEVER * reach and push.other_lever < reach
         if is_other and math.isfinite(body.moment) and body.space is contents.space:
             what = f"{push.call}: {push.lever:.3g} px off its centre of gravity"
-            yield contents.fault(body, what, push.lever / reach)
+            yield contents.fault("wrong-point", body, what, push.lever / reach)
 
 
 def _categories(contents: Contents) -> Iterator[Fault]:
@@ -189,7 +193,7 @@ def _categories(contents: Contents) -> Iterator[Fault]:
         parts = sorted(bits for bits in single if bits & shape.filter.categories)
         if len(parts) > 1 and shape.filter.categories != pymunk.ShapeFilter.ALL_CATEGORIES():
             what = f"category {shape.filter.categories} is {' and '.join(map(str, parts))} at once"
-            yield contents.fault(shape, what)
+            yield contents.fault("categories", shape, what)
 
 
 def _pair(point: tuple[float, float]) -> str:
@@ -200,23 +204,21 @@ def _shape_not_added(contents: Contents) -> Iterator[Fault]:
     for body in filter(is_dynamic, contents.new(contents.bodies)):
         shapes = list(body.shapes)
         if shapes and all(shape.space is None for shape in shapes):
-            yield contents.fault(shapes[0], f"its {shape_words(shapes[0])} is not in the Space")
+            yield contents.fault("shape-not-added", shapes[0], f"its {shape_words(shapes[0])} is not in the Space")
 
 
-def unused(
-    contents: Contents, quantity: str, touched: Iterable[tuple[pymunk.Shape, pymunk.Shape, float]] | None = None
-) -> Iterator[Fault]:
+def unused(contents: Contents, quantity: str, shapes: Iterable[Touched]) -> Iterator[Fault]:
     """Yield the shapes with an elasticity or a friction, if all that they could meet has none.
 
-    touched: in a run, the shapes whose contacts with walls, or with bodies, had none, the first partner, and when, s:
-    it counts whether other walls have it, and of bodies, whether anything has. What the program set to 0 is meant so.
+    Of shapes that touched walls, it counts whether other walls have it, and of bodies, whether anything has. What the
+    program set to 0 is meant so.
     """
     # Two shapes of each kind stand for all that another shape could meet
     kinds: dict[tuple[object, int, bool], list[pymunk.Shape]] = defaultdict(list)
     for shape in contents.solid:
         has_value = bool(getattr(shape, quantity)) or shape in contents.origins.zeros[quantity]
         kinds[shape.filter, body_of(shape).body_type, has_value].append(shape)
-    for shape, met, since in ((shape, None, None) for shape in contents.solid) if touched is None else touched:
+    for shape, met, since in shapes:
         partners: dict[pymunk.Shape, bool] = {}
         only_walls, value = met and not is_dynamic(body_of(met)), getattr(shape, quantity)
         for (_, kind, has_value), samples in kinds.items():
@@ -224,14 +226,15 @@ def unused(
                 partners |= {each: has_value for each in samples[:2] if may_collide(shape, each)}
         if value and partners and not any(partners.values()):
             detail = f"{quantity} {value:g}, but a {shape_words(met or next(iter(partners)))} has {quantity} 0"
-            yield contents.fault(shape, detail, value)._replace(since=since)
+            yield contents.fault(f"{quantity}-unused", shape, detail, value)._replace(since=since)
 
 
 def _not_finite(contents: Contents) -> Iterator[Fault]:
     for body in contents.bodies:
         if not all(map(math.isfinite, (*body.position, *body.velocity, body.angle, body.angular_velocity))):
             turns = f"angle {body.angle:.4g}, angular velocity {body.angular_velocity:.4g}"
-            yield contents.fault(body, f"position {_pair(body.position)}, velocity {_pair(body.velocity)}, {turns}")
+            what = f"position {_pair(body.position)}, velocity {_pair(body.velocity)}, {turns}"
+            yield contents.fault("not-finite", body, what)
 
 
 def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
@@ -244,7 +247,7 @@ def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
             alike = (each for each in dir(type(thing)) if each.replace("_", "") == name.replace("_", "").lower())
             real = [each for each in alike if each != name]  # which a class of the program may have
             if cure := IGNORED.get(f"{kind}.{name}") or (f"{kind.lower()}.{real[0]}" if real else ""):
-                yield contents.fault(place, f"{kind.lower()}.{name} was set; write {cure}")
+                yield contents.fault("attribute", place, f"{kind.lower()}.{name} was set; write {cure}")
 
 
 def _overlaps(contents: Contents) -> Iterator[Fault]:
@@ -253,13 +256,13 @@ def _overlaps(contents: Contents) -> Iterator[Fault]:
         if depth > contents.space.collision_slop + OVERLAP * smaller:
             shape, partner = (a, b) if is_dynamic(body_of(a)) else (b, a)
             what = f"{depth:.4g} px deep in {contents.name(body_of(partner))}"
-            yield contents.fault(shape, what, depth / (smaller or 1))
+            yield contents.fault("overlap", shape, what, depth / (smaller or 1))
 
 
 def _moved_static(contents: Contents) -> Iterator[Fault]:
     for shape in contents.shapes:
         if is_static(body_of(shape)) and (off := off_its_place(shape)):
-            yield contents.fault(shape, f"its bounding box is {off:.4g} px off where it was added", off)
+            yield contents.fault("static-moved", shape, f"its bounding box is {off:.4g} px off where it was added", off)
 
 
 def off_its_place(shape: pymunk.Shape) -> float:
@@ -270,26 +273,20 @@ def off_its_place(shape: pymunk.Shape) -> float:
     return off if off > MOVED * max(1.0, float(np.abs(points).max())) else 0.0
 
 
-RULES: Final[Rules[Contents]] = {
-    "joint-not-added": _joint_not_added,
-    "shape-not-added": _shape_not_added,
-    "attribute": _ignored_attributes,
-    "placed-twice": _placed_twice,
-    "concave": _concave,
-    "anchor-far": _anchor_far,
-    "negative": _negative,
-    "degrees": _degrees,
-    "off-centre": _off_centre,
-    "moment": _moment,
-    "categories": _categories,
-    "overlap": _overlaps,
-    "strong-motor": _strong_motor,
-}
-END_RULES: Final[Rules[Contents]] = {  # of which a run shows more
-    "not-finite": _not_finite,
-    "wrong-point": _wrong_point,
-    "elasticity-unused": partial(unused, quantity="elasticity"),
-    "friction-unused": partial(unused, quantity="friction"),
-    "body-not-added": _body_not_added,
-    "static-moved": _moved_static,
-}
+def _unused(contents: Contents) -> Iterator[Fault]:
+    for quantity in contents.origins.zeros:
+        yield from unused(contents, quantity, ((shape, None, None) for shape in contents.solid))
+
+
+_OF_BODIES: Final = (_shape_not_added, _degrees, _off_centre, _moment)
+_OF_SHAPES: Final = (_placed_twice, _concave, _categories, _overlaps)
+_OF_JOINTS: Final = (_joint_not_added, _anchor_far, _strong_motor)
+RULES: Final[Rules[Contents]] = (
+    *_OF_BODIES,
+    *_OF_SHAPES,
+    *_OF_JOINTS,
+    _negative,
+    _ignored_attributes,
+)  # of what is new
+END_RULES: Final[Rules[Contents]] = (_wrong_point, _body_not_added, _moved_static)
+STILL_RULES: Final[Rules[Contents]] = (_not_finite, _unused)  # without steps, which show more

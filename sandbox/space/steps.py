@@ -1,7 +1,6 @@
 """What the recorded steps of a Space show: the rules that look at them."""
 
 import math
-from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -25,7 +24,7 @@ from sandbox.space.contents import (
 from sandbox.space.findings import Fault, Rules
 from sandbox.space.passages import Passages
 from sandbox.space.recording import Numbers, Recording, Rows, Run, Step
-from sandbox.space.rules import unused
+from sandbox.space.rules import Touched, unused
 from sandbox.state import Bools, Floats
 
 MAX_STRETCH: Final = 0.1  # of the joint's length, or half that of the bodies that it connects
@@ -97,19 +96,6 @@ class Evidence:
         return [Series(joints[rows[0]], step[rows], joints["error"][rows]) for rows in by_key(joints["key"], step)]
 
     @cached_property
-    def too_deep(self) -> dict[str, list[Fault]]:
-        """The overlaps that are too deep, by the rules for why.
-
-        Impacts are not named where something sinks in or passes a wall: they may well be what comes of that.
-        """
-        faults: dict[str, list[Fault]] = defaultdict(list)
-        for rule, fault in filter(None, (_deep_overlap(self, each) for each in self.overlaps)):
-            faults[rule].append(fault)
-        if faults["sinks-in"] or self.passages.found:
-            del faults["deep-at-once"][:]
-        return faults
-
-    @cached_property
     def put(self) -> Floats:
         """(n,) px that the program put bodies elsewhere before each step, and turned kinematic ones.
 
@@ -137,7 +123,7 @@ class Evidence:
         swapped["normal"] *= -1
         return np.append(contacts, swapped), np.tile(self.run.contact_step, 2)
 
-    def touched(self, quantity: str) -> Iterator[tuple[pymunk.Shape, pymunk.Shape, float]]:
+    def touched(self, quantity: str) -> Iterator[Touched]:
         """Yield shapes whose contacts with walls, or with bodies, all had none; the first partner; and when, s."""
         (contacts, step), shapes = self.sides, self.recording.shapes
         moving = [key for key, shape in shapes.items() if shape.body and is_dynamic(shape.body)]
@@ -168,19 +154,17 @@ class Evidence:
         """Return those of some bodies that are not the Space's own static one."""
         return [self.recording.bodies[body] for body in ids if body in self.recording.bodies]
 
-    def fault(
-        self, ids: Sequence[int], step: Step, what: str, size: float = 1.0, figure: str = "", since: float | None = None
-    ) -> Fault:
-        """Return the fault of the first dynamic body of some, where it was after a step.
+    def fault(self, rule: str, ids: Sequence[int], step: Step, what: str, size: float = 1, figure: str = "") -> Fault:
+        """Return the fault of the first dynamic body of some, where it was after a step, since the end of that step.
 
-        what: is wrong with it, where `{}` is the name of the body that is left; since: s, by default the step's end.
+        what: is wrong with it, where `{}` is the name of the body that is left.
         """
         bodies = [self.recording.bodies.get(body) or self.contents.space.static_body for body in ids]
         first, *rest = sorted(bodies, key=lambda body: not is_dynamic(body))
         report = self.contents.report(first, what.format(*map(self.contents.name, rest)))
         for x, y in step.new["position"][step.new["id"] == first.id].tolist():
             report = replace(report, position=(x, y))
-        return Fault(report, size, figure, step.end if since is None else since)
+        return Fault(rule, report, size, figure, step.end)
 
     def figures(self) -> dict[str, float]:
         """Return the figures of the rules whose cures can be tried: passages, or px."""
@@ -216,7 +200,7 @@ def _steps_vary(evidence: Evidence) -> Iterator[Fault]:
     dt = np.array([step.dt for step in evidence.recording.steps])
     if dt.max() > dt.min() * (1 + DT_VARIES):
         since = evidence.recording.steps[int((dt != dt[0]).argmax())].time
-        yield Fault(None, figure=f"from {dt.min():.4g} to {dt.max():.4g} s", since=since)
+        yield Fault("dt-varies", None, figure=f"from {dt.min():.4g} to {dt.max():.4g} s", since=since)
 
 
 def _not_finite(evidence: Evidence) -> Iterator[Fault]:
@@ -225,7 +209,7 @@ def _not_finite(evidence: Evidence) -> Iterator[Fault]:
             if not np.isfinite([*row["position"], *row["velocity"], row["angle"], row["spin"]]).all():
                 (x, y), (u, v) = row["position"], row["velocity"]
                 what = f"position ({x:.4g}, {y:.4g}), velocity ({u:.4g}, {v:.4g})"
-                yield evidence.fault([int(row["id"])], step, what)
+                yield evidence.fault("not-finite", [int(row["id"])], step, what)
 
 
 def _passed(evidence: Evidence) -> Iterator[Fault]:
@@ -236,7 +220,7 @@ def _passed(evidence: Evidence) -> Iterator[Fault]:
         if body.id not in reported:
             reported.add(body.id)
             what = f"{way:.3g} px in the step, through a {shape_words(wall)}"
-            yield evidence.fault([body.id], step, what, way / half if half else math.inf)
+            yield evidence.fault("passed-through", [body.id], step, what, way / half if half else math.inf)
 
 
 def _long_steps(evidence: Evidence) -> Iterator[Fault]:
@@ -248,7 +232,7 @@ def _long_steps(evidence: Evidence) -> Iterator[Fault]:
         for row in at[way[at] > width][:1]:
             enough, step = dt[row] * width / way[row], run.steps[run.step[row]]
             what = f"moves by {way[row]:.3g} px in a step, and is {width:.3g} px wide: dt below {enough:.2g} s"
-            yield evidence.fault([int(ids[row])], step, what, way[row] / width, f"{dt[row]:.3g} s", step.time)
+            yield evidence.fault("dt-large", [int(ids[row])], step, what, way[row] / width, f"{dt[row]:.3g} s")
 
 
 def _stretched(evidence: Evidence) -> Iterator[Fault]:
@@ -266,12 +250,20 @@ def _stretched(evidence: Evidence) -> Iterator[Fault]:
             put = ", as the program puts one of them elsewhere before the step" if is_put else ""
             worst, off = evidence.run.steps[number], f"{error:.3g} px"
             what = f"its {type(joint).__name__} to {{}} is off by {off} at {worst.end:.3f} s{put}{differ}"
-            since = evidence.run.steps[stretch.steps[(stretch.values > MAX_STRETCH * length).argmax()]].end
-            yield evidence.fault(stretch.ends, worst, what, error / length, off, since)
+            fault = evidence.fault("joint-stretched", stretch.ends, worst, what, error / length, off)
+            first = stretch.steps[(stretch.values > MAX_STRETCH * length).argmax()]
+            yield fault._replace(since=evidence.run.steps[first].end)
 
 
-def _deep_overlap(evidence: Evidence, overlap: Series) -> tuple[str, Fault] | None:
-    """Return the rule for why an overlap is too deep, if it is; not of bodies that came into the Space so."""
+def _too_deep(evidence: Evidence) -> Iterator[Fault]:
+    """Overlaps that last, or else impacts: where something sinks in or passes a wall, these may well come of that."""
+    faults = list(filter(None, (_deep_overlap(evidence, each) for each in evidence.overlaps)))
+    lasting = [fault for fault in faults if fault.rule == "sinks-in"]
+    yield from lasting or ([] if evidence.passages.found else faults)
+
+
+def _deep_overlap(evidence: Evidence, overlap: Series) -> Fault | None:
+    """Return the fault of an overlap that is too deep, if it is; not of bodies that came into the Space so."""
     ends, slop, half = overlap.ends, evidence.contents.space.collision_slop, evidence.half_width(*overlap.ends)
     before = np.where(np.diff(overlap.steps, prepend=-2) == 1, np.roll(overlap.values, 1), 0.0)
     is_held = overlap.values > SHRINKS * before  # otherwise Pymunk is pushing them apart
@@ -285,8 +277,8 @@ def _deep_overlap(evidence: Evidence, overlap: Series) -> tuple[str, Fault] | No
         return None  # the program put one into the other
     worst, since = evidence.run.steps[number], evidence.run.steps[deep[0]].end
     what = f"{depth:.3g} px deep in {{}} at {worst.end:.3f} s"
-    fault = evidence.fault(ends, worst, what, depth / half, f"{depth:.3g} px", since)
-    return "sinks-in" if is_lasting else "deep-at-once", fault
+    rule = "sinks-in" if is_lasting else "deep-at-once"
+    return evidence.fault(rule, ends, worst, what, depth / half, f"{depth:.3g} px")._replace(since=since)
 
 
 def _moved(evidence: Evidence) -> Iterator[Fault]:
@@ -298,7 +290,7 @@ def _moved(evidence: Evidence) -> Iterator[Fault]:
         if len(at) > MANY_MOVES:
             body, first = ids[at[0]], run.steps[run.step[at[0]]]
             what = f"before {int((way[ids == body] > 0).sum())} of the steps"
-            yield evidence.fault([int(body)], first, what, len(at), since=first.time)
+            yield evidence.fault("moved-by-hand", [int(body)], first, what, len(at))
 
 
 def _contacts_within(evidence: Evidence) -> Iterator[Fault]:
@@ -315,7 +307,7 @@ def _contacts_within(evidence: Evidence) -> Iterator[Fault]:
         is_mostly = len(at) > MOST * (len(evidence.run.steps) - at[0])
         if ends[1] in assembly.get(ends[0], ()) and is_mostly and evidence.lasts(at):
             what = f"presses on {{}}, in {len(at)} steps, though joints hold both"
-            yield evidence.fault(ends, evidence.run.steps[at[0]], what, len(at))
+            yield evidence.fault("contacts-within", ends, evidence.run.steps[at[0]], what, len(at))
 
 
 def _caught(evidence: Evidence) -> Iterator[Fault]:
@@ -335,7 +327,7 @@ def _caught(evidence: Evidence) -> Iterator[Fault]:
         is_across = bool((others["normal"] @ contact["normal"] < ALONG).all())
         if is_across and any(_continues(evidence, contact, other) for other in others):
             what = f"is caught where two polygons meet, at {run.steps[number].end:.3f} s"
-            yield evidence.fault([int(contact["body_b"])], run.steps[number], what)
+            yield evidence.fault("seams", [int(contact["body_b"])], run.steps[number], what)
 
 
 def _continues(evidence: Evidence, contact: Any, other: Any) -> bool:
@@ -358,21 +350,14 @@ def _hanging(evidence: Evidence) -> Iterator[Fault]:
         near = [hit.shape for shape in solid for hit in space.shape_query(shape) if hit.shape not in solid]
         holds = [each for each in near if each and not each.sensor and any(may_collide(shape, each) for shape in solid)]
         if solid and not holds:
-            yield evidence.contents.fault(body, "sleeps, and touches nothing")
+            yield evidence.contents.fault("hangs", body, "sleeps, and touches nothing")
 
 
-STEP_RULES: Final[Rules[Evidence]] = {
-    "dt-varies": _steps_vary,
-    "not-finite": _not_finite,
-    "dt-large": _long_steps,
-    "contacts-within": _contacts_within,
-    "seams": _caught,
-    "moved-by-hand": _moved,
-    "passed-through": _passed,
-    "hangs": _hanging,
-    "joint-stretched": _stretched,
-    "sinks-in": lambda evidence: iter(evidence.too_deep["sinks-in"]),
-    "deep-at-once": lambda evidence: iter(evidence.too_deep["deep-at-once"]),
-    "elasticity-unused": lambda evidence: unused(evidence.contents, "elasticity", evidence.touched("elasticity")),
-    "friction-unused": lambda evidence: unused(evidence.contents, "friction", evidence.touched("friction")),
-}
+def _unused(evidence: Evidence) -> Iterator[Fault]:
+    for quantity in evidence.contents.origins.zeros:
+        yield from unused(evidence.contents, quantity, evidence.touched(quantity))
+
+
+_OF_MOTION: Final = (_steps_vary, _not_finite, _long_steps, _moved, _passed, _hanging)
+_OF_CONTACTS: Final = (_contacts_within, _caught, _too_deep, _unused)
+STEP_RULES: Final[Rules[Evidence]] = (*_OF_MOTION, *_OF_CONTACTS, _stretched)

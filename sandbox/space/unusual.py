@@ -1,7 +1,6 @@
 """What is unusual in a Space and its steps. It may be meant; if a program does not do what it should, it may be why."""
 
 import math
-from collections import defaultdict
 from collections.abc import Iterator
 from typing import Final
 
@@ -20,17 +19,14 @@ BORNE: Final = 0.5  # of a weight
 ACROSS: Final = 0.3  # cosine of the angle between gravity and the normal of a wall
 MIN_STEPS: Final = 30  # since the last push
 KEPT_SPEED: Final = 0.8  # of its largest speed: slower in the end, something has slowed a body
-Found = Iterator[tuple[str, str]]  # the keys of rules, and each fault in figures
 
 
-def unusual(evidence: Evidence) -> dict[str, list[Fault]]:
-    """Return what is unusual, by the keys of its rules."""
-    faults: dict[str, list[Fault]] = defaultdict(list)
+def unusual(evidence: Evidence) -> Iterator[Fault]:
+    """Yield what is unusual."""
     for track in _tracks(evidence):
         for find in (_pushes, _velocities, _clings, _coasts):
-            for rule, what in find(track):
-                faults[rule].append(evidence.contents.fault(track.body, what))
-    return faults | {"ghosts": [*_ghosts(evidence)]}
+            yield from find(track)
+    yield from _ghosts(evidence)
 
 
 def _tracks(evidence: Evidence) -> Iterator["_Track"]:
@@ -65,25 +61,31 @@ class _Track:
         self.gravity = np.array(self.space.gravity)
         self.weight = body.mass * float(self.gravity @ self.gravity)
 
+    def fault(self, rule: str, what: str) -> Fault:
+        """Return a fault of the body."""
+        return self.evidence.contents.fault(rule, self.body, what)
 
-def _pushes(track: _Track) -> Found:
+
+def _pushes(track: _Track) -> Iterator[Fault]:
     """Yield forces and torques that act in single steps."""
     acts = (track.force > 0) | (track.old["torque"] != 0)
     if acts[:-1].any() and not (acts[1:] & acts[:-1]).any():
-        yield "single-pushes", f"in {acts.sum()} of {len(acts)} steps"
+        yield track.fault("single-pushes", f"in {acts.sum()} of {len(acts)} steps")
 
 
-def _velocities(track: _Track) -> Found:
+def _velocities(track: _Track) -> Iterator[Fault]:
     """Yield velocities that the program sets again and again, whatever a step did to them."""
     changed, velocity = track.changed, track.old["velocity"]
     is_same = velocity[1:] == velocity[:-1]
     lost = np.abs(changed)[1:] * is_same * (is_same.mean(axis=0) > MOST)
     count = int((lost > LOST * track.length).any(axis=1).sum())
     if count > FEW < track.evidence.contents.origins.driven.get(track.body, 0):
-        yield "velocity-set", f"before {count} of {len(changed)} steps; up to {lost.max():.3g} px/s are lost in one"
+        yield track.fault(
+            "velocity-set", f"before {count} of {len(changed)} steps; up to {lost.max():.3g} px/s are lost in one"
+        )
 
 
-def _clings(track: _Track) -> Found:
+def _clings(track: _Track) -> Iterator[Fault]:
     """Yield bodies that the program presses against walls, on which friction holds them."""
     contacts, gravity, run = track.contacts, track.gravity, track.run
     normal, pull = contacts["normal"], math.hypot(*track.gravity)
@@ -94,17 +96,17 @@ def _clings(track: _Track) -> Found:
     pressed = track.force * contacts["friction"].max(initial=0.0) > BORNE * track.body.mass * pull
     held = stays & (pressed | track.changed.any(axis=1)) & borne[track.step]
     if pull and track.evidence.lasts(track.step[held]):
-        yield "clings", f"in {held.sum()} steps"
+        yield track.fault("clings", f"in {held.sum()} steps")
 
 
-def _coasts(track: _Track) -> Found:
+def _coasts(track: _Track) -> Iterator[Fault]:
     """Yield bodies with friction that nothing slows down, as nothing touches them."""
     speed = np.hypot(*track.old["velocity"][~track.is_pushed].T)
     is_left = len(speed) > MIN_STEPS and not track.is_pushed[-MIN_STEPS:].any() and not len(track.contacts)
     acts = track.gravity.any() or track.body.constraints or track.body._velocity_func or track.space.damping < 1
     is_rough = any(shape.friction for shape in track.solid) and not any(shape.elasticity for shape in track.solid)
     if is_left and is_rough and not acts and 0 < speed.max() * KEPT_SPEED < speed[-1]:
-        yield "friction-untouched", f"still goes at {speed[-1]:.3g} px/s, and never touched anything"
+        yield track.fault("friction-untouched", f"still goes at {speed[-1]:.3g} px/s, and never touched anything")
 
 
 def _ghosts(evidence: Evidence) -> Iterator[Fault]:
@@ -116,4 +118,4 @@ def _ghosts(evidence: Evidence) -> Iterator[Fault]:
         if body.id not in named and not is_held and not may_collide(shape, wall):
             named.add(body.id)
             why = "by a filter" if is_dynamic(body) else "as neither moves by forces"
-            yield evidence.fault([body.id], step, f"through a {shape_words(wall)}, {why}")
+            yield evidence.fault("ghosts", [body.id], step, f"through a {shape_words(wall)}, {why}")

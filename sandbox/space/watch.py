@@ -18,12 +18,12 @@ from sandbox.report.output import DEFAULT_WIDTH, json_text
 from sandbox.space.contents import Contents, checked
 from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.energy import ledger_of
-from sandbox.space.findings import Finding
+from sandbox.space.findings import Finding, findings_of
 from sandbox.space.lint import Linter
 from sandbox.space.origins import Origins, program_line
 from sandbox.space.passages import Passages
 from sandbox.space.recording import Recording, original_step
-from sandbox.space.rules import END_RULES, RULES
+from sandbox.space.rules import END_RULES, RULES, STILL_RULES
 from sandbox.space.steps import LONGEST_STEP, STEP_RULES, Evidence
 from sandbox.space.unusual import unusual
 
@@ -72,14 +72,16 @@ class Trial:
     def diagnosis(self, number: int) -> Diagnosis:
         """Return the diagnosis of what was recorded."""
         contents, energy, figures = Contents(self.space, self._linter.origins), None, {}
-        found = {rule: list(find(contents)) for rule, find in END_RULES.items()}
+        rules = END_RULES if self._recording.steps else (*END_RULES, *STILL_RULES)
+        faults = [*self._linter.faults, *(fault for find in rules for fault in find(contents))]
         if self._recording.steps:
             evidence = Evidence(self._recording, contents, self._passages)
-            found |= {rule: list(find(evidence)) for rule, find in STEP_RULES.items()}
+            faults += (fault for find in STEP_RULES for fault in find(evidence))
             if evidence.run.steps:
-                found, energy = found | unusual(evidence), ledger_of(evidence.run)
+                faults += unusual(evidence)
+                energy = ledger_of(evidence.run)
             figures = evidence.figures()
-        findings, (bodies, shapes, joints) = tuple(self._linter.findings(found)), self._most
+        findings, (bodies, shapes, joints) = tuple(findings_of(faults)), self._most
         return Diagnosis(
             number, self.line, self.steps, self.time, bodies, shapes, joints, findings, energy, figures, self.cost
         )

@@ -5,14 +5,12 @@ from collections.abc import Callable
 
 import pymunk
 import pytest
-from spaces import DT, add, at, ball, body, box, boxed, ground, wall, watched, world
+from spaces import DT, add, at, ball, body, box, boxed, ground, keys_in, wall, watched, world
 
-from sandbox.space import findings
+from sandbox.space import findings, steps
 from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.energy import Ledger
 from sandbox.space.findings import Certainty, Fault, Finding
-from sandbox.space.rules import END_RULES
-from sandbox.space.steps import STEP_RULES
 
 
 def findings_of(diagnosis: Diagnosis) -> dict[str, Finding]:
@@ -510,7 +508,7 @@ def test_a_fault_of_the_steps_is_named_and_nothing_else(make: Callable[[], Diagn
 
 
 def test_of_what_is_seen_the_largest_is_first_and_after_what_is_wrong_with_the_program() -> None:
-    faults = {rule: [Fault(None, size)] for rule, size in {"hangs": 1.0, "sinks-in": 3.0, "moment": 0.1}.items()}
+    faults = [Fault(rule, None, size) for rule, size in {"hangs": 1.0, "sinks-in": 3.0, "moment": 0.1}.items()]
     assert [finding.rule for finding in findings.findings_of(faults)] == ["moment", "sinks-in", "hangs"]
 
 
@@ -566,10 +564,7 @@ def test_a_body_that_may_pass_a_wall_is_not_said_to_have_passed(way: str) -> Non
 def test_each_rule_of_steps_has_a_fault() -> None:
     of_programs = {"contacts-within", "hangs"}  # in the small programs
     of_others = {"dt-varies", "not-finite"}  # below, and in the tests of whole Spaces
-    assert (
-        set().union(*(rules for _, rules in FAULTS.values()))
-        >= set(STEP_RULES) - set(END_RULES) - of_programs - of_others
-    )
+    assert set().union(*(rules for _, rules in FAULTS.values())) >= keys_in(steps) - of_programs - of_others
 
 
 def test_a_player_who_goes_round_a_platform_did_not_pass_it() -> None:
