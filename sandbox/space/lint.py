@@ -1,9 +1,5 @@
 """The linter: what is wrong with a Space, without a step of it."""
 
-from dataclasses import dataclass, field
-from typing import Any
-from weakref import WeakSet
-
 import pymunk
 
 from sandbox.space.contents import Contents, checked
@@ -17,22 +13,11 @@ def lint(space: pymunk.Space) -> list[Finding]:
 
     Raises SandboxError if it is not a Space.
     """
-    linter = Linter(checked(space), Origins())
-    linter.look([*RULES, *END_RULES, *STILL_RULES], None)
-    return findings_of(linter.faults)
+    return findings_of(look(Contents(checked(space), Origins()), [*RULES, *END_RULES, *STILL_RULES]))
 
 
-@dataclass
-class Linter:
-    """Looks at a Space, and again at what was added since; collects the faults that its rules find."""
-
-    space: pymunk.Space
-    origins: Origins
-    faults: list[Fault] = field(default_factory=list)
-    _seen: WeakSet[Any] = field(default_factory=WeakSet)
-
-    def look(self, rules: Rules[Contents], since: float | None) -> None:
-        """Look for faults in what is new since the last time. since: s of the Space's time, None before any step."""
-        contents = Contents(self.space, self.origins, self._seen)
-        self.faults += [fault._replace(since=since) for find in rules for fault in find(contents)]
-        self._seen.update([*contents.shapes, *contents.bodies, *contents.space.constraints])
+def look(contents: Contents, rules: Rules[Contents], since: float | None = None) -> list[Fault]:
+    """Return the faults of what was not seen before, which then is. since: s of the Space's time, None before any."""
+    faults = [fault._replace(since=since) for find in rules for fault in find(contents)]
+    contents.seen.update([*contents.shapes, *contents.bodies, *contents.space.constraints])
+    return faults

@@ -1,8 +1,10 @@
 """What the linter looks for in a Space: one function for each rule of rules.toml that holds without a step."""
 
+import dis
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
+from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
@@ -33,7 +35,6 @@ FAR: Final = 3.0  # half lengths of a body, for an anchor
 MAX_LEVER: Final = 2.0  # of the reach of a body's shapes, for a point at which it is pushed
 NEAR: Final = 0.1  # half lengths of a shape
 ANCHORED: Final = (pymunk.PinJoint, pymunk.SlideJoint, pymunk.DampedSpring)  # by two anchors, one on each body
-NEVER_NEGATIVE: Final = ("radius", "elasticity", "friction", "stiffness", "damping")
 MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
 ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "sensor", "surface_velocity")
 Touched = tuple[pymunk.Shape, pymunk.Shape | None, float | None]  # its first partner in a run, and when, s
@@ -151,15 +152,6 @@ def _anchor_far(contents: Contents) -> Iterator[Fault]:
                     yield contents.fault("anchor-far", body, what, anchor.length / size, f"{anchor.length:.4g} px")
 
 
-def _negative(contents: Contents) -> Iterator[Fault]:
-    things: list[Any] = [*contents.new(contents.solid), *contents.new(contents.space.constraints)]
-    for thing in things:
-        for name in NEVER_NEGATIVE:
-            if (value := getattr(thing, name, 0)) < 0 and (name, type(thing)) != ("radius", pymunk.Poly):
-                place = end_of(thing) if isinstance(thing, pymunk.Constraint) else thing
-                yield contents.fault("negative", place, f"its {type(thing).__name__} has {name} {value:.4g}")
-
-
 def _strong_motor(contents: Contents) -> Iterator[Fault]:
     for joint in contents.new(contents.space.constraints):
         if isinstance(joint, pymunk.SimpleMotor) and joint.rate and math.isinf(joint.max_force):
@@ -229,6 +221,28 @@ def unused(contents: Contents, quantity: str, shapes: Iterable[Touched]) -> Iter
             yield contents.fault(f"{quantity}-unused", shape, detail, value)._replace(since=since)
 
 
+def _callbacks(contents: Contents) -> Iterator[Fault]:
+    """Callbacks that return False, and bodies of which only some shapes have a type that callbacks are for."""
+    handlers = contents.space._handlers  # Pymunk has no public list of them
+    for callback in (each for handler in handlers.values() for each in (handler.begin, handler.pre_solve) if each):
+        if _returns_false(callback):
+            yield Fault("returned", None, figure=callback.__name__)
+    heard = {kind for kinds in handlers for kind in kinds}
+    for body in contents.bodies:
+        kinds = {shape.collision_type for shape in solid_of(body)}
+        if kinds & heard and kinds - heard:
+            what = f"has shapes of collision types {' and '.join(map(str, sorted(kinds)))}"
+            yield contents.fault("other-type", body, what)
+
+
+def _returns_false(function: object) -> bool:
+    """Return whether a function of the program returns False, and never says what that meant before Pymunk 7."""
+    code = getattr(function, "__code__", None)
+    steps = list(dis.get_instructions(code)) if code and "process_collision" not in code.co_names else []
+    ends = (pair for pair in pairwise(steps) if pair[1].opname.startswith("RETURN"))
+    return any(value.argval is False or end.argval is False for value, end in ends)
+
+
 def _not_finite(contents: Contents) -> Iterator[Fault]:
     for body in contents.bodies:
         if not all(map(math.isfinite, (*body.position, *body.velocity, body.angle, body.angular_velocity))):
@@ -281,12 +295,11 @@ def _unused(contents: Contents) -> Iterator[Fault]:
 _OF_BODIES: Final = (_shape_not_added, _degrees, _off_centre, _moment)
 _OF_SHAPES: Final = (_placed_twice, _concave, _categories, _overlaps)
 _OF_JOINTS: Final = (_joint_not_added, _anchor_far, _strong_motor)
-RULES: Final[Rules[Contents]] = (
-    *_OF_BODIES,
-    *_OF_SHAPES,
-    *_OF_JOINTS,
-    _negative,
-    _ignored_attributes,
-)  # of what is new
-END_RULES: Final[Rules[Contents]] = (_wrong_point, _body_not_added, _moved_static)
-STILL_RULES: Final[Rules[Contents]] = (_not_finite, _unused)  # without steps, which show more
+RULES: Final[Rules[Contents]] = (*_OF_BODIES, *_OF_SHAPES, *_OF_JOINTS, _ignored_attributes)
+END_RULES: Final[Rules[Contents]] = (
+    _wrong_point,
+    _body_not_added,
+    _moved_static,
+    _callbacks,
+)  # not only of what is new
+STILL_RULES: Final[Rules[Contents]] = (_not_finite, _unused)  # of which steps show more

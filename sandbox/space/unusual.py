@@ -13,6 +13,9 @@ from sandbox.space.findings import Fault
 from sandbox.space.recording import Numbers
 from sandbox.space.steps import MOST, Evidence, by_key
 
+SLOW_FALL: Final = 1.2  # s, for a body at rest to fall by its own length
+SAME: Final = 0.02  # relative, of what stays the same
+TURNED: Final = 1.0  # rad
 LOST: Final = 0.05  # of its length, in a second, of what a body had gained
 FEW: Final = 10  # steps
 BORNE: Final = 0.5  # of a weight
@@ -24,9 +27,10 @@ KEPT_SPEED: Final = 0.8  # of its largest speed: slower in the end, something ha
 def unusual(evidence: Evidence) -> Iterator[Fault]:
     """Yield what is unusual."""
     for track in _tracks(evidence):
-        for find in (_pushes, _velocities, _clings, _coasts):
+        for find in (_pushes, _velocities, _turns, _clings, _coasts):
             yield from find(track)
     yield from _ghosts(evidence)
+    yield from _fallen(evidence)
 
 
 def _tracks(evidence: Evidence) -> Iterator["_Track"]:
@@ -67,10 +71,19 @@ class _Track:
 
 
 def _pushes(track: _Track) -> Iterator[Fault]:
-    """Yield forces and torques that act in single steps."""
-    acts = (track.force > 0) | (track.old["torque"] != 0)
+    """Yield forces that act in single steps, or without effect; and a gravity that hardly acts."""
+    acts, body, pull = (track.force > 0) | (track.old["torque"] != 0), track.body, math.hypot(*track.gravity)
     if acts[:-1].any() and not (acts[1:] & acts[:-1]).any():
         yield track.fault("single-pushes", f"in {acts.sum()} of {len(acts)} steps")
+    mean, way = track.old["force"].mean(axis=0), track.new["position"][-1] - track.old["position"][0]
+    size, seconds = math.hypot(*mean), track.run.dt[track.step].sum()
+    stays = way @ mean < LOST * track.length * seconds * size and not body.constraints
+    falls = way @ track.gravity > 0 and track.force.max() < (1 - SAME) * body.mass * pull
+    if size > MOST * track.force.max() and stays and (len(track.contacts) or falls):
+        what = f"a force of {size:.3g} on a mass of {body.mass:.3g} is {size / body.mass:.3g} px/s²"
+        yield track.fault("in-vain", f"{what}, and gravity {pull:.3g} px/s²")
+    if pull and (fall := math.sqrt(2 * track.length / pull)) > SLOW_FALL and not body._velocity_func:
+        yield track.fault("slow-fall", f"takes {fall:.2g} s to fall by its own length, {track.length:.3g} px")
 
 
 def _velocities(track: _Track) -> Iterator[Fault]:
@@ -80,9 +93,25 @@ def _velocities(track: _Track) -> Iterator[Fault]:
     lost = np.abs(changed)[1:] * is_same * (is_same.mean(axis=0) > MOST)
     count = int((lost > LOST * track.length).any(axis=1).sum())
     if count > FEW < track.evidence.contents.origins.driven.get(track.body, 0):
-        yield track.fault(
-            "velocity-set", f"before {count} of {len(changed)} steps; up to {lost.max():.3g} px/s are lost in one"
-        )
+        what = f"before {count} of {len(changed)} steps; up to {lost.max():.3g} px/s are lost in one"
+        yield track.fault("velocity-set", what)
+    size, gain = np.hypot(*changed.T)[1:], np.hypot(*velocity[-1]) - np.hypot(*velocity[0])
+    is_again = (size > 0) & (np.hypot(*np.diff(changed, axis=0).T) < SAME * size)
+    if is_again.mean() > MOST and gain > size[is_again].sum() / 2:
+        yield track.fault("adds-up", f"{np.median(size):.3g} px/s before {is_again.sum() + 1} of {len(changed)} steps")
+
+
+def _turns(track: _Track) -> Iterator[Fault]:
+    """Yield what contacts turn that the program drives, and balls that friction stops, as they cannot roll."""
+    body, contacts, old = track.body, track.contacts, track.old
+    if body.constraints or not len(contacts):
+        return
+    is_round = any(isinstance(shape, pymunk.Circle) for shape in track.solid)
+    steers = old["torque"].any() or (old["spin"][1:] != track.new["spin"][:-1]).any() or old["spin"][0]
+    if track.is_pushed.mean() > MOST and not is_round and not steers and (turn := np.ptp(old["angle"])) > TURNED:
+        yield track.fault("tips", f"turned by {turn:.3g} rad")
+    if is_round and math.isinf(body.moment) and contacts["tangential"].any() and not track.gravity.any():
+        yield track.fault("slides-not", f"friction {contacts['friction'].max():.3g} in a contact")
 
 
 def _clings(track: _Track) -> Iterator[Fault]:
@@ -119,3 +148,15 @@ def _ghosts(evidence: Evidence) -> Iterator[Fault]:
             named.add(body.id)
             why = "by a filter" if is_dynamic(body) else "as neither moves by forces"
             yield evidence.fault("ghosts", [body.id], step, f"through a {shape_words(wall)}, {why}")
+
+
+def _fallen(evidence: Evidence) -> Iterator[Fault]:
+    """Yield bodies that fall below all walls, and met nothing before."""
+    gravity, contents, contacts = evidence.contents.space.gravity, evidence.contents, evidence.run.contacts
+    boxes = [shape.bb for shape in contents.solid if not is_dynamic(body_of(shape))]
+    corners = [gravity.dot((x, y)) for box in boxes for x in (box.left, box.right) for y in (box.bottom, box.top)]
+    met = {*contacts["body_a"].tolist(), *contacts["body_b"].tolist()}
+    for body in contents.bodies if corners and not evidence.passages.found else ():
+        falls = gravity.dot(body.position) > max(corners) and gravity.dot(body.velocity) > 0
+        if is_dynamic(body) and falls and body.id not in met and not body.constraints:
+            yield contents.fault("falls-away", body, "is below all walls, and never touched anything")

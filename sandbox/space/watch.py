@@ -8,8 +8,9 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Final, NoReturn
+from typing import Any, Final, NoReturn
 from unittest.mock import patch
+from weakref import WeakSet
 
 import numpy as np
 import pymunk
@@ -18,8 +19,8 @@ from sandbox.report.output import DEFAULT_WIDTH, json_text
 from sandbox.space.contents import Contents, checked
 from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.energy import ledger_of
-from sandbox.space.findings import Finding, findings_of
-from sandbox.space.lint import Linter
+from sandbox.space.findings import Fault, Finding, findings_of
+from sandbox.space.lint import look
 from sandbox.space.origins import Origins, program_line
 from sandbox.space.passages import Passages
 from sandbox.space.recording import Recording, original_step
@@ -39,7 +40,9 @@ class Trial:
         self.space, self.time, self.steps, self.line = space, 0.0, 0, ""
         self.cost = 0.0  # s of the processor, of the Space's own steps
         origins.grown.add(space)
-        self._linter = Linter(space, origins)
+        self._origins = origins
+        self._faults: list[Fault] = []  # of what was added
+        self._seen: WeakSet[Any] = WeakSet()
         self._recording = Recording(space)
         self._passages = Passages(self._recording)
         self._looked_at = 0
@@ -62,18 +65,18 @@ class Trial:
     def _look(self) -> None:
         counts = len(self.space.bodies), len(self.space.shapes), len(self.space.constraints)
         self._most = [max(most, count) for most, count in zip(self._most, counts, strict=True)]
-        grown = self._linter.origins.grown
-        if self.space in grown and self._looked_at <= MAX_LOOKED_AT:
-            grown.discard(self.space)
+        if self.space in self._origins.grown and self._looked_at <= MAX_LOOKED_AT:
+            self._origins.grown.discard(self.space)
             self._looked_at += counts[1]
-            self._linter.look(RULES, self.time if self.steps else None)
+            contents = Contents(self.space, self._origins, self._seen)
+            self._faults += look(contents, RULES, self.time if self.steps else None)
 
     @np.errstate(all="ignore")  # what is thrown about has energies that overflow
     def diagnosis(self, number: int) -> Diagnosis:
         """Return the diagnosis of what was recorded."""
-        contents, energy, figures = Contents(self.space, self._linter.origins), None, {}
+        contents, energy, figures = Contents(self.space, self._origins), None, {}
         rules = END_RULES if self._recording.steps else (*END_RULES, *STILL_RULES)
-        faults = [*self._linter.faults, *(fault for find in rules for fault in find(contents))]
+        faults = [*self._faults, *(fault for find in rules for fault in find(contents))]
         if self._recording.steps:
             evidence = Evidence(self._recording, contents, self._passages)
             faults += (fault for find in STEP_RULES for fault in find(evidence))

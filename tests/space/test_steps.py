@@ -472,7 +472,7 @@ FAULTS: dict[str, tuple[Callable[[], Diagnosis], set[str]]] = {
     "thrust at a point of the space": (lambda: thrust("apply_force_at_local_point", (30, -400)), {"wrong-point"}),
     "kicked at a point of the body": (
         lambda: thrust("apply_impulse_at_world_point", (0, -4), (0, 30)),
-        {"wrong-point"},
+        {"wrong-point", "adds-up"},
     ),
     "thrust at the corner of the space": (
         lambda: thrust("apply_force_at_world_point", (0, 40), (0, 0), x=90),

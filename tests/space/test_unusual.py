@@ -1,5 +1,6 @@
 """What is unusual, and may be meant: small Spaces where it is named with its figures, and their mended twins."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -12,6 +13,13 @@ from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.findings import Certainty
 
 STANDS = (0, 184.95)  # a box of 20 px on the floor
+
+
+def falls(gravity: float = 900, x: float = 0) -> Diagnosis:
+    """A ball falls on a floor from x = -500 to 500."""
+    space = ground(gravity=gravity)
+    ball(space, x, 150)
+    return watched(space, 60)
 
 
 def passes(kind: int, key: str = "", value: tuple[float, float] = (0, 0), **values: Any) -> Diagnosis:
@@ -32,6 +40,20 @@ def pushed(
     made = box(space, *values.pop("place", STANDS), **values)
     made.moment = moment or made.moment
     return watched(space, 120, lambda number: act(made, number))
+
+
+def glances(moment: float, wall: float = 1, gravity: float = 0) -> Diagnosis:
+    """A ball hits a wall at 45 degrees."""
+    space = ground(gravity=gravity, friction=wall)
+    ball(space, 0, 100, velocity=(200, 200)).moment = moment
+    return watched(space, 60)
+
+
+def runs(velocity: float) -> Callable[[pymunk.Body, int], None]:
+    def act(made: pymunk.Body, _: int) -> None:
+        made.velocity = velocity, made.velocity.y
+
+    return act
 
 
 def carried(speed: Callable[[pymunk.Body], float]) -> Diagnosis:
@@ -58,6 +80,20 @@ def force(x: float, y: float = 0, every: int = 1, call: str = "apply_force_at_lo
 CASES: dict[str, tuple[Callable[[], Diagnosis], Callable[[], Diagnosis], str]] = {
     "ghosts": (lambda: passes(pymunk.Body.KINEMATIC), lambda: passes(pymunk.Body.DYNAMIC), "neither moves by forces"),
     "single-pushes": (lambda: pushed(force(9000, every=4)), lambda: pushed(force(1500)), "in 30 of 120 steps"),
+    "in-vain": (lambda: pushed(force(100)), lambda: pushed(force(1500)), "100 on a mass of 1 is 100 px/s²"),
+    "slow-fall": (lambda: falls(9.81), falls, "takes 2 s to fall by its own length, 20"),
+    "falls-away": (lambda: falls(x=600), falls, "is below all walls"),
+    "adds-up": (
+        lambda: pushed(force(0, -20, call="apply_impulse_at_local_point"), gravity=0),
+        lambda: pushed(force(0, -20, every=60, call="apply_impulse_at_local_point"), gravity=0),
+        "20 px/s before 119 of 120 steps",
+    ),
+    "tips": (
+        lambda: pushed(runs(60), place=(0, 170), size=(10, 50)),
+        lambda: pushed(runs(60), place=(0, 170), size=(10, 50), moment=math.inf),
+        "turned by",
+    ),
+    "slides-not": (lambda: glances(math.inf), lambda: glances(50), "friction 0.8 in a contact"),
     "velocity-set": (
         lambda: carried(lambda _: 0),
         lambda: carried(lambda made: made.velocity.x),
@@ -118,8 +154,31 @@ def hung_on_its_wall() -> Diagnosis:
     return watched(space, 60)
 
 
+def alone(act: Callable[[Any, int], object] = lambda *_: None, gravity: float = 900, **values: Any) -> Diagnosis:
+    """A ball without anything that it could touch."""
+    space = world(gravity=gravity)
+    made = ball(space, 0, 0)
+    for name, value in values.items():
+        setattr(made, name, value)
+    return watched(space, 120, lambda number: act(made, number))
+
+
+def wander(made: pymunk.Body, _: int) -> None:
+    made.angular_velocity, made.velocity = 3, (60, made.velocity.y)
+
+
+UPDATE = pymunk.Body.update_velocity
 RIGHT: tuple[tuple[str, Callable[[], Diagnosis]], ...] = (
     ("velocity-set", lambda: pushed(force(0, -15, call="apply_impulse_at_local_point"), place=(0, 100))),
+    ("in-vain", lambda: alone(force(0, -900))),
+    ("in-vain", lambda: alone(lambda made, number: force(0, -1500 if number % 2 else -100)(made, 0))),
+    ("slow-fall", lambda: alone(gravity=9, velocity_func=lambda made, g, *rest: UPDATE(made, g * 99, *rest))),
+    ("adds-up", lambda: pushed(lambda made, number: runs(200 if number % 40 < 20 else -200)(made, number))),
+    ("tips", lambda: pushed(wander, place=(0, 170), size=(10, 50))),
+    ("slides-not", lambda: glances(math.inf, wall=0)),
+    ("slides-not", lambda: glances(math.inf, gravity=10)),
+    ("falls-away", lambda: pushed(force(0, -900), place=(0, 400))),
+    ("falls-away", lambda: falls(x=495)),
     ("ghosts", pinned),
     ("clings", lambda: pushed(force(300))),
     ("clings", lambda: pushed(force(3000), place=(84, 15), wall=0.3)),
