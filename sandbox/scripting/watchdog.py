@@ -41,13 +41,9 @@ def _look(program: str, trials: Trials, done: threading.Event) -> None:
     while not done.wait(LOOK):
         trial, lasts = trials.stepping, time.monotonic() - trials.since
         if trial and lasts > MAX_STEP:
-            line = program_line(sys._current_frames().get(trials.thread))
-            print(
-                f"{printable(program)}: step {trial.steps + 1} of its Space does not return. It is in "
-                f"{printable(line)}. {_SLEEPING}",
-                file=sys.stderr,
-                flush=True,
-            )
+            line = printable(program_line(sys._current_frames().get(trials.thread)))
+            stuck = f"{printable(program)}: step {trial.steps + 1} of its Space does not return. It is in {line}."
+            print(stuck, _SLEEPING, file=sys.stderr, flush=True)
             os._exit(2)
         patience = MIN_PAUSE if trials.out_of_time else max(trials.seconds, MIN_PAUSE)
         if not trial and not trials.ended and lasts > patience:

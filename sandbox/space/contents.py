@@ -62,7 +62,7 @@ class Contents:
         place = place_of(shape) if shape and not is_dynamic(body) else body.position
         return BodyReport(self._index_of.get(id(body)), kind, (place[0], place[1]), line, detail)
 
-    def fault(self, rule: str, thing: Named, what: str, size: float = 1, figure: str = "") -> Fault:
+    def fault(self, rule: str, thing: Named, what: str, size: float = 1.0, figure: str = "") -> Fault:
         """Return the fault of a body, or of a body by its shape."""
         return Fault(rule, self.report(thing, what), size, figure)
 

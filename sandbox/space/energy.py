@@ -8,6 +8,7 @@ damping, gravity and forces, then the impulses of contacts and joints. All impul
 set of impulses J that changes the relative velocity at these points from v to u does the work J · (v + u) / 2 exactly.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
@@ -22,6 +23,7 @@ from sandbox.state import Bools, Floats
 SMALLEST_SHOWN: Final = 5e-5  # of the largest kinetic energy
 LEAST_ENERGY: Final = 1e-6  # kg px²/s²: with less than that, hardly anything had a velocity
 SUSPECT: Final = 0.05  # of the largest kinetic energy: a line that is not the program's own, and worth a headline
+UNSEEN: Final = 1.0  # px, by which what is at rest may sink in, or sag
 
 
 class Cause(Enum):
@@ -59,13 +61,14 @@ class Ledger:
     """The energy ledger of a run of n steps.
 
     time: (n + 1,) s; kinetic, potential: (n + 1,) kg px²/s², at these times, before the program's changes;
-    work: (n,) kg px²/s² by each cause, of each step and of the program's changes before it.
+    work: (n,) kg px²/s², of each step and the program's changes before it; unseen: that of gravity over UNSEEN.
     """
 
     time: Floats
     kinetic: Floats
     potential: Floats
     work: dict[Cause, Floats]
+    unseen: float = 0.0
 
     @property
     def total(self) -> Floats:
@@ -91,8 +94,9 @@ class Ledger:
 
     @property
     def suspect(self) -> dict[str, float]:
-        """Those shares above SUSPECT that neither the program nor what it set up explains."""
-        return {words: share for words, share in self.shares.items() if Cause(words) in ERRORS and abs(share) > SUSPECT}
+        """Those shares that can be seen, and that neither the program nor what it set up explains."""
+        least = max(SUSPECT * self.scale, self.unseen) / (self.scale or 1.0)
+        return {words: share for words, share in self.shares.items() if Cause(words) in ERRORS and abs(share) > least}
 
     def text(self) -> Iterator[str]:
         """Yield its balance in lines of text: how much energy there was, and what changed it."""
@@ -134,7 +138,8 @@ def ledger_of(run: Run) -> Ledger:
     total = kinetic + potential
     work[Cause.CALLBACKS] = total[1:] - before.sum(axis=1) - sum(work.values())
     work[Cause.PROGRAM] = before.sum(axis=1) - total[:-1]
-    return Ledger(run.time, kinetic, potential, work)
+    weights = [finite(step.old["mass"]).sum() * math.hypot(*step.gravity) for step in run.steps]
+    return Ledger(run.time, kinetic, potential, work, UNSEEN * float(max(weights, default=0.0)))
 
 
 class _Work:

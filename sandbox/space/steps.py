@@ -154,7 +154,7 @@ class Evidence:
         """Return those of some bodies that are not the Space's own static one."""
         return [self.recording.bodies[body] for body in ids if body in self.recording.bodies]
 
-    def fault(self, rule: str, ids: Sequence[int], step: Step, what: str, size: float = 1, figure: str = "") -> Fault:
+    def fault(self, rule: str, ids: Sequence[int], step: Step, what: str, size: float = 1.0, figure: str = "") -> Fault:
         """Return the fault of the first dynamic body of some, where it was after a step, since the end of that step.
 
         what: is wrong with it, where `{}` is the name of the body that is left.

@@ -8,7 +8,7 @@ import numpy as np
 import pymunk
 
 from sandbox.quantity import dot, tangent
-from sandbox.space.contents import body_of, half_length, is_dynamic, may_collide, shape_words, solid_of
+from sandbox.space.contents import body_of, half_length, half_width, is_dynamic, may_collide, shape_words, solid_of
 from sandbox.space.findings import Fault
 from sandbox.space.recording import Numbers
 from sandbox.space.steps import MOST, Evidence, by_key
@@ -48,7 +48,7 @@ class _Track:
 
     old, new: (n,) BODY, as in a Step; step, contact_step: the numbers of the steps; changed: (n, 2) px/s, by the
     program before each step; force: (n,) kg px/s²; is_pushed: (n,); length: px, of its largest solid shape; gravity:
-    (2,) px/s²; weight: kg px²/s⁴, of its mass times gravity, along gravity.
+    (2,) px/s²; pull: its length.
     """
 
     def __init__(self, evidence: Evidence, body: pymunk.Body, rows: Numbers, at: Numbers) -> None:
@@ -62,8 +62,7 @@ class _Track:
         self.is_pushed = (self.force > 0) | self.changed.any(axis=1)
         self.solid = solid_of(body)
         self.length = 2 * max([0.0, *map(half_length, self.solid)])
-        self.gravity = np.array(self.space.gravity)
-        self.weight = body.mass * float(self.gravity @ self.gravity)
+        self.gravity, self.pull = np.array(self.space.gravity), self.space.gravity.length
 
     def fault(self, rule: str, what: str) -> Fault:
         """Return a fault of the body."""
@@ -72,7 +71,7 @@ class _Track:
 
 def _pushes(track: _Track) -> Iterator[Fault]:
     """Yield forces that act in single steps, or without effect; and a gravity that hardly acts."""
-    acts, body, pull = (track.force > 0) | (track.old["torque"] != 0), track.body, math.hypot(*track.gravity)
+    acts, body, pull = (track.force > 0) | (track.old["torque"] != 0), track.body, track.pull
     if acts[:-1].any() and not (acts[1:] & acts[:-1]).any():
         yield track.fault("single-pushes", f"in {acts.sum()} of {len(acts)} steps")
     mean, way = track.old["force"].mean(axis=0), track.new["position"][-1] - track.old["position"][0]
@@ -82,8 +81,9 @@ def _pushes(track: _Track) -> Iterator[Fault]:
     if size > MOST * track.force.max() and stays and (len(track.contacts) or falls):
         what = f"a force of {size:.3g} on a mass of {body.mass:.3g} is {size / body.mass:.3g} px/s²"
         yield track.fault("in-vain", f"{what}, and gravity {pull:.3g} px/s²")
-    if pull and (fall := math.sqrt(2 * track.length / pull)) > SLOW_FALL and not body._velocity_func:
-        yield track.fault("slow-fall", f"takes {fall:.2g} s to fall by its own length, {track.length:.3g} px")
+    width = 2 * max(map(half_width, track.solid), default=0.0)
+    if pull and (fall := math.sqrt(2 * width / pull)) > SLOW_FALL and not body._velocity_func:
+        yield track.fault("slow-fall", f"takes {fall:.2g} s to fall by its own width, {width:.3g} px")
 
 
 def _velocities(track: _Track) -> Iterator[Fault]:
@@ -110,19 +110,19 @@ def _turns(track: _Track) -> Iterator[Fault]:
     steers = old["torque"].any() or (old["spin"][1:] != track.new["spin"][:-1]).any() or old["spin"][0]
     if track.is_pushed.mean() > MOST and not is_round and not steers and (turn := np.ptp(old["angle"])) > TURNED:
         yield track.fault("tips", f"turned by {turn:.3g} rad")
-    if is_round and math.isinf(body.moment) and contacts["tangential"].any() and not track.gravity.any():
+    if is_round and math.isinf(body.moment) and contacts["tangential"].any() and not track.pull:
         yield track.fault("slides-not", f"friction {contacts['friction'].max():.3g} in a contact")
 
 
 def _clings(track: _Track) -> Iterator[Fault]:
     """Yield bodies that the program presses against walls, on which friction holds them."""
-    contacts, gravity, run = track.contacts, track.gravity, track.run
-    normal, pull = contacts["normal"], math.hypot(*track.gravity)
-    is_upright = np.abs(dot(normal, gravity)) < ACROSS * pull
-    by_friction = contacts["tangential"] * dot(tangent(normal), gravity) * is_upright
-    borne = -np.bincount(track.contact_step, by_friction, len(run.steps)) > BORNE * track.weight * run.dt
+    contacts, gravity, pull, run = track.contacts, track.gravity, track.pull, track.run
+    is_upright = np.abs(dot(contacts["normal"], gravity)) < ACROSS * pull
+    by_friction = -contacts["tangential"] * dot(tangent(contacts["normal"]), gravity) * is_upright
+    weight = track.body.mass * pull
+    borne = np.bincount(track.contact_step, by_friction, len(run.steps)) > BORNE * weight * pull * run.dt
     stays = np.abs(dot(track.new["velocity"], gravity)) < pull * track.length
-    pressed = track.force * contacts["friction"].max(initial=0.0) > BORNE * track.body.mass * pull
+    pressed = track.force * contacts["friction"].max(initial=0.0) > BORNE * weight
     held = stays & (pressed | track.changed.any(axis=1)) & borne[track.step]
     if pull and track.evidence.lasts(track.step[held]):
         yield track.fault("clings", f"in {held.sum()} steps")
@@ -132,7 +132,7 @@ def _coasts(track: _Track) -> Iterator[Fault]:
     """Yield bodies with friction that nothing slows down, as nothing touches them."""
     speed = np.hypot(*track.old["velocity"][~track.is_pushed].T)
     is_left = len(speed) > MIN_STEPS and not track.is_pushed[-MIN_STEPS:].any() and not len(track.contacts)
-    acts = track.gravity.any() or track.body.constraints or track.body._velocity_func or track.space.damping < 1
+    acts = track.pull or track.body.constraints or track.body._velocity_func or track.space.damping < 1
     is_rough = any(shape.friction for shape in track.solid) and not any(shape.elasticity for shape in track.solid)
     if is_left and is_rough and not acts and 0 < speed.max() * KEPT_SPEED < speed[-1]:
         yield track.fault("friction-untouched", f"still goes at {speed[-1]:.3g} px/s, and never touched anything")

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 import pymunk
@@ -305,6 +306,18 @@ def test_an_error_of_joints_is_one_also_beside_a_body_that_the_program_steers(st
             other.velocity = 0, number
 
     assert Cause.JOINTS.words in ledger_of(Run(record(space, 6, steer))).suspect
+
+
+@pytest.mark.parametrize("off", [0, 60])
+def test_what_hangs_at_rest_sags_by_less_than_anybody_sees(off: float) -> None:
+    """The joints of a row of balls give back what gravity takes in the first steps; or one begins far off its law."""
+    space = world()
+    bodies = [space.static_body, *(ball(space, 0, 20 * k) for k in range(10))]
+    for k, (a, b) in enumerate(pairwise(bodies)):
+        space.add(pymunk.PivotJoint(a, b, (0, 10 if k else -10), (0, -10 - off * (k == 9))))
+    ledger = ledger_of(Run(record(space, 60)))
+    assert abs(ledger.shares[Cause.JOINTS.words]) > 0.05
+    assert (Cause.JOINTS.words in ledger.suspect) == bool(off)
 
 
 def test_what_a_callback_removes_takes_its_energy_there() -> None:

@@ -81,7 +81,7 @@ CASES: dict[str, tuple[Callable[[], Diagnosis], Callable[[], Diagnosis], str]] =
     "ghosts": (lambda: passes(pymunk.Body.KINEMATIC), lambda: passes(pymunk.Body.DYNAMIC), "neither moves by forces"),
     "single-pushes": (lambda: pushed(force(9000, every=4)), lambda: pushed(force(1500)), "in 30 of 120 steps"),
     "in-vain": (lambda: pushed(force(100)), lambda: pushed(force(1500)), "100 on a mass of 1 is 100 px/s²"),
-    "slow-fall": (lambda: falls(9.81), falls, "takes 2 s to fall by its own length, 20"),
+    "slow-fall": (lambda: falls(9.81), falls, "takes 2 s to fall by its own width, 20"),
     "falls-away": (lambda: falls(x=600), falls, "is below all walls"),
     "adds-up": (
         lambda: pushed(force(0, -20, call="apply_impulse_at_local_point"), gravity=0),
