@@ -397,22 +397,20 @@ def test_the_linter_changes_nothing() -> None:
     assert run(linted=True) == run(linted=False)
 
 
-def test_findings_are_in_the_order_of_the_rules_and_print_their_cure() -> None:
+def test_findings_are_in_the_order_of_the_rules() -> None:
     space = sound_space()
     overlapping(space)
     small_moment(space)
     removed_without_its_shape(space)
     findings = sandbox.lint(space)
     assert rules_of(findings) == ["body-not-added", "moment", "overlap"]
-    text = " ".join(str(findings[0]).split())
     assert findings[0].certainty == Certainty.CERTAIN
-    assert "a dynamic circle of radius 20 at (200, 100): its circle of radius 20 is still in the Space" in text
-    assert text.endswith("or space.add(body).")
 
 
-def test_what_is_no_space_is_refused() -> None:
+@pytest.mark.parametrize("call", [sandbox.lint, sandbox.from_space])
+def test_what_is_no_space_is_refused(call: Callable[[Any], object]) -> None:
     with pytest.raises(SandboxError, match=r"^space must be a pymunk\.Space, got list$"):
-        sandbox.lint([])  # type: ignore[arg-type]
+        call([])
 
 
 def test_a_file_of_a_space_has_no_functions_and_runs_none(tmp_path: Path) -> None:

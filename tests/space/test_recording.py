@@ -73,16 +73,6 @@ def test_bodies_that_come_and_go_are_in_the_steps_in_which_they_were_there() -> 
     assert recording.bodies[body.id] is body
 
 
-def test_sleeping_bodies_are_recorded_as_asleep() -> None:
-    space, body = falling_box()
-    space.sleep_time_threshold = 0.25
-    recording = record(space, 200)
-    assert body.is_sleeping
-    last = recording.steps[-1].new
-    assert last["asleep"][last["id"] == body.id]
-    assert not recording.steps[0].new["asleep"].any()
-
-
 def test_each_joint_s_error_is_that_of_its_law() -> None:
     """The ends of a slide joint are where its law is broken by a known amount before any step can mend that."""
     space = pymunk.Space()

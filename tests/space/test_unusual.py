@@ -13,6 +13,8 @@ from sandbox.space.diagnosis import Diagnosis
 from sandbox.space.findings import Certainty
 
 STANDS = (0, 184.95)  # a box of 20 px on the floor
+TALL: dict[str, Any] = {"place": (0, 170), "size": (10, 50)}
+BESIDE: dict[str, Any] = {"place": (84, 50)}  # the wall
 
 
 def falls(gravity: float = 900, x: float = 0) -> Diagnosis:
@@ -68,12 +70,16 @@ def carried(speed: Callable[[pymunk.Body], float]) -> Diagnosis:
     return watched(space, 60, walk)
 
 
-def force(x: float, y: float = 0, every: int = 1, call: str = "apply_force_at_local_point", aside: float = 0) -> Any:
+def force(x: float, y: float = 0, every: int = 1, call: str = "apply_force_at_local_point") -> Any:
     def act(made: pymunk.Body, number: int) -> None:
         if number % every == 0:
-            getattr(made, call)((x, y), pymunk.Vec2d(aside, 0) + made.position if "world" in call else (0, 0))
+            getattr(made, call)((x, y))
 
     return act
+
+
+def kick(every: int, y: float = -20) -> Any:
+    return force(0, y, every, "apply_impulse_at_local_point")
 
 
 # By their rules: the Space, its mended twin, and the detail or the symptom's end
@@ -83,27 +89,11 @@ CASES: dict[str, tuple[Callable[[], Diagnosis], Callable[[], Diagnosis], str]] =
     "in-vain": (lambda: pushed(force(100)), lambda: pushed(force(1500)), "100 on a mass of 1 is 100 px/s²"),
     "slow-fall": (lambda: falls(9.81), falls, "takes 2 s to fall by its own width, 20"),
     "falls-away": (lambda: falls(x=600), falls, "is below all walls"),
-    "adds-up": (
-        lambda: pushed(force(0, -20, call="apply_impulse_at_local_point"), gravity=0),
-        lambda: pushed(force(0, -20, every=60, call="apply_impulse_at_local_point"), gravity=0),
-        "20 px/s before 119 of 120 steps",
-    ),
-    "tips": (
-        lambda: pushed(runs(60), place=(0, 170), size=(10, 50)),
-        lambda: pushed(runs(60), place=(0, 170), size=(10, 50), moment=math.inf),
-        "turned by",
-    ),
+    "adds-up": (lambda: pushed(kick(1), gravity=0), lambda: pushed(kick(60), gravity=0), "20 px/s before 119 of 120"),
+    "tips": (lambda: pushed(runs(60), **TALL), lambda: pushed(runs(60), moment=math.inf, **TALL), "turned by"),
     "slides-not": (lambda: glances(math.inf), lambda: glances(50), "friction 0.8 in a contact"),
-    "velocity-set": (
-        lambda: carried(lambda _: 0),
-        lambda: carried(lambda made: made.velocity.x),
-        "px/s are lost in one",
-    ),
-    "clings": (
-        lambda: pushed(force(3000), place=(84, 50)),
-        lambda: pushed(force(3000), place=(84, 50), wall=0),
-        "steps",
-    ),
+    "velocity-set": (lambda: carried(lambda _: 0), lambda: carried(lambda made: made.velocity.x), "px/s are lost"),
+    "clings": (lambda: pushed(force(3000), **BESIDE), lambda: pushed(force(3000), wall=0, **BESIDE), "steps"),
 }
 
 
@@ -169,12 +159,12 @@ def wander(made: pymunk.Body, _: int) -> None:
 
 UPDATE = pymunk.Body.update_velocity
 RIGHT: tuple[tuple[str, Callable[[], Diagnosis]], ...] = (
-    ("velocity-set", lambda: pushed(force(0, -15, call="apply_impulse_at_local_point"), place=(0, 100))),
+    ("velocity-set", lambda: pushed(kick(1, -15), place=(0, 100))),
     ("in-vain", lambda: alone(force(0, -900))),
     ("in-vain", lambda: alone(lambda made, number: force(0, -1500 if number % 2 else -100)(made, 0))),
     ("slow-fall", lambda: alone(gravity=9, velocity_func=lambda made, g, *rest: UPDATE(made, g * 99, *rest))),
     ("adds-up", lambda: pushed(lambda made, number: runs(200 if number % 40 < 20 else -200)(made, number))),
-    ("tips", lambda: pushed(wander, place=(0, 170), size=(10, 50))),
+    ("tips", lambda: pushed(wander, **TALL)),
     ("slides-not", lambda: glances(math.inf, wall=0)),
     ("slides-not", lambda: glances(math.inf, gravity=10)),
     ("falls-away", lambda: pushed(force(0, -900), place=(0, 400))),
