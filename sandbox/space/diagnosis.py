@@ -45,8 +45,8 @@ class Diagnosis:
     def headline(self) -> str:
         """Whether a rule found a fault, and whether energy came or went where none should."""
         suspect = [
-            f"{words} {'beyond ' * (abs(share) > MOST)}{100 * max(-MOST, min(share, MOST)):+,.0f} %"
-            for words, share in (self.energy.suspect if self.energy else {}).items()
+            f"{cause} {'beyond ' * (abs(share) > MOST)}{100 * max(-MOST, min(share, MOST)):+,.0f} %"
+            for cause, share in (self.energy.suspect if self.energy else {}).items()
         ]
         rule = "" if self.findings or not self.steps else "No rule found a fault. "
         energy = f"Energy came or went where none should: {', '.join(suspect)} of the largest kinetic energy."

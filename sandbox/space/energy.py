@@ -11,7 +11,7 @@ set of impulses J that changes the relative velocity at these points from v to u
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 from typing import Any, Final
 
 import numpy as np
@@ -23,23 +23,22 @@ from sandbox.state import Bools, Floats
 SMALLEST_SHOWN: Final = 5e-5  # of the largest kinetic energy
 LEAST_ENERGY: Final = 1e-6  # kg px²/s²: with less than that, hardly anything had a velocity
 SUSPECT: Final = 0.05  # of the largest kinetic energy: a line that is not the program's own, and worth a headline
-UNSEEN: Final = 1.0  # px, by which what is at rest may sink in, or sag
+UNSEEN: Final = 1.0  # px, by which what is at rest may sink in, sag or fall
 
 
-class Cause(Enum):
+class Cause(StrEnum):
     """What changes the energy of a Space, in words; if the solver's errors are in it, it is among ERRORS."""
 
-    # Normal impulses, with the restitution that the contact should have:
-    RESTITUTION = "bounces, as elasticities say"
-    RESTITUTION_ERROR = "bounces, other than elasticities say"  # a contact ended with another normal velocity than that
+    RESTITUTION = "restitution"  # normal impulses, with the restitution that the contact should have
+    RESTITUTION_ERROR = "restitution other than elasticities say"  # it ended with another normal velocity than that
     FRICTION = "friction and surface velocities"
     KINEMATIC = "kinematic bodies that push"  # bodies of infinite mass that move
     DAMPING = "the Space's damping"
     FORCES = "forces and torques"  # Body.force and Body.torque
     # Work of gravity, less the potential energy of the way with the step's first velocity; contacts and joints against
     # what gravity, forces and damping did in the same step:
-    INTEGRATION = "gravity, and what bears it or forces, in steps instead of at every moment"
-    CORRECTION = "bodies moved apart that overlapped"  # against gravity
+    INTEGRATION = "time step error of gravity and forces"
+    CORRECTION = "overlap correction"  # against gravity
     # The impulses on bodies besides those of contacts:
     JOINTS = "joints"  # in steps in which nothing else pushes bodies; otherwise, with such bounces:
     DRIVEN = "motors, springs, joints that give way, functions, and what acts beside them"
@@ -47,13 +46,8 @@ class Cause(Enum):
     CALLBACKS = "handlers and callbacks"
     PROGRAM = "the program: what it sets, adds and removes between steps"
 
-    @property
-    def words(self) -> str:
-        """What it is called in text; in JSON, it has its name."""
-        return self.value
 
-
-ERRORS: Final = {Cause.RESTITUTION_ERROR, Cause.CORRECTION, Cause.JOINTS}
+ERRORS: Final = {Cause.RESTITUTION_ERROR, Cause.JOINTS}  # bodies whose overlap is corrected fell as much too deep
 
 
 @dataclass(frozen=True)
@@ -61,14 +55,14 @@ class Ledger:
     """The energy ledger of a run of n steps.
 
     time: (n + 1,) s; kinetic, potential: (n + 1,) kg px²/s², at these times, before the program's changes;
-    work: (n,) kg px²/s², of each step and the program's changes before it; unseen: that of gravity over UNSEEN.
+    work: (n,) kg px²/s², of each step and the program's changes before it; is_at_rest: no body falls by UNSEEN.
     """
 
     time: Floats
     kinetic: Floats
     potential: Floats
     work: dict[Cause, Floats]
-    unseen: float = 0.0
+    is_at_rest: bool = False
 
     @property
     def total(self) -> Floats:
@@ -86,17 +80,17 @@ class Ledger:
         return {cause: float(work.sum()) for cause, work in self.work.items()}
 
     @property
-    def shares(self) -> dict[str, float]:
-        """The lines in words as shares of the scale, the largest first; 0 if there was hardly any."""
+    def shares(self) -> dict[Cause, float]:
+        """The lines as shares of the scale, the largest first; 0 if there was hardly any."""
         moved = self.scale >= LEAST_ENERGY
-        shares = {cause.words: value / self.scale if moved else 0.0 for cause, value in self.lines.items()}
+        shares = {cause: value / self.scale if moved else 0.0 for cause, value in self.lines.items()}
         return dict(sorted(shares.items(), key=lambda line: -abs(line[1])))
 
     @property
-    def suspect(self) -> dict[str, float]:
-        """Those shares that can be seen, and that neither the program nor what it set up explains."""
-        least = max(SUSPECT * self.scale, self.unseen) / (self.scale or 1.0)
-        return {words: share for words, share in self.shares.items() if Cause(words) in ERRORS and abs(share) > least}
+    def suspect(self) -> dict[Cause, float]:
+        """Those shares above SUSPECT that neither the program nor what it set up explains; none at rest."""
+        shares = {} if self.is_at_rest else self.shares
+        return {cause: share for cause, share in shares.items() if cause in ERRORS and abs(share) > SUSPECT}
 
     def text(self) -> Iterator[str]:
         """Yield its balance in lines of text: how much energy there was, and what changed it."""
@@ -107,8 +101,8 @@ class Ledger:
         since, until = self.time[[0, -1]].tolist()
         yield f"Its energy from {since:.4g} to {until:.4g} s, in % of the largest kinetic energy, {scale:.3g}:"
         lines = [line for line in self.shares.items() if abs(line[1]) >= SMALLEST_SHOWN]
-        lines.append(("together", float(self.total[-1] - self.total[0]) / scale))
-        yield from (f"  {100 * share:+9.2f} %  {words}" for words, share in lines)
+        yield from (f"  {100 * share:+9.2f} %  {cause}" for cause, share in lines)
+        yield f"  {100 * float(self.total[-1] - self.total[0]) / scale:+9.2f} %  together"
 
     def as_json(self) -> dict[str, Any]:
         """Return its balance as a JSON document has it: energies in kg px²/s², times in s."""
@@ -138,8 +132,8 @@ def ledger_of(run: Run) -> Ledger:
     total = kinetic + potential
     work[Cause.CALLBACKS] = total[1:] - before.sum(axis=1) - sum(work.values())
     work[Cause.PROGRAM] = before.sum(axis=1) - total[:-1]
-    weights = [finite(step.old["mass"]).sum() * math.hypot(*step.gravity) for step in run.steps]
-    return Ledger(run.time, kinetic, potential, work, UNSEEN * float(max(weights, default=0.0)))
+    speed, pull = np.hypot(*run.new["velocity"].T), max((math.hypot(*step.gravity) for step in run.steps), default=0.0)
+    return Ledger(run.time, kinetic, potential, work, bool((speed**2 < 2 * pull * UNSEEN).all()))
 
 
 class _Work:
@@ -156,7 +150,7 @@ class _Work:
         self._gravity = np.array([step.gravity for step in run.steps]).reshape(-1, 2)[run.step]
         self._mass = finite(_columns(run.new, "mass", "moment"))
         self._inverse = np.divide(1, self._mass, where=self._mass > 0, out=np.zeros_like(self._mass))
-        self._drives = np.zeros(len(run.steps), bool)
+        self._drives = np.array([step.handles for step in run.steps], bool)
         for step in (run.joint_step[~run.joints["is_hard"]], run.step[run.new["is_own"]]):
             self._drives[step] = True
         self._start, self._end = (_columns(rows, "velocity", "spin") for rows in (run.old, run.new))
@@ -192,7 +186,7 @@ class _Work:
     def _add_rest(self, updated: Floats, rest: Floats) -> None:
         """Add the work of impulses besides those of contacts. rest: how much they changed the motion."""
         run, impulse = self._run, self._mass * rest
-        drives = self._drives | np.array([step.handles for step in run.steps], bool)
+        drives = self._drives.copy()
         drives[run.joint_step[self._is_jolted()]] = True
         work, is_driven = (impulse * (self._start + self._end)).sum(axis=1) / 2, np.append(drives[run.step], False)
         self._book(Cause.JOINTS, work * ~is_driven, run.step)
@@ -246,7 +240,8 @@ class _Work:
     def _add_positions(self) -> None:
         """Add the change of potential energy, by the step's first velocity and by the rest of the displacement."""
         run, old = self._run, self._run.old
-        weight, is_own, is_awake = finite(old["mass"])[:, None] * self._gravity, run.new["is_own"], ~old["asleep"]
+        weight, is_awake = finite(old["mass"])[:, None] * self._gravity, ~old["asleep"]
+        is_own = run.new["is_own"] | np.array([step.handles for step in run.steps], bool)[run.step]
         drift, way = (is_awake * run.dt[run.step])[:, None] * old["velocity"], run.new["position"] - old["position"]
         self._book(Cause.INTEGRATION, -dot(weight, drift) * ~is_own, run.step)
         self._book(Cause.CORRECTION, -dot(weight, way - drift) * (is_awake & ~is_own), run.step)
