@@ -69,7 +69,8 @@ class Contents:
     def name(self, body: pymunk.Body) -> str:
         """Name a body in a sentence."""
         report = self.report(body, "")
-        return "the Space's static body" if report.index is None else f"body {report.index}, {report.kind}"
+        number = "" if report.index is None else f"body {report.index}, "
+        return "the Space's static body" if body is self.space._static_body else f"{number}{report.kind}"
 
     def overlaps(self) -> Iterator[tuple[pymunk.Shape, pymunk.Shape, float]]:
         """Yield pairs of shapes that may collide, of which one is new, where their boxes meet, and their depth, px."""

@@ -34,8 +34,8 @@ class Certainty(StrEnum):
 class BodyReport:
     """A body, or two that belong together, and what is wrong with it.
 
-    index: in `Space.bodies` when it was found, None for the Space's own static body; kind: of body and shape; position:
-    px; line: of the program, that added it, empty if unknown; detail: the fault in figures.
+    index: in `Space.bodies` when it was found, None if it was not there, as the Space's own static body; kind: of body
+    and shape; position: px; line: of the program, that added it, empty if unknown; detail: the fault in figures.
     """
 
     index: int | None

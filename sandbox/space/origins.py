@@ -41,7 +41,6 @@ class Origins:
         self.grown: WeakSet[pymunk.Space] = WeakSet()
         self.pushes: WeakKeyDictionary[pymunk.Body, Push] = WeakKeyDictionary()
         self.dents: WeakKeyDictionary[pymunk.Poly, float] = WeakKeyDictionary()  # px
-        self.driven: WeakKeyDictionary[pymunk.Body, int] = WeakKeyDictionary()  # times that it set a velocity
         self.zeros: dict[str, WeakSet[pymunk.Shape]] = {name: WeakSet() for name in ("elasticity", "friction")}
 
     @contextmanager
@@ -51,7 +50,6 @@ class Origins:
         looks.append((pymunk.Poly, "__init__", self._look_at_polygon))
         looks += [(pymunk.Body, name, partial(self._look_at_push, name)) for name in _PUSHES]
         looks += [(pymunk.Shape, name, partial(self._look_at_factor, name)) for name in self.zeros]
-        looks.append((pymunk.Body, "velocity", self._look_at_velocity))
         with ExitStack() as stack:
             for kind, name, look in looks:
                 stack.enter_context(patch.object(kind, name, _followed(getattr(kind, name), look)))
@@ -74,9 +72,6 @@ class Origins:
         lever, other_lever = (local, world) if "local" in name else (world, local)
         if body not in self.pushes or lever > self.pushes[body].lever:
             self.pushes[body] = Push(lever, other_lever, f"{name} in {program_line()}")
-
-    def _look_at_velocity(self, body: pymunk.Body, _: Any) -> None:
-        self.driven[body] = self.driven.get(body, 0) + 1
 
     def _look_at_factor(self, name: str, shape: pymunk.Shape, value: float) -> None:
         (self.zeros[name].discard if value else self.zeros[name].add)(shape)

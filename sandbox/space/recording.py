@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pymunk._chipmunk_cffi import lib
 
 from sandbox.quantity import dot
-from sandbox.state import Floats
+from sandbox.state import Bools, Floats
 
 Rows = NDArray[Any]
 Cached = dict[tuple[frozenset[Any], int], tuple[float, float]]  # by the two shapes, either of which may be A
@@ -24,10 +24,9 @@ Numbers = NDArray[np.intp]
 
 MAX_ROWS: Final = 5_000_000  # of bodies, contacts and joints, some 200 bytes each
 ROWS_OF_A_STEP: Final = 100  # that a step counts as besides its own: with few bodies, 10 min are kept
-LARGEST: Final = 1e120  # px, px/s, rad or rad/s: beyond that, energies overflow
+LARGEST: Final = 1e12  # px, px/s, rad or rad/s: what goes beyond that does not come back
 FIRST: Final = 0  # the state of an arbiter whose shapes did not touch in the step before
 HARD: Final = (pymunk.PinJoint, pymunk.PivotJoint, pymunk.GearJoint)  # others stop without a bounce
-original_step: Final = pymunk.Space.step  # another one may take its place
 
 
 # Masses kg, moments kg px², places px, angles rad, velocities px/s and rad/s, forces kg px/s², impulses kg px/s.
@@ -104,10 +103,10 @@ class Step(NamedTuple):
         return self.time + self.dt
 
     @property
-    def is_finite(self) -> bool:
-        """Whether all places and velocities are numbers below LARGEST after it."""
+    def lost(self) -> Bools:
+        """(n,) whether a body's place or velocity is no number below LARGEST after it."""
         keys = ("position", "velocity", "angle", "spin")
-        return all(bool((np.abs(self.new[key]) < LARGEST).all()) for key in keys)
+        return np.asarray(~(np.abs(np.column_stack([self.new[key] for key in keys])) < LARGEST).all(axis=1))
 
 
 class Recording:
@@ -257,7 +256,7 @@ class Run:
 
     def __init__(self, recording: Recording) -> None:
         every = list(recording.steps)
-        self.steps = list(takewhile(lambda step: step.is_finite, every))
+        self.steps = list(takewhile(lambda step: not step.lost.any(), every))
         self.broken = every[len(self.steps)] if len(self.steps) < len(every) else None
         self.start = every[0].before
         self.time = np.array([every[0].time, *(step.end for step in self.steps)])

@@ -1,10 +1,8 @@
 """What the linter looks for in a Space: one function for each rule of rules.toml that holds without a step."""
 
-import dis
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
@@ -152,13 +150,6 @@ def _anchor_far(contents: Contents) -> Iterator[Fault]:
                     yield contents.fault("anchor-far", body, what, anchor.length / size, f"{anchor.length:.4g} px")
 
 
-def _strong_motor(contents: Contents) -> Iterator[Fault]:
-    for joint in contents.new(contents.space.constraints):
-        if isinstance(joint, pymunk.SimpleMotor) and joint.rate and math.isinf(joint.max_force):
-            what = f"its SimpleMotor of {joint.rate:.3g} rad/s has max_force inf"
-            yield contents.fault("strong-motor", end_of(joint), what)
-
-
 def _degrees(contents: Contents) -> Iterator[Fault]:
     """Bodies that do not spin, and begin with more than a turn, by a whole number."""
     for body in contents.bodies if not contents.seen else ():
@@ -221,28 +212,6 @@ def unused(contents: Contents, quantity: str, shapes: Iterable[Touched]) -> Iter
             yield contents.fault(f"{quantity}-unused", shape, detail, value)._replace(since=since)
 
 
-def _callbacks(contents: Contents) -> Iterator[Fault]:
-    """Callbacks that return False, and bodies of which only some shapes have a type that callbacks are for."""
-    handlers = contents.space._handlers  # Pymunk has no public list of them
-    for callback in (each for handler in handlers.values() for each in (handler.begin, handler.pre_solve) if each):
-        if _returns_false(callback):
-            yield Fault("returned", None, figure=callback.__name__)
-    heard = {kind for kinds in handlers for kind in kinds}
-    for body in contents.bodies:
-        kinds = {shape.collision_type for shape in solid_of(body)}
-        if kinds & heard and kinds - heard:
-            what = f"has shapes of collision types {' and '.join(map(str, sorted(kinds)))}"
-            yield contents.fault("other-type", body, what)
-
-
-def _returns_false(function: object) -> bool:
-    """Return whether a function of the program returns False, and never says what that meant before Pymunk 7."""
-    code = getattr(function, "__code__", None)
-    steps = list(dis.get_instructions(code)) if code and "process_collision" not in code.co_names else []
-    ends = (pair for pair in pairwise(steps) if pair[1].opname.startswith("RETURN"))
-    return any(value.argval is False or end.argval is False for value, end in ends)
-
-
 def _not_finite(contents: Contents) -> Iterator[Fault]:
     for body in contents.bodies:
         if not all(map(math.isfinite, (*body.position, *body.velocity, body.angle, body.angular_velocity))):
@@ -294,12 +263,7 @@ def _unused(contents: Contents) -> Iterator[Fault]:
 
 _OF_BODIES: Final = (_shape_not_added, _degrees, _off_centre, _moment)
 _OF_SHAPES: Final = (_placed_twice, _concave, _categories, _overlaps)
-_OF_JOINTS: Final = (_joint_not_added, _anchor_far, _strong_motor)
+_OF_JOINTS: Final = (_joint_not_added, _anchor_far)
 RULES: Final[Rules[Contents]] = (*_OF_BODIES, *_OF_SHAPES, *_OF_JOINTS, _ignored_attributes)
-END_RULES: Final[Rules[Contents]] = (
-    _wrong_point,
-    _body_not_added,
-    _moved_static,
-    _callbacks,
-)  # not only of what is new
-STILL_RULES: Final[Rules[Contents]] = (_not_finite, _unused)  # of which steps show more
+END_RULES: Final[Rules[Contents]] = (_wrong_point, _body_not_added, _moved_static)  # at the end
+STILL_RULES: Final[Rules[Contents]] = (_not_finite, _unused)  # if no steps show more

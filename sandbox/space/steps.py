@@ -22,7 +22,7 @@ from sandbox.space.contents import (
     solid_of,
 )
 from sandbox.space.findings import Fault, Rules
-from sandbox.space.passages import Passages
+from sandbox.space.passages import Passage, Passages
 from sandbox.space.recording import Numbers, Recording, Rows, Run, Step
 from sandbox.space.rules import Touched, unused
 from sandbox.state import Bools, Floats
@@ -35,7 +35,7 @@ LASTING: Final = 0.2  # s: as long as that, an overlap is no impact
 WITHIN: Final = 1.0  # s, in which what lasts does so for LASTING
 SHRINKS: Final = 0.99  # of the depth a step before: Pymunk pushes bodies apart, unless something holds them
 MOST: Final = 0.5  # of the steps
-MANY_MOVES: Final = 10  # steps before which the program set a body's position
+MANY_MOVES: Final = 10  # steps before which the program set a body's position, and before the next as well
 CAUGHT: Final = 0.2  # of its momentum, that a body loses at a seam
 ALONG: Final = 0.7  # cosine of the angle between two normals, below which one pushes along the other's surface
 FLUSH: Final = 0.1  # of a body's half width, within which two surfaces are one
@@ -81,12 +81,15 @@ class Evidence:
 
     @cached_property
     def overlaps(self) -> list[Series]:
-        """The depth of the deepest point of each pair of bodies, where they overlap, px."""
-        step, contacts = self.run.contact_step, self.run.contacts
+        """The depth of the deepest point of each pair of bodies, where they overlap, px, unless they came in so."""
+        step, contacts, slop = self.run.contact_step, self.run.contacts, self.contents.space.collision_slop
         found = []
         for rows in by_key(pair_key(contacts), step, contacts["distance"] < 0):
             at, first = np.unique(step[rows], return_index=True)
-            found.append(Series(contacts[rows[0]], at, np.maximum.reduceat(-contacts["distance"][rows], first)))
+            series = Series(contacts[rows[0]], at, np.maximum.reduceat(-contacts["distance"][rows], first))
+            deep = at[series.values > slop + MAX_LASTING_DEPTH * self.half_width(*series.ends)]
+            if not (len(deep) and self.came_in(deep[0], *series.ends)):
+                found.append(series)
         return found
 
     @cached_property
@@ -166,20 +169,27 @@ class Evidence:
             report = replace(report, position=(x, y))
         return Fault(rule, report, size, figure, step.end)
 
+    def first(self, passages: Sequence[Passage]) -> list[tuple[pymunk.Body, Passage]]:
+        """Return the first of some passages of each body; none if bodies fly apart, and pass all that there is."""
+        return [] if self.run.broken else list({body_of(each.shape): each for each in passages[::-1]}.items())
+
+    def length(self, stretch: Series) -> float:
+        """Return the length of a joint, px, or half that of what it connects if that is more."""
+        joint = self.recording.joints[int(stretch.first["key"])]
+        sizes = [half_length(shape) for body in self.bodies(*stretch.ends) for shape in body.shapes]
+        return float(max([getattr(joint, "distance", getattr(joint, "max", 0.0)), *sizes])) or math.inf
+
     def figures(self) -> dict[str, float]:
-        """Return the figures of the rules whose cures can be tried: passages, or px."""
-        worst = max(self.overlaps, key=lambda each: each.worst[1] / self.half_width(*each.ends), default=None)
-        deepest = worst.worst[1] if worst else 0.0
-        return {
-            "passed-through": float(len(self.passages.found)),
-            "joint-stretched": max((each.worst[1] for each in self.stretches), default=0.0),
-            "sinks-in": deepest,
-            "deep-at-once": deepest,
-        }
+        """Return the figures of the rules whose cures can be tried: passages, or px of what is worst for its size."""
+        depths = [(each.worst[1] / self.half_width(*each.ends), each.worst[1]) for each in self.overlaps]
+        errors = [(each.worst[1] / self.length(each), each.worst[1]) for each in self.stretches]
+        (_, depth), (_, error) = (max(figures, default=(0.0, 0.0)) for figures in (depths, errors))
+        passages = float(len(self.passages.found))
+        return {"passed-through": passages, "joint-stretched": error, "sinks-in": depth, "deep-at-once": depth}
 
 
 def pair_key(contacts: Rows) -> Rows:
-    """Return a number for the two bodies of each contact, whichever is A."""
+    """Return a number for the two bodies of each contact, whichever is A, by their ids, which are addresses."""
     low, high = np.minimum(contacts["body_a"], contacts["body_b"]), np.maximum(contacts["body_a"], contacts["body_b"])
     return np.asarray(low * np.uint64(0x9E3779B97F4A7C15) + high * np.uint64(0xC2B2AE3D27D4EB4F))
 
@@ -205,22 +215,26 @@ def _steps_vary(evidence: Evidence) -> Iterator[Fault]:
 
 def _not_finite(evidence: Evidence) -> Iterator[Fault]:
     if step := evidence.run.broken:
-        for row in step.new:
-            if not np.isfinite([*row["position"], *row["velocity"], row["angle"], row["spin"]]).all():
-                (x, y), (u, v) = row["position"], row["velocity"]
-                what = f"position ({x:.4g}, {y:.4g}), velocity ({u:.4g}, {v:.4g})"
-                yield evidence.fault("not-finite", [int(row["id"])], step, what)
+        for row in step.new[step.lost]:
+            (x, y), (u, v) = row["position"], row["velocity"]
+            what = f"position ({x:.4g}, {y:.4g}), velocity ({u:.4g}, {v:.4g})"
+            yield evidence.fault("not-finite", [int(row["id"])], step, what)
 
 
 def _passed(evidence: Evidence) -> Iterator[Fault]:
-    """Bodies that passed a wall: each once."""
-    reported: set[int] = set()
-    for step, shape, wall, way, *_ in evidence.passages.found:
-        body, half = body_of(shape), half_width(shape)
-        if body.id not in reported:
-            reported.add(body.id)
-            what = f"{way:.3g} px in the step, through a {shape_words(wall)}"
-            yield evidence.fault("passed-through", [body.id], step, what, way / half if half else math.inf)
+    """Bodies that passed a wall, each once."""
+    for body, (step, shape, wall, way, *_) in evidence.first(evidence.passages.found):
+        what, half = f"{way:.3g} px in the step, through a {shape_words(wall)}", half_width(shape)
+        yield evidence.fault("passed-through", [body.id], step, what, way / half if half else math.inf)
+
+
+def _ghosts(evidence: Evidence) -> Iterator[Fault]:
+    """Bodies that went through walls with which they do not collide, by their kinds or by a filter, and never do."""
+    for body, (step, shape, wall, *_) in evidence.first(evidence.passages.ghosts):
+        is_held = any(body_of(wall) in (joint.a, joint.b) for joint in body.constraints)
+        if not is_held and not may_collide(shape, wall):
+            why = "by a filter" if is_dynamic(body) else "as neither moves by forces"
+            yield evidence.fault("ghosts", [body.id], step, f"through a {shape_words(wall)}, {why}")
 
 
 def _long_steps(evidence: Evidence) -> Iterator[Fault]:
@@ -238,11 +252,9 @@ def _long_steps(evidence: Evidence) -> Iterator[Fault]:
 def _stretched(evidence: Evidence) -> Iterator[Fault]:
     """Joints that stretch by more than a part of their length, or of half that of what they connect."""
     for stretch in evidence.stretches:
-        joint = evidence.recording.joints[int(stretch.first["key"])]
-        sizes = [half_length(shape) for body in evidence.bodies(*stretch.ends) for shape in body.shapes]
-        length = max([getattr(joint, "distance", getattr(joint, "max", 0.0)), *sizes])
+        joint, length = evidence.recording.joints[int(stretch.first["key"])], evidence.length(stretch)
         number, error = stretch.worst
-        if length and error > MAX_STRETCH * length:
+        if error > MAX_STRETCH * length:
             masses = [body.mass for body in (joint.a, joint.b) if is_dynamic(body) and body.mass]
             ratio = max(masses) / min(masses) if masses else 1.0
             differ = f"; their masses differ {ratio:.3g} times" if ratio > MAX_MASS_RATIO else ""
@@ -263,18 +275,16 @@ def _too_deep(evidence: Evidence) -> Iterator[Fault]:
 
 
 def _deep_overlap(evidence: Evidence, overlap: Series) -> Fault | None:
-    """Return the fault of an overlap that is too deep, if it is; not of bodies that came into the Space so."""
+    """Return the fault of an overlap that is too deep, if it is."""
     ends, slop, half = overlap.ends, evidence.contents.space.collision_slop, evidence.half_width(*overlap.ends)
     before = np.where(np.diff(overlap.steps, prepend=-2) == 1, np.roll(overlap.values, 1), 0.0)
     is_held = overlap.values > SHRINKS * before  # otherwise Pymunk is pushing them apart
     lasting = overlap.steps[(overlap.values > slop + MAX_LASTING_DEPTH * half) & is_held]
     is_lasting = evidence.lasts(lasting)
     deep = lasting if is_lasting else overlap.steps[overlap.values > slop + MAX_DEPTH * half]
-    if not len(deep) or evidence.came_in(deep[0], *ends):
-        return None
     number, depth = overlap.worst
-    if not is_lasting and evidence.placed(deep[0], ends) > depth / 2:
-        return None  # the program put one into the other
+    if not len(deep) or (not is_lasting and evidence.placed(deep[0], ends) > depth / 2):
+        return None  # or the program put one into the other
     worst, since = evidence.run.steps[number], evidence.run.steps[deep[0]].end
     what = f"{depth:.3g} px deep in {{}} at {worst.end:.3f} s"
     rule = "sinks-in" if is_lasting else "deep-at-once"
@@ -287,7 +297,7 @@ def _moved(evidence: Evidence) -> Iterator[Fault]:
     contacts, step = evidence.sides
     touches = np.isin(np.arange(len(ids)), run.rows_of(step, contacts["row_b"]))
     for at in by_key(ids, run.step, (way > 0) & (np.isfinite(run.old["mass"]) | touches)):
-        if len(at) > MANY_MOVES:
+        if (np.diff(run.step[at]) == 1).sum() > MANY_MOVES:
             body, first = ids[at[0]], run.steps[run.step[at[0]]]
             what = f"before {int((way[ids == body] > 0).sum())} of the steps"
             yield evidence.fault("moved-by-hand", [int(body)], first, what, len(at))
@@ -358,6 +368,6 @@ def _unused(evidence: Evidence) -> Iterator[Fault]:
         yield from unused(evidence.contents, quantity, evidence.touched(quantity))
 
 
-_OF_MOTION: Final = (_steps_vary, _not_finite, _long_steps, _moved, _passed, _hanging)
+_OF_MOTION: Final = (_steps_vary, _not_finite, _long_steps, _moved, _passed, _ghosts, _hanging)
 _OF_CONTACTS: Final = (_contacts_within, _caught, _too_deep, _unused)
 STEP_RULES: Final[Rules[Evidence]] = (*_OF_MOTION, *_OF_CONTACTS, _stretched)

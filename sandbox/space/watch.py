@@ -23,7 +23,7 @@ from sandbox.space.findings import Fault, Finding, findings_of
 from sandbox.space.lint import look
 from sandbox.space.origins import Origins, program_line
 from sandbox.space.passages import Passages
-from sandbox.space.recording import Recording, original_step
+from sandbox.space.recording import Recording
 from sandbox.space.rules import END_RULES, RULES, STILL_RULES
 from sandbox.space.steps import LONGEST_STEP, STEP_RULES, Evidence
 from sandbox.space.unusual import unusual
@@ -36,9 +36,9 @@ TIME_ROUNDING: Final = 1e-9  # s
 class Trial:
     """One Space: its linter, and the recording of its steps."""
 
-    def __init__(self, space: pymunk.Space, origins: Origins) -> None:
+    def __init__(self, space: pymunk.Space, origins: Origins, step: Callable[[pymunk.Space, float], None]) -> None:
         self.space, self.time, self.steps, self.line = space, 0.0, 0, ""
-        self.cost = 0.0  # s of the processor, of the Space's own steps
+        self._original_step, self.cost = step, 0.0  # s of the processor, of the Space's own steps
         origins.grown.add(space)
         self._origins = origins
         self._faults: list[Fault] = []  # of what was added
@@ -52,14 +52,14 @@ class Trial:
         """Look at the Space, do a step, record it, and look at what it did."""
         self.line = self.line or program_line()
         self._look()
-        if (step := self._recording.record(self._step, dt)) and step.is_finite:
+        if (step := self._recording.record(self._step, dt)) and not step.lost.any():
             self._passages.look(step)
         self.steps += 1
         self.time += dt if math.isfinite(dt) else 0.0
 
     def _step(self, dt: float) -> None:
         begin = time.process_time()
-        original_step(self.space, dt)
+        self._original_step(self.space, dt)
         self.cost += time.process_time() - begin
 
     def _look(self) -> None:
@@ -106,9 +106,9 @@ class Trials:
     ) -> None:
         self.seconds = math.inf if seconds is None else seconds
         self._parts, self._iterations = parts, iterations
-        self._origins = Origins()
+        self._origins, self._original_step = Origins(), pymunk.Space.step  # of another recording, if there is one
         self._only = only
-        self._trials = {id(only): Trial(only, self._origins)} if only else {}
+        self._trials = {id(only): Trial(only, self._origins, self._original_step)} if only else {}
         self.ended = self.out_of_time = False
         self._waited = 0.0  # s, since the last step
         self.stepping: Trial | None = None
@@ -132,7 +132,7 @@ class Trials:
         """Do a step of a Space, recorded."""
         trial = None if self.ended or self._only not in (None, space) else self._trial(space)
         if trial is None or not isinstance(dt, int | float | np.number):  # Pymunk says what is wrong with it
-            original_step(space, dt)
+            self._original_step(space, dt)
             return
         if self.out_of_time:
             self._stop()
@@ -167,7 +167,7 @@ class Trials:
     def _trial(self, space: pymunk.Space) -> Trial | None:
         trial = self._trials.get(id(space))
         if trial is None and len(self._trials) < MAX_SPACES:
-            trial = self._trials[id(space)] = Trial(space, self._origins)
+            trial = self._trials[id(space)] = Trial(space, self._origins, self._original_step)
             space.iterations *= self._iterations
         return trial
 

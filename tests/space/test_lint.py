@@ -110,10 +110,6 @@ def overlapping_on_a_joint(space: pymunk.Space) -> None:
     space.add(pymunk.PivotJoint(a, b, (115, 300)))
 
 
-def wheel_on_a_motor(space: pymunk.Space) -> None:
-    space.add(pymunk.SimpleMotor(space.static_body, body_of(disc(space, 200)), 5))
-
-
 def moved_wall(space: pymunk.Space) -> None:
     body = pymunk.Body(body_type=pymunk.Body.STATIC)
     shape = pymunk.Poly.create_box(body, (40, 40))
@@ -140,20 +136,6 @@ def group_of_old(space: pymunk.Space) -> None:
     vars(disc(space, 200))["group"] = 1
 
 
-def part_of_another_type(space: pymunk.Space) -> None:
-    """A ball of two shapes, of which a callback is for one."""
-    made = disc(space, 200)
-    part = pymunk.Circle(body_of(made), 5)
-    made.collision_type, part.collision_type, part.friction, part.elasticity = 1, 4, 0.5, 0.5
-    space.add(part)
-    space.on_collision(1, None, begin=lets)
-
-
-def lets(arbiter: pymunk.Arbiter, *_: object) -> Any:
-    arbiter.process_collision = False
-    return False
-
-
 FAULTS: dict[str, tuple[str, Callable[[pymunk.Space], None]]] = {
     "moment 10, 20 times too small: its shapes have 200": ("moment", small_moment),
     "moment 1333, 5 times too large: its shapes have 266.7": ("moment", body_with(box, moment=800 / 3 * 5)),
@@ -177,8 +159,6 @@ FAULTS: dict[str, tuple[str, Callable[[pymunk.Space], None]]] = {
     "position (200, 100), velocity (nan, 0)": ("not-finite", body_with(disc, velocity=(math.nan, 0))),
     "joint.max_Force was set; write joint.max_force": ("attribute", lambda space: spring(space, max_Force=10)),
     "centre of gravity at (0, 0), middle of its shapes at (20, 20)": ("off-centre", corners_on_a_spring),
-    "has shapes of collision types 1 and 4": ("other-type", part_of_another_type),
-    "its SimpleMotor of 5 rad/s has max_force inf": ("strong-motor", wheel_on_a_motor),
     "angle 20, 3.18 turns": ("degrees", body_with(box, angle=20)),
     "category 3 is 1 and 2 at once": ("categories", numbered_categories),
     "body.elasticity was set; write shape.elasticity": ("attribute", body_with(disc, elasticity=0.9)),
@@ -275,19 +255,6 @@ def test_an_attribute_that_a_class_of_the_program_has_is_its_own() -> None:
     assert sandbox.lint(space) == []
 
 
-@pytest.mark.parametrize("method", ["begin", "pre_solve"])
-def test_a_callback_that_returns_whether_to_collide_is_named(method: str) -> None:
-    def says_no(*_: object) -> Any:
-        return False
-
-    space = sound_space()
-    space.on_collision(1, 2, **{method: lets})
-    assert sandbox.lint(space) == []
-    space.on_collision(1, 2, **{method: says_no})
-    (finding,) = sandbox.lint(space)
-    assert finding.symptom.endswith("what says_no returns is ignored since Pymunk 7")
-
-
 SHAPES: Sequence[Callable[[pymunk.Body], pymunk.Shape]] = (
     lambda body: pymunk.Circle(body, 10),
     lambda body: pymunk.Segment(body, (-30, 0), (30, 0), 10),
@@ -315,7 +282,7 @@ def test_an_overlap_is_found_whichever_shape_came_first(
 
 
 def test_every_rule_has_a_fault() -> None:
-    of_programs, of_factors = {"concave", "wrong-point", "returned"}, {"elasticity-unused", "friction-unused"}
+    of_programs, of_factors = {"concave", "wrong-point"}, {"elasticity-unused", "friction-unused"}
     assert {rule for rule, _ in FAULTS.values()} == keys_in(rules) - of_programs | of_factors
 
 
@@ -327,7 +294,6 @@ CURES: dict[Callable[[pymunk.Space], None], Callable[[pymunk.Space], None]] = {
     moved_wall: lambda space: space.reindex_shapes_for_body(body_of(last_shape(space))),
     overlapping_on_a_joint: lambda space: setattr(next(iter(space.constraints)), "collide_bodies", False),
     overlapping: group_all_but_the_floor,
-    wheel_on_a_motor: lambda space: setattr(next(iter(space.constraints)), "max_force", 1000),
     corners_from_the_corner: lambda space: setattr(last_shape(space), "mass", 1),
     small_moment: lambda space: setattr(body_of(last_shape(space)), "moment", math.inf),
 }

@@ -564,7 +564,7 @@ def test_a_body_that_may_pass_a_wall_is_not_said_to_have_passed(way: str) -> Non
 
 def test_each_rule_of_steps_has_a_fault() -> None:
     of_programs = {"contacts-within", "hangs"}  # in the small programs
-    of_others = {"dt-varies", "not-finite"}  # below, and in the tests of whole Spaces
+    of_others = {"dt-varies", "not-finite", "ghosts"}  # below, and in the tests of whole Spaces
     assert set().union(*(rules for _, rules in FAULTS.values())) >= keys_in(steps) - of_programs - of_others
 
 
