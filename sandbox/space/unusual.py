@@ -20,11 +20,9 @@ EARTH: Final = 9.0, 11.0  # px/s²: gravity in metres
 PIXELS: Final = 15.0  # wider than this, bodies are hardly in metres
 COARSE: Final = 0.1  # of its width, for collision_slop
 SAME: Final = 0.02  # relative, of what stays the same
-TURNED: Final = 1.0  # rad
 SMALL: Final = 0.05  # of the steps; of a velocity; of a body's length, in a second
 FEW: Final = 10  # steps
 BORNE: Final = 0.5  # of a force or weight
-ACROSS: Final = 0.3  # cosine of the angle between gravity and the normal of a wall
 MIN_STEPS: Final = 30  # since the last push
 KEPT_SPEED: Final = 0.8  # of its largest speed: slower in the end, something has slowed a body
 
@@ -32,7 +30,7 @@ KEPT_SPEED: Final = 0.8  # of its largest speed: slower in the end, something ha
 def unusual(evidence: Evidence) -> Iterator[Fault]:
     """Yield what is unusual."""
     for track in _tracks(evidence):
-        for find in (_sizes, _forces, _weak_force, _velocities, _tips, _cannot_roll, _clings, _coasts, _falls):
+        for find in (_sizes, _forces, _weak_force, _velocities, _cannot_roll, _clings, _coasts, _falls):
             yield from find(track)
     yield from _motors(evidence.contents)
     yield from _returned(evidence.contents)
@@ -41,8 +39,7 @@ def unusual(evidence: Evidence) -> Iterator[Fault]:
 def _tracks(evidence: Evidence) -> Iterator["_Track"]:
     """Yield the bodies that move by forces, of more than a few steps."""
     (contacts, step), bodies, ids = evidence.sides, evidence.recording.bodies, evidence.run.old["id"]
-    by_body = by_key(contacts["body_b"], step, contacts["row_b"] >= 0)
-    touching = {int(contacts["body_b"][rows[0]]): rows for rows in by_body}
+    touching = {int(contacts["body_b"][rows[0]]): rows for rows in by_key(contacts["body_b"], step)}
     for rows in by_key(ids, evidence.run.step):
         body = bodies[int(ids[rows[0]])]
         if is_dynamic(body) and len(rows) > FEW:
@@ -68,14 +65,9 @@ class _Track:
         self.mass, self.moment = (float(self.old[key][-1]) for key in ("mass", "moment"))
         self.solid = solid_of(body)
         self.length, self.width = (2 * max([0.0, *map(half, self.solid)]) for half in (half_length, half_width))
-        self.is_round = any(isinstance(shape, pymunk.Circle) for shape in self.solid)
         self.gravity = np.array(run.steps[self.step[-1]].gravity)
         self.pull = math.hypot(*self.gravity)
         self.is_free = not (body.constraints or self.old["is_own"].any())
-
-    def is_set(self, *keys: str) -> bool:
-        """Return whether the program set some of its state between steps."""
-        return any(bool((self.old[key] != self.was[key]).any()) for key in keys)
 
     def fault(self, rule: str, what: str) -> Fault:
         """Return a fault of the body."""
@@ -103,14 +95,14 @@ def _forces(track: _Track) -> Iterator[Fault]:
 
 def _weak_force(track: _Track) -> Iterator[Fault]:
     """Yield bodies that a constant force does not move, and does not press against anything."""
-    first, contacts = int(track.is_pushed.argmax()), track.contacts[track.at >= track.is_pushed.argmax()]
+    first, contacts = int(track.is_pushed.argmax()), track.contacts
     force, size = track.old["force"][first:], math.hypot(*track.old["force"][first])
     along, seconds = force[0] / (size or 1.0), float(track.run.dt[track.step[first:]].sum())
     way, gain = ((track.new[key][-1] - track.old[key][first]) @ along for key in ("position", "velocity"))
     pressed = -(contacts["impulse"] * (contacts["normal"] @ along)).sum() > BORNE * size * seconds
     least = SMALL * size * seconds * (1 if len(contacts) else -1)
     stays = way < SMALL * track.length * seconds and gain * track.mass < least and not pressed
-    is_constant = np.abs(force - force[0]).max() < SAME * size and not track.is_set("velocity", "position")
+    is_constant = np.abs(force - force[0]).max() < SAME * size and not track.changed.any()
     if stays and is_constant and track.is_free:
         what = f"a force of {size:.3g} on a mass of {track.mass:.3g} is {size / track.mass:.3g} px/s²"
         yield track.fault("weak-force", f"{what}, and gravity {track.pull:.3g} px/s²")
@@ -120,7 +112,7 @@ def _velocities(track: _Track) -> Iterator[Fault]:
     """Yield velocities that the program sets again, whatever a step did to them, or adds to."""
     changed, velocity = track.changed, track.old["velocity"]
     is_same = velocity[1:] == velocity[:-1]
-    lost = np.abs(changed)[1:] * is_same * (is_same.mean(axis=0) > MOST)
+    lost = np.abs(changed) * (is_same.mean(axis=0) > MOST)
     count = int((lost > SMALL * track.length).any(axis=1).sum())
     if count > FEW:
         what = f"before {count} of {len(changed)} steps; up to {lost.max():.3g} px/s are lost in one"
@@ -131,34 +123,25 @@ def _velocities(track: _Track) -> Iterator[Fault]:
         yield track.fault("adds-up", f"by {np.median(size):.3g} px/s before most steps")
 
 
-def _tips(track: _Track) -> Iterator[Fault]:
-    """Yield bodies whose velocity the program sets or changes, and that contacts turn."""
-    turned, steers = np.ptp(track.old["angle"]), track.is_set("angle", "spin") or track.old["torque"].any()
-    is_driven = track.changed.any(axis=1).mean() > MOST and not steers and not track.old["spin"][0]
-    if is_driven and turned > TURNED and len(track.contacts) and track.is_free and not track.is_round:
-        yield track.fault("tips", f"turned by {turned:.3g} rad")
-
-
 def _cannot_roll(track: _Track) -> Iterator[Fault]:
     """Yield balls that cannot roll, that little pushes, and that friction slows down."""
     contacts, velocity = track.contacts, track.old["velocity"][track.at]
     work = (contacts["tangential"] * dot(tangent(contacts["normal"]), velocity)).sum()
-    acts = track.pull or track.is_pushed.mean() > SMALL or not track.is_free
-    if work < 0 and math.isinf(track.moment) and track.is_round and not acts:
+    is_round = any(isinstance(shape, pymunk.Circle) for shape in track.solid)
+    if work < 0 and math.isinf(track.moment) and is_round and not track.pull and track.is_pushed.mean() < SMALL:
         yield track.fault("cannot-roll", f"friction {contacts['friction'].max():.3g} in a contact")
 
 
 def _clings(track: _Track) -> Iterator[Fault]:
     """Yield bodies that the program presses against walls, on which friction holds them."""
     contacts, gravity, pull = track.contacts, track.gravity, track.pull
-    is_upright = np.abs(dot(contacts["normal"], gravity)) < ACROSS * pull
-    by_friction = -contacts["tangential"] * dot(tangent(contacts["normal"]), gravity) * is_upright
+    by_friction = -contacts["tangential"] * dot(tangent(contacts["normal"]), gravity)
     weight, dt = track.mass * pull, track.run.dt[track.step]
     borne = np.bincount(track.at, by_friction, len(dt)) > BORNE * weight * pull * dt
     stays = np.abs(dot(track.new["velocity"], gravity)) < pull * track.length
     pressed = np.hypot(*track.old["force"].T) * contacts["friction"].max(initial=0.0) > BORNE * weight
     held = stays & (pressed | track.changed.any(axis=1)) & borne
-    if pull and track.evidence.lasts(track.step[held]):
+    if track.evidence.lasts(track.step[held]):
         yield track.fault("clings", f"in {held.sum()} steps")
 
 
