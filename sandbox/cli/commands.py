@@ -103,8 +103,7 @@ def main() -> None:
 
 @app.callback(invoke_without_command=True)
 def _run_by_default(
-    context: typer.Context,
-    show_version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+    context: typer.Context, show_version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False
 ) -> None:
     if show_version:
         print(__version__)
@@ -316,8 +315,7 @@ def trace(
 @app.command()
 def verify(
     scenes: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="SCENE", help="Files, or bundled scenes. Default: all of these."),
+        list[str] | None, typer.Argument(metavar="SCENE", help="Files, or bundled scenes. Default: all of these.")
     ] = None,
     engines: options.EnginesToScore = None,
     json_file: options.JsonFile = None,
@@ -429,9 +427,7 @@ def converge(
 
 
 @app.command()
-def check(
-    scenes: Annotated[list[str], typer.Argument(metavar="SCENE", help="Files, or bundled scenes.")],
-) -> None:
+def check(scenes: Annotated[list[str], typer.Argument(metavar="SCENE", help="Files, or bundled scenes.")]) -> None:
     """Check scene files for errors.
 
     Warnings point out what may be unintended: overlaps, and balls too fast for the time step.
@@ -480,10 +476,7 @@ def engines(json_file: options.JsonFile = None) -> None:
 
 
 @app.command()
-def bench(
-    only: options.Parts = None,
-    json_file: options.JsonFile = None,
-) -> None:
+def bench(only: options.Parts = None, json_file: options.JsonFile = None) -> None:
     """Measure the speed of the sandbox, in about two minutes.
 
     The parts are pymunk, exact, compare and window. A figure with a "/" is a ratio of two measured alternately.

@@ -135,10 +135,7 @@ FirstContacts = Annotated[
 Seeds = Annotated[
     range | None, typer.Option(metavar="A:B", parser=parse_seeds, help="Seeds from A up to but not including B.")
 ]
-Rates = Annotated[
-    Sequence[int] | None,
-    typer.Option(metavar="R,R,...", parser=parse_rates, help="Steps per second."),
-]
+Rates = Annotated[Sequence[int] | None, typer.Option(metavar="R,R,...", parser=parse_rates, help="Steps per second.")]
 Settings = Annotated[
     list[Any] | None,
     typer.Option(

@@ -47,9 +47,7 @@ class Box2DEngine:
         if scene.bodies.are_filtered:
             raise Refused("box2d: filters of balls are not supported; use --engines pymunk")
         self.world = pyb2d3.World(
-            gravity=_metres(scene.gravity),
-            restitution_threshold=0.0,
-            maximum_linear_speed=MAX_SPEED,
+            gravity=_metres(scene.gravity), restitution_threshold=0.0, maximum_linear_speed=MAX_SPEED
         )
         if not self.world.is_valid():
             raise Refused("box2d: it has room for 128 worlds at a time in a process, and all are in use")

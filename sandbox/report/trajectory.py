@@ -70,11 +70,7 @@ class Trajectory:
 
 
 def simulate(
-    scene: Scene,
-    engine: Source | Mapping[str, Source],
-    *,
-    steps: int | None = None,
-    inputs: Sequence[Input] = (),
+    scene: Scene, engine: Source | Mapping[str, Source], *, steps: int | None = None, inputs: Sequence[Input] = ()
 ) -> Trajectory:
     """Run a scene in one engine, for a number of steps, by default for the scene's seconds.
 

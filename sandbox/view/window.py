@@ -63,12 +63,7 @@ class Window:
     _frames = 0  # that have passed
 
     def __init__(
-        self,
-        scene: Scene,
-        engines: Sequence[str] | None,
-        inputs: Sequence[Input] = (),
-        *,
-        beside: bool = False,
+        self, scene: Scene, engines: Sequence[str] | None, inputs: Sequence[Input] = (), *, beside: bool = False
     ) -> None:
         theme.use(dark=os.environ.get(THEME) == "dark")
         self.notice = notice = Notice()

@@ -73,13 +73,7 @@ def test_more_substeps_end_tunnelling() -> None:
 
 
 def trial(changes: dict[str, int], **figures: Any) -> TriedSettings:
-    usual: dict[str, Any] = {
-        "passages": 0,
-        "escapes": 0,
-        "apart": 1.0,
-        "gap_rms": 50.0,
-        "energy_error": 1e-3,
-    }
+    usual: dict[str, Any] = {"passages": 0, "escapes": 0, "apart": 1.0, "gap_rms": 50.0, "energy_error": 1e-3}
     return TriedSettings(changes, **(usual | figures), units=PIXELS)
 
 

@@ -147,9 +147,7 @@ def test_contacts_are_counted_by_kind_and_overlap_is_the_deepest() -> None:
     assert figures.max_overlap == pytest.approx(200 / 60, abs=1e-9)
 
 
-def test_a_ball_whose_centre_was_outside_has_escaped_in_figures_and_verdict(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_ball_whose_centre_was_outside_has_escaped_in_figures_and_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = scene_of(ball_at(420, 300, vx=6000), ball_at(400, 100))  # 100 px a step, and Pymunk finds the wall late
     for steps, escaped in ((3, 0), (4, 1), (5, 1)):
         comparison = compare(scene.changed(seconds=steps / 60), ["pymunk"])

@@ -67,16 +67,8 @@ def test_a_contact_is_late_by_the_overlap_at_the_end_of_its_step(engine: str, en
 @pytest.mark.parametrize(
     ("radius", "cause", "said"),
     [
-        (
-            20,
-            Cause.SMALL,
-            ("he impulse is 0.05 of what is due", "the diameter, 40 px"),
-        ),
-        (
-            4,
-            Cause.SMALL,
-            ("he impulse is 0.25 of what is due", "the diameter, 8 px"),
-        ),
+        (20, Cause.SMALL, ("he impulse is 0.05 of what is due", "the diameter, 40 px")),
+        (4, Cause.SMALL, ("he impulse is 0.25 of what is due", "the diameter, 8 px")),
         (2, Cause.SMALL, ()),
         (0.5, Cause.LARGE, ("he impulse is 2 of what is due", "the diameter, 1 px")),
     ],

@@ -235,7 +235,7 @@ def test_shares_in_columns_are_compared_by_their_sums_up_to_each(x: tuple[int, .
     scene = scene_of(
         f"radius = 20\npositions = {[[at, 100 * k + 50] for k, at in enumerate(x)]}\n"
         "[[expect]]\nat = 0\ncolumns = { from = 100, to = 400, shares = [2, 4, 2] }\ntolerance = 0.2\n"
-        "because = 'a law of chance'\n",
+        "because = 'a law of chance'\n"
     )
     assert score_of(scene).error == pytest.approx(error)
     if error == 0.5:

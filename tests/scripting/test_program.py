@@ -343,12 +343,7 @@ def test_every_old_call_is_named_with_what_replaces_it() -> None:
             assert f": {call}. Instead: {CALLS[call].instead}." in hint(raised_by(line)), line
 
 
-OBJECTS = {
-    "Space": "space",
-    "Body": "body",
-    "Vec2d": "body.position",
-    "Shape": "shape",
-}
+OBJECTS = {"Space": "space", "Body": "body", "Vec2d": "body.position", "Shape": "shape"}
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -7,13 +7,7 @@ import pytest
 from conftest import do_steps, scene_of, sizes
 from exact_scenes import engine_of
 
-from sandbox.analysis.gas import (
-    enskog_rate,
-    measure_gas,
-    speed_distance,
-    virial_pressure,
-    wall_impulse,
-)
+from sandbox.analysis.gas import enskog_rate, measure_gas, speed_distance, virial_pressure, wall_impulse
 from sandbox.engines.engine import advance
 from sandbox.engines.exact.engine import ExactEngine
 from sandbox.quantity import deepest_overlap, kinetic_energy, length

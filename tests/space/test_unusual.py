@@ -128,16 +128,7 @@ def pushes(arbiter: pymunk.Arbiter, *_: object) -> None:
     arbiter.bodies[0].apply_force_at_local_point((10, 0))
 
 
-class Signal:
-    """A callback that says to have any attribute."""
-
-    def __getattr__(self, _: str) -> object:
-        return object()
-
-    def __call__(self, *_: object) -> None:
-        pass
-
-
+SIGNAL = type("Signal", (), {"__getattr__": lambda *_: object(), "__call__": rest})()  # has any attribute
 throw: dict[str, Any] = {"velocity": (30, 100), "place": (0, 100), "space": ABOVE}
 # By their rules: the Space, its mended twin, and the detail or the symptom's end
 CASES: dict[str, tuple[Callable[[], Diagnosis], Callable[[], Diagnosis], str]] = {
@@ -157,11 +148,7 @@ CASES: dict[str, tuple[Callable[[], Diagnosis], Callable[[], Diagnosis], str]] =
     ),
     "strong-motor": (lambda: wheel(math.inf), lambda: wheel(100), "its SimpleMotor of 3 rad/s has max_force inf"),
     "returned": (lambda: handled(says_no, "pre_solve"), lambda: handled(lets), "What says_no returns"),
-    "clings": (
-        lambda: moves(force(3000), **BESIDE),
-        lambda: moves(force(3000), wall_friction=0, **BESIDE),
-        "steps",
-    ),
+    "clings": (lambda: moves(force(3000), **BESIDE), lambda: moves(force(3000), wall_friction=0, **BESIDE), "steps"),
 }
 
 
@@ -270,7 +257,7 @@ RIGHT: tuple[tuple[str, Callable[[], Diagnosis]], ...] = (
     ("falls-away", lambda: moves(floor(sensor=True))),
     ("strong-motor", lambda: wheel(math.inf, 0)),
     ("returned", lambda: handled(lambda *_: True, "pre_solve")),
-    ("returned", lambda: handled(Signal())),
+    ("returned", lambda: handled(SIGNAL)),
     ("friction-untouched", lambda: glides(kick(-5, 0, 10))),
     ("friction-untouched", lambda: glides(space={"gravity": (0, 9)})),
     ("friction-untouched", lambda: glides(space={"gravity": (0, 0), "damping": 0.99})),

@@ -229,8 +229,7 @@ def test_fields_and_gravity_show_and_take_the_units_of_the_scene(desk: Window) -
 
 def test_a_refused_value_is_quoted_in_px_with_their_scale(desk: Window) -> None:
     desk.begin(
-        scene_of("radius = 20\nposition = [200, 300]", more="units = { length = 'cm', pixels_per_metre = 1000 }"),
-        None,
+        scene_of("radius = 20\nposition = [200, 300]", more="units = { length = 'cm', pixels_per_metre = 1000 }"), None
     )
     desk.editor.select(0)
     for name, typed, said in (

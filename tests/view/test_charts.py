@@ -19,17 +19,7 @@ from sandbox.scene.model import Scene
 from sandbox.session.samples import Samples
 from sandbox.session.session import Session
 from sandbox.view.charts import Charts, spread
-from sandbox.view.instruments import (
-    ENERGY,
-    ERROR,
-    GAP,
-    LAW,
-    MOMENTUM,
-    SPEEDS,
-    Even,
-    Instrument,
-    histogram_of,
-)
+from sandbox.view.instruments import ENERGY, ERROR, GAP, LAW, MOMENTUM, SPEEDS, Even, Instrument, histogram_of
 from sandbox.view.run_so_far import Marks
 from sandbox.view.theme import LIGHT, chart_palette
 from sandbox.view.window import Window
@@ -47,10 +37,7 @@ def scene() -> Scene:
 
 
 def charts_of(
-    scene: Scene,
-    seconds: float,
-    course: Callable[[float], dict[str, float]],
-    instrument: Instrument = MOMENTUM,
+    scene: Scene, seconds: float, course: Callable[[float], dict[str, float]], instrument: Instrument = MOMENTUM
 ) -> Charts:
     """Sample a course."""
     samples = Samples(NAMES, "exact")

@@ -110,9 +110,7 @@ def _minimum(system: "_System", a: Floats, f: Floats, bilateral: Bools | bool, k
         pull, stretch = f - k * opening, k * rate / SHARES
         start, slope = -(step * (system.load - system.mass * a)).sum(), (step * system.mass * step).sum() / SHARES
         place = bisect_left(
-            range(SHARES),
-            True,
-            key=lambda n: start + n * slope > (rate * _forces(pull, n * stretch, bilateral)).sum(),
+            range(SHARES), True, key=lambda n: start + n * slope > (rate * _forces(pull, n * stretch, bilateral)).sum()
         )
         share = place / SHARES
         a = a + share * step
