@@ -24,6 +24,7 @@ SMALL: Final = 0.05  # of the steps; of a velocity; of a body's length, in a sec
 FEW: Final = 10  # steps
 BORNE: Final = 0.5  # of a force or weight
 MIN_STEPS: Final = 30  # since the last push
+BOOLEAN: Final = {"COMPARE_OP", "CONTAINS_OP", "IS_OP", "UNARY_NOT"}  # Python's operations
 KEPT_SPEED: Final = 0.8  # of its largest speed: slower in the end, something has slowed a body
 
 
@@ -175,10 +176,11 @@ def _motors(contents: Contents) -> Iterator[Fault]:
 
 
 def _returned(contents: Contents) -> Iterator[Fault]:
-    """Yield callbacks that return False, and do not set `process_collision` themselves."""
+    """Yield callbacks that return False or a comparison, and do not set `process_collision` themselves."""
     for handler in contents.space._handlers.values():  # Pymunk has no public list of them
         for code in (getattr(callback, "__code__", None) for callback in (handler.begin, handler.pre_solve)):
             if isinstance(code, CodeType) and "process_collision" not in code.co_names:
-                ends = (pair for pair in pairwise(dis.get_instructions(code)) if pair[1].opname.startswith("RETURN"))
-                if any(value.argval is False or end.argval is False for value, end in ends):
-                    yield Fault("returned", None, figure=code.co_name)
+                for value, end in pairwise(dis.get_instructions(code)):
+                    is_value = value.opname in BOOLEAN or value.argval is False or end.argval is False
+                    if end.opname.startswith("RETURN") and is_value:
+                        yield Fault("returned", None, figure=code.co_name)

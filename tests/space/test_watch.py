@@ -32,6 +32,7 @@ def test_other_spaces_are_not_recorded() -> None:
 def test_what_is_added_while_a_space_is_watched_has_the_line_that_added_it() -> None:
     space = world(gravity=0)
     with watch(space) as watched:
+        space.step(1 / RATE)
         body = pymunk.Body(1, 10)
         shape = pymunk.Circle(body, 20)
         shape.friction = 0.5
@@ -40,6 +41,7 @@ def test_what_is_added_while_a_space_is_watched_has_the_line_that_added_it() -> 
         space.step(1 / RATE)
     finding = next(finding for finding in watched.findings if finding.rule.startswith("moment"))
     assert re.fullmatch(r".*test_watch\.py:\d+", finding.bodies[0].line)
+    assert finding.since == 1 / RATE
 
 
 def test_a_watched_run_of_the_engine_pymunk_is_the_run_itself() -> None:
