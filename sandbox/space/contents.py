@@ -16,7 +16,7 @@ from sandbox.space.origins import Origins
 
 BODY_TYPES: Final = {pymunk.Body.DYNAMIC: "dynamic", pymunk.Body.KINEMATIC: "kinematic", pymunk.Body.STATIC: "static"}
 Thing = TypeVar("Thing")  # a shape, body or joint
-Named = pymunk.Body | pymunk.Shape
+BodyOrShape = pymunk.Body | pymunk.Shape
 
 
 @dataclass
@@ -53,7 +53,7 @@ class Contents:
     def _index_of(self) -> dict[int, int]:
         return {id(body): index for index, body in enumerate(self.bodies)}
 
-    def report(self, thing: Named, detail: str) -> BodyReport:
+    def report(self, thing: BodyOrShape, detail: str) -> BodyReport:
         """Name a body, or a body by a shape of it, and what is wrong with it."""
         body, shape = (thing, None) if isinstance(thing, pymunk.Body) else (body_of(thing), thing)
         shape = shape or next(iter(solid_of(body)), None)
@@ -62,7 +62,7 @@ class Contents:
         place = place_of(shape) if shape and not is_dynamic(body) else body.position
         return BodyReport(self._index_of.get(id(body)), kind, (place[0], place[1]), line, detail)
 
-    def fault(self, rule: str, thing: Named, what: str, size: float = 1.0, figure: str = "") -> Fault:
+    def fault(self, rule: str, thing: BodyOrShape, what: str, size: float = 1.0, figure: str = "") -> Fault:
         """Return the fault of a body, or of a body by its shape."""
         return Fault(rule, self.report(thing, what), size, figure)
 

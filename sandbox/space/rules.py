@@ -266,4 +266,4 @@ _OF_SHAPES: Final = (_placed_twice, _concave, _categories, _overlaps)
 _OF_JOINTS: Final = (_joint_not_added, _anchor_far)
 RULES: Final[Rules[Contents]] = (*_OF_BODIES, *_OF_SHAPES, *_OF_JOINTS, _ignored_attributes)
 END_RULES: Final[Rules[Contents]] = (_wrong_point, _body_not_added, _moved_static)  # at the end
-STILL_RULES: Final[Rules[Contents]] = (_not_finite, _unused)  # if no steps show more
+UNSTEPPED_RULES: Final[Rules[Contents]] = (_not_finite, _unused)  # if no steps show more

@@ -50,9 +50,9 @@ def _tracks(evidence: Evidence) -> Iterator["_Track"]:
 class _Track:
     """A body that moves by forces, in n steps of a run, and its contacts, as B of each.
 
-    was, old, new: (n,) BODY, as in a Step; step: (n,) the numbers of the steps; at: of contacts, of these n; seconds:
-    of all; changed: (n, 2) px/s, by the program before each step; is_pushed: (n,); length, width: px, of its largest
-    solid shape; gravity: (2,) px/s², and its size, in the last step; is_free: from joints and functions of the program.
+    was, old, new: (n,) BODY, as in a Step; step: (n,) the numbers of the steps; at: the indices of contacts in these;
+    changed: (n, 2) px/s, by the program before each step; is_pushed: (n,); length, width: px, of its largest solid
+    shape; gravity: (2,) px/s² in the last step, and pull, its size; is_free: of joints and functions of the program.
     """
 
     def __init__(self, evidence: Evidence, body: pymunk.Body, rows: Numbers, at: Numbers) -> None:
@@ -60,7 +60,6 @@ class _Track:
         self.evidence, self.body, self.run, self.step = evidence, body, run, run.step[rows]
         self.was, self.old, self.new = (every[rows] for every in (run.was, run.old, run.new))
         self.contacts, self.at = contacts[at], np.searchsorted(self.step, step[at])
-        self.seconds = float(run.dt[self.step].sum())
         self.changed = self.old["velocity"] - self.was["velocity"]
         self.is_pushed = (self.old["force"] != 0).any(axis=1) | self.changed.any(axis=1)
         self.mass, self.moment = (float(self.old[key][-1]) for key in ("mass", "moment"))

@@ -24,7 +24,7 @@ from sandbox.space.lint import look
 from sandbox.space.origins import Origins, program_line
 from sandbox.space.passages import Passages
 from sandbox.space.recording import Recording
-from sandbox.space.rules import END_RULES, RULES, STILL_RULES
+from sandbox.space.rules import END_RULES, RULES, UNSTEPPED_RULES
 from sandbox.space.steps import LONGEST_STEP, STEP_RULES, Evidence
 from sandbox.space.unusual import unusual
 
@@ -75,7 +75,7 @@ class Trial:
     def diagnosis(self, number: int) -> Diagnosis:
         """Return the diagnosis of what was recorded."""
         contents, energy, figures = Contents(self.space, self._origins), None, {}
-        rules = END_RULES if self._recording.steps else (*END_RULES, *STILL_RULES)
+        rules = END_RULES if self._recording.steps else (*END_RULES, *UNSTEPPED_RULES)
         faults = [*self._faults, *(fault for find in rules for fault in find(contents))]
         if self._recording.steps:
             evidence = Evidence(self._recording, contents, self._passages)
