@@ -40,6 +40,7 @@ CAUGHT: Final = 0.2  # of its momentum, that a body loses at a seam
 ALONG: Final = 0.7  # cosine of the angle between two normals, below which one pushes along the other's surface
 FLUSH: Final = 0.1  # of a body's half width, within which two surfaces are one
 MAX_MASS_RATIO: Final = 100.0
+STABLE: Final = 4.0  # of the square of a spring's frequency, times dt
 DT_VARIES: Final = 1e-6  # relative, above rounding
 LONGEST_STEP: Final = 0.05  # s: with longer ones, a screen would show less than 20 pictures in a second
 
@@ -221,6 +222,17 @@ def _not_finite(evidence: Evidence) -> Iterator[Fault]:
             yield evidence.fault("not-finite", [int(row["id"])], step, what)
 
 
+def _stiff_springs(evidence: Evidence) -> Iterator[Fault]:
+    """Springs of bodies that fly apart: a step without damping is stable up to dt² k (1/m + 1/M) = 4."""
+    dt = evidence.run.broken.dt if evidence.run.broken else 0.0
+    for joint in evidence.recording.joints.values():
+        ends = [body for body in (joint.a, joint.b) if is_dynamic(body) and body.mass]
+        times = dt**2 * getattr(joint, "stiffness", 0.0) * sum(1 / body.mass for body in ends) / STABLE
+        if isinstance(joint, pymunk.DampedSpring) and times > 1:
+            what = f"its DampedSpring has stiffness {joint.stiffness:.4g}, {times:.3g} times what is stable"
+            yield evidence.contents.fault("stiff-spring", ends[0], what, times)
+
+
 def _passed(evidence: Evidence) -> Iterator[Fault]:
     """Bodies that passed a wall, each once."""
     for body, (step, shape, wall, way, *_) in evidence.first(evidence.passages.found):
@@ -368,6 +380,6 @@ def _unused(evidence: Evidence) -> Iterator[Fault]:
         yield from unused(evidence.contents, quantity, evidence.touched(quantity))
 
 
-_OF_MOTION: Final = (_steps_vary, _not_finite, _long_steps, _moved, _passed, _ghosts, _hanging)
+_OF_MOTION: Final = (_steps_vary, _not_finite, _stiff_springs, _long_steps, _moved, _passed, _ghosts, _hanging)
 _OF_CONTACTS: Final = (_contacts_within, _caught, _too_deep, _unused)
 STEP_RULES: Final[Rules[Evidence]] = (*_OF_MOTION, *_OF_CONTACTS, _stretched)

@@ -77,8 +77,8 @@ class _Track:
 def _sizes(track: _Track) -> Iterator[Fault]:
     slop, width = track.evidence.contents.space.collision_slop, track.width
     if EARTH[0] < track.pull < EARTH[1] and width > PIXELS and track.is_free:
-        seconds = math.sqrt(2 * width / track.pull)
-        yield track.fault("slow-fall", f"takes {seconds:.2g} s to fall by its own width, {width:.3g} px")
+        what = f"takes {math.sqrt(2 * width / track.pull):.2g} s to fall by its own width, {width:.3g} px"
+        yield track.fault("slow-fall", what)
     if len(track.contacts) and slop > COARSE * width > 0:
         yield track.fault("coarse-slop", f"is {width:.3g} wide, and collision_slop {slop:.3g}")
 
