@@ -23,10 +23,11 @@ from unittest.mock import patch
 
 from sandbox.errors import SandboxError
 from sandbox.scripting.watchdog import watchdog
-from sandbox.space.changes import CALLS, NAMES
+from sandbox.space.findings import table
 from sandbox.space.origins import SANDBOX, is_program
 from sandbox.space.watch import Trials
 
+NAMES, CALLS = (table("changes")[kind] for kind in ("names", "calls"))
 _DRIVERS: Final = {"SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy", "PYGLET_HEADLESS": "1", "MPLBACKEND": "agg"}
 DEFAULT_FRAMERATE: Final = 60  # 1/s, of a clock that is asked for none
 
@@ -170,12 +171,12 @@ def hint(error: BaseException) -> str:
     """Return what to write instead of the old Pymunk name or call that raised the exception, or an empty string."""
     for name in _missing_names(error):
         if change := NAMES.get(name):
-            return f"Pymunk has had no {name} since version {change.since}. Instead: {change.instead}."
+            return f"Pymunk has had no {name} since version {change['since']}. Instead: {change['instead']}."
     frames = traceback.extract_tb(error.__traceback__)
     text = f"{'/'.join(Path(frames[-1].filename).parts[-2:]) if frames else ''}: {error}"
     for call, change in CALLS.items():
-        if re.search(change.pattern, text):
-            return f"An error since version {change.since} of Pymunk: {call}. Instead: {change.instead}."
+        if re.search(change["pattern"], text):
+            return f"An error since version {change['since']} of Pymunk: {call}. Instead: {change['instead']}."
     return ""
 
 

@@ -14,7 +14,14 @@ from sandbox.text import printable
 
 MAX_BODIES_SHOWN: Final = 3  # of a finding, in text
 INDENT: Final = "   "  # below a finding's number
-_SECTIONS: Final = tomllib.loads(files("sandbox.space").joinpath("rules.toml").read_text("utf-8"))
+
+
+def table(name: str) -> dict[str, Any]:
+    """Return a TOML file of this folder."""
+    return tomllib.loads(files("sandbox.space").joinpath(f"{name}.toml").read_text("utf-8"))
+
+
+_SECTIONS: Final = table("rules")
 TEXTS: Final[Mapping[str, Any]] = {
     rule: {"certainty": "possible" if section == "unusual" else "certain", "cause": "", **texts}
     for section, rules in _SECTIONS.items()

@@ -8,7 +8,6 @@ from typing import Any, Final
 import numpy as np
 import pymunk
 
-from sandbox.space.changes import NAMES
 from sandbox.space.contents import (
     Contents,
     body_of,
@@ -23,7 +22,7 @@ from sandbox.space.contents import (
     shape_words,
     solid_of,
 )
-from sandbox.space.findings import Fault, Rules
+from sandbox.space.findings import Fault, Rules, table
 
 MAX_MOMENT_RATIO: Final = 2.2  # a ring, or a hollow square, has twice the moment of a full one of its mass
 MIN_MOMENT_RATIO: Final = 1 / 1.5  # of what is denser in its middle
@@ -38,7 +37,7 @@ ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "senso
 Touched = tuple[pymunk.Shape, pymunk.Shape | None, float | None]  # its first partner in a run, and when, s
 # Attributes that a program may set, though Pymunk reads none of them, and what to write instead
 IGNORED: Final = {
-    **{name: change.instead for name, change in NAMES.items()},
+    **{name: change["instead"] for name, change in table("changes")["names"].items()},
     **{f"Body.{name}": f"shape.{name}" for name in ON_SHAPES},
 }
 

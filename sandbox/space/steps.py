@@ -218,7 +218,7 @@ def _not_finite(evidence: Evidence) -> Iterator[Fault]:
     if step := evidence.run.broken:
         for row in step.new[step.lost]:
             (x, y), (u, v) = row["position"], row["velocity"]
-            what = f"position ({x:.4g}, {y:.4g}), velocity ({u:.4g}, {v:.4g})"
+            what = f"position ({x:.4g}, {y:.4g}), velocity ({u:.4g}, {v:.4g}), mass {row['mass']:.4g}"
             yield evidence.fault("not-finite", [int(row["id"])], step, what)
 
 

@@ -33,7 +33,7 @@ def unusual(evidence: Evidence) -> Iterator[Fault]:
     for track in _tracks(evidence):
         for find in (_sizes, _forces, _weak_force, _velocities, _cannot_roll, _clings, _coasts, _falls):
             yield from find(track)
-    yield from _motors(evidence.contents)
+    yield from _joints(evidence.contents)
     yield from _returned(evidence.contents)
 
 
@@ -167,11 +167,14 @@ def _falls(track: _Track) -> Iterator[Fault]:
         yield track.fault("falls-away", "is below all walls, and never touched anything")
 
 
-def _motors(contents: Contents) -> Iterator[Fault]:
+def _joints(contents: Contents) -> Iterator[Fault]:
     for joint in contents.space.constraints:
         if isinstance(joint, pymunk.SimpleMotor) and joint.rate and math.isinf(joint.max_force):
             what = f"its SimpleMotor of {joint.rate:.3g} rad/s has max_force inf"
             yield contents.fault("strong-motor", end_of(joint), what)
+        if isinstance(joint, pymunk.DampedSpring | pymunk.DampedRotarySpring) and joint.stiffness < 0:
+            what = f"its {type(joint).__name__} has stiffness {joint.stiffness:.3g}"
+            yield contents.fault("pushing-spring", end_of(joint), what)
 
 
 def _returned(contents: Contents) -> Iterator[Fault]:

@@ -16,8 +16,7 @@ import pymunk.pygame_util
 import pytest
 from conftest import Command
 
-from sandbox.scripting.program import Clock, hint
-from sandbox.space.changes import CALLS, NAMES
+from sandbox.scripting.program import CALLS, NAMES, Clock, hint
 
 SPACE = """
 import sys, pymunk
@@ -325,7 +324,7 @@ def test_every_old_call_is_named_with_what_replaces_it() -> None:
     assert OLD_CALLS.keys() == CALLS.keys()
     for call, lines in OLD_CALLS.items():
         for line in lines:
-            assert f": {call}. Instead: {CALLS[call].instead}." in hint(raised_by(line)), line
+            assert f": {call}. Instead: {CALLS[call]['instead']}." in hint(raised_by(line)), line
 
 
 OBJECTS = {"Space": "space", "Body": "body", "Vec2d": "body.position", "Shape": "shape"}
@@ -342,16 +341,16 @@ def test_every_name_that_pymunk_dropped_is_missing_and_has_its_replacement(name:
     for line in lines:
         error = raised_by(line)
         if "is not a package" not in str(error):
-            assert hint(error).startswith(f"Pymunk has had no {name} since version {NAMES[name].since}. Instead: ")
+            assert hint(error).startswith(f"Pymunk has had no {name} since version {NAMES[name]['since']}. Instead: ")
 
 
 def test_every_name_in_a_replacement_exists() -> None:
     names: dict[str, Any] = {}
     exec(f"{SPACE}import pymunk.constraints, pymunk.pygame_util\n[body], [shape] = space.bodies, space.shapes\n", names)
     for change in (*NAMES.values(), *CALLS.values()):
-        for owner, name in re.findall(r"\b(space|body|shape|pymunk)\.(?!pyglet)(\w+)", change.instead):
+        for owner, name in re.findall(r"\b(space|body|shape|pymunk)\.(?!pyglet)(\w+)", change["instead"]):
             assert hasattr(names[owner], name), change
-    for vector in re.findall(r"\bv\.(\w+)", " ".join(change.instead for change in NAMES.values())):
+    for vector in re.findall(r"\bv\.(\w+)", " ".join(change["instead"] for change in NAMES.values())):
         assert hasattr(pymunk.Vec2d, vector)
 
 
