@@ -56,7 +56,7 @@ class Contents:
     def report(self, thing: BodyOrShape, detail: str) -> BodyReport:
         """Name a body, or a body by a shape of it, and what is wrong with it."""
         body, shape = (thing, None) if isinstance(thing, pymunk.Body) else (body_of(thing), thing)
-        shape = shape or next(iter(solid_of(body)), None)
+        shape = shape or next(iter([*solid_of(body), *body.shapes]), None)
         kind = f"a {BODY_TYPES[body.body_type]} {shape_words(shape) if shape else 'body without a shape'}"
         line = self.origins.lines.get(body) or (self.origins.lines.get(shape, "") if shape else "")
         place = place_of(shape) if shape and not is_dynamic(body) else body.position

@@ -24,7 +24,7 @@ Numbers = NDArray[np.intp]
 
 MAX_ROWS: Final = 5_000_000  # of bodies, contacts and joints, some 200 bytes each
 ROWS_OF_A_STEP: Final = 100  # that a step counts as besides its own: with few bodies, 10 min are kept
-LARGEST: Final = 1e12  # px, px/s, rad or rad/s: what goes beyond that does not come back
+LARGEST: Final = 1e15  # px, px/s, rad or rad/s: what goes beyond that does not come back
 FIRST: Final = 0  # the state of an arbiter whose shapes did not touch in the step before
 HARD: Final = (pymunk.PinJoint, pymunk.PivotJoint, pymunk.GearJoint)  # others stop without a bounce
 

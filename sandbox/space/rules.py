@@ -233,7 +233,8 @@ def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
 
 
 def _overlaps(contents: Contents) -> Iterator[Fault]:
-    for a, b, depth in contents.overlaps():
+    is_first = not contents.seen and contents.space._get_arbiters()  # bodies touch since before
+    for a, b, depth in contents.overlaps() if not is_first else ():
         smaller = min(filter(None, (half_width(a), half_width(b))), default=0.0)
         if depth > contents.space.collision_slop + OVERLAP * smaller:
             shape, partner = (a, b) if is_dynamic(body_of(a)) else (b, a)

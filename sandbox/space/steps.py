@@ -217,8 +217,8 @@ def _steps_vary(evidence: Evidence) -> Iterator[Fault]:
 def _not_finite(evidence: Evidence) -> Iterator[Fault]:
     if step := evidence.run.broken:
         for row in step.new[step.lost]:
-            (x, y), (u, v) = row["position"], row["velocity"]
-            what = f"position ({x:.4g}, {y:.4g}), velocity ({u:.4g}, {v:.4g}), mass {row['mass']:.4g}"
+            numbers = *row["position"], *row["velocity"], row["spin"], row["mass"]
+            what = "position ({:.4g}, {:.4g}), velocity ({:.4g}, {:.4g}), spin {:.4g}, mass {:.4g}".format(*numbers)
             yield evidence.fault("not-finite", [int(row["id"])], step, what)
 
 
@@ -365,7 +365,7 @@ def _continues(evidence: Evidence, contact: Any, other: Any) -> bool:
 def _hanging(evidence: Evidence) -> Iterator[Fault]:
     """Bodies that sleep, though nothing touches or holds them and gravity pulls."""
     space = evidence.contents.space
-    for body in evidence.contents.bodies:
+    for body in evidence.contents.bodies if not evidence.run.broken else ():
         if not (is_dynamic(body) and body.is_sleeping and space.gravity.length) or body.constraints:
             continue
         solid = solid_of(body)

@@ -14,11 +14,12 @@ from sandbox.quantity import dot, tangent
 from sandbox.space.contents import Contents, body_of, end_of, half_length, half_width, is_dynamic, solid_of
 from sandbox.space.findings import Fault
 from sandbox.space.recording import Numbers
-from sandbox.space.steps import MOST, Evidence, by_key
+from sandbox.space.steps import LONGEST_STEP, MOST, Evidence, by_key
 
 EARTH: Final = 9.0, 11.0  # px/s²: gravity in metres
 PIXELS: Final = 15.0  # wider than this, bodies are hardly in metres
 COARSE: Final = 0.1  # of its width, for collision_slop
+SLOP: Final = 0.1  # px, of a new Space: for sizes in pixels
 SAME: Final = 0.02  # relative, of what stays the same
 SMALL: Final = 0.05  # of the steps; of a velocity; of a body's length, in a second
 FEW: Final = 10  # steps
@@ -59,6 +60,7 @@ class _Track:
         run, (contacts, step) = evidence.run, evidence.sides
         self.evidence, self.body, self.run, self.step = evidence, body, run, run.step[rows]
         self.was, self.old, self.new = (every[rows] for every in (run.was, run.old, run.new))
+        at = at[np.isin(step[at], self.step)]  # not where the body was gone, and its shape left
         self.contacts, self.at = contacts[at], np.searchsorted(self.step, step[at])
         self.changed = self.old["velocity"] - self.was["velocity"]
         self.is_pushed = (self.old["force"] != 0).any(axis=1) | self.changed.any(axis=1)
@@ -75,11 +77,12 @@ class _Track:
 
 
 def _sizes(track: _Track) -> Iterator[Fault]:
-    slop, width = track.evidence.contents.space.collision_slop, track.width
-    if EARTH[0] < track.pull < EARTH[1] and width > PIXELS and track.is_free:
+    slop, width, longest = track.evidence.contents.space.collision_slop, track.width, track.run.dt.max()
+    is_default = slop >= SLOP and longest <= LONGEST_STEP and not track.gravity[0] and track.is_free
+    if EARTH[0] < track.pull < EARTH[1] and width > PIXELS and is_default:
         what = f"takes {math.sqrt(2 * width / track.pull):.2g} s to fall by its own width, {width:.3g} px"
         yield track.fault("slow-fall", what)
-    if len(track.contacts) and slop > COARSE * width > 0:
+    if slop > COARSE * width > 0 and (track.contacts["distance"] < -COARSE * width).any():
         yield track.fault("coarse-slop", f"is {width:.3g} wide, and collision_slop {slop:.3g}")
 
 
@@ -89,7 +92,8 @@ def _forces(track: _Track) -> Iterator[Fault]:
     if acts[:-1].any() and not (acts[1:] & acts[:-1]).any():
         yield track.fault("single-pushes", f"in {acts.sum()} of {len(acts)} steps")
     left = np.hypot(*track.new["force"].T)
-    if track.body._velocity_func and left.any():
+    is_kept = (left > 0) & (track.new["force"] == track.old["force"]).all(axis=1)
+    if track.body._velocity_func and is_kept.mean() > MOST and not track.run.steps[-1].handles:
         yield track.fault("force-kept", f"a force of {left.max():.3g} is left after a step")
 
 
@@ -99,7 +103,8 @@ def _weak_force(track: _Track) -> Iterator[Fault]:
     force, size = track.old["force"][first:], math.hypot(*track.old["force"][first])
     along, seconds = force[0] / (size or 1.0), float(track.run.dt[track.step[first:]].sum())
     way, gain = ((track.new[key][-1] - track.old[key][first]) @ along for key in ("position", "velocity"))
-    pressed = -(contacts["impulse"] * (contacts["normal"] @ along)).sum() > BORNE * size * seconds
+    borne = -(contacts["impulse"] * (contacts["normal"] @ along)).sum()
+    pressed = borne > BORNE * (size + track.mass * track.gravity @ along) * seconds
     least = SMALL * size * seconds * (1 if len(contacts) else -1)
     stays = way < SMALL * track.length * seconds and gain * track.mass < least and not pressed
     is_constant = np.abs(force - force[0]).max() < SAME * size and not track.changed.any()
@@ -109,17 +114,16 @@ def _weak_force(track: _Track) -> Iterator[Fault]:
 
 
 def _velocities(track: _Track) -> Iterator[Fault]:
-    """Yield velocities that the program sets again, whatever a step did to them, or adds to."""
+    """Yield velocities of which the program undoes what a step did to them, or to which it adds."""
     changed, velocity = track.changed, track.old["velocity"]
-    is_same = velocity[1:] == velocity[:-1]
-    lost = np.abs(changed) * (is_same.mean(axis=0) > MOST)
+    lost = np.abs(changed[1:]) * (velocity[1:] == velocity[:-1])
     count = int((lost > SMALL * track.length).any(axis=1).sum())
     if count > FEW:
         what = f"before {count} of {len(changed)} steps; up to {lost.max():.3g} px/s are lost in one"
         yield track.fault("velocity-set", what)
-    size, gain = np.hypot(*changed.T)[1:], (velocity[-1] - velocity[0]) @ changed.sum(axis=0)
+    size, (first, last) = np.hypot(*changed.T)[1:], velocity[[0, -1]] @ changed.sum(axis=0)
     is_again = (size > 0) & (np.hypot(*np.diff(changed, axis=0).T) < SAME * size)
-    if is_again.mean() > MOST and gain > size[is_again].sum() ** 2 / 2:
+    if is_again.mean() > MOST and last - max(first, 0.0) > size[is_again].sum() ** 2 / 2:
         yield track.fault("adds-up", f"by {np.median(size):.3g} px/s before most steps")
 
 
@@ -127,7 +131,7 @@ def _cannot_roll(track: _Track) -> Iterator[Fault]:
     """Yield balls that cannot roll, that little pushes, and that friction slows down."""
     contacts, velocity = track.contacts, track.old["velocity"][track.at]
     work = (contacts["tangential"] * dot(tangent(contacts["normal"]), velocity)).sum()
-    is_round = any(isinstance(shape, pymunk.Circle) for shape in track.solid)
+    is_round = all(isinstance(shape, pymunk.Circle) for shape in track.solid)
     if work < 0 and math.isinf(track.moment) and is_round and not track.pull and track.is_pushed.mean() < SMALL:
         yield track.fault("cannot-roll", f"friction {contacts['friction'].max():.3g} in a contact")
 
@@ -159,7 +163,8 @@ def _falls(track: _Track) -> Iterator[Fault]:
     """Yield bodies that fall below all walls, on a way that meets none of them."""
     gravity, contents = track.gravity, track.evidence.contents
     start, end = (tuple(rows["position"][at].tolist()) for rows, at in ((track.old, 0), (track.new, -1)))
-    if len(track.contacts) or not track.is_free or not track.new["velocity"][-1] @ gravity > 0:
+    passed = {each.shape.body for each in (*track.evidence.passages.found, *track.evidence.passages.ghosts)}
+    if len(track.contacts) or track.body in passed or not track.is_free or not track.new["velocity"][-1] @ gravity > 0:
         return
     walls = [shape for shape in contents.shapes if not is_dynamic(body_of(shape))]
     corners = [(x, y) @ gravity for box in (each.bb for each in walls) for x in box[::2] for y in box[1::2]]

@@ -4,8 +4,9 @@ import re
 
 import pymunk
 import pytest
-from spaces import ball, world
+from spaces import ball, ground, world
 
+import sandbox
 from sandbox.report.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.space.watch import Trials, watch
@@ -42,6 +43,16 @@ def test_what_is_added_while_a_space_is_watched_has_the_line_that_added_it() -> 
     finding = next(finding for finding in watched.findings if finding.rule.startswith("moment"))
     assert re.fullmatch(r".*test_watch\.py:\d+", finding.bodies[0].line)
     assert finding.since == 1 / RATE
+
+
+def test_what_has_sunk_in_before_was_not_added_so() -> None:
+    space = ground(gravity=0)
+    ball(space, 0, 172, velocity=(0, 840))
+    for _ in range(2):
+        space.step(1 / RATE)
+    with watch(space) as watched:
+        space.step(1 / RATE)
+    assert [watched.findings, sandbox.lint(space)] == [[], []]
 
 
 def test_a_watched_run_of_the_engine_pymunk_is_the_run_itself() -> None:
