@@ -216,17 +216,14 @@ def gone(made: pymunk.Body, number: int) -> None:
 
 RIGHT: tuple[tuple[str, Callable[[], Diagnosis]], ...] = (
     ("weak-force", lambda: alone(force(0, -900))),
-    ("weak-force", lambda: alone(lambda made, number: force(0, -1500 if number % 2 else -100)(made, 0))),
+    ("weak-force", lambda: stands(lambda made, number: force(300 if number % 2 else -300)(made, 0))),
     ("weak-force", lambda: stands(force(0, 900))),
     ("weak-force", lambda: stands(force(-300), velocity=(300, 0), place=(0, 100))),
     ("weak-force", lambda: stands(runs(lambda *_: 0, push=2000))),
     ("weak-force", lambda: stands(force(-600), space={"damping": 1e-6}, wall_friction=0)),
     ("weak-force", lambda: stands(force(100), pin=(0, 185), place=(0, 185))),
-    (
-        "slow-fall",
-        lambda: alone(space={"gravity": (0, 10)}, body={"velocity_func": lambda made, g, *a: UPDATE(made, g * 99, *a)}),
-    ),
-    ("slow-fall", lambda: in_metres(0.001)),
+    ("slow-fall", lambda: moves(space={"gravity": (0, 10)}, body={"velocity_func": partial(UPDATE)})),
+    ("slow-fall", lambda: in_metres(0.1)),
     ("slow-fall", lambda: moves(space={"gravity": (0, 50)})),
     ("slow-fall", lambda: moves(space={"gravity": (0, 1)})),
     ("coarse-slop", lambda: in_metres(0.1, y=-9)),
