@@ -116,14 +116,13 @@ def squares() -> list[float]:
 def test_the_results_of_our_own_engines_have_not_changed(name: str) -> None:
     """A changed hash means that users' runs change: if that is intended, the changelog must say so.
 
-    The article's hashes are those of glibc's pow on processors with FMA.
+    The article's hashes are those of glibc's pow on processors with FMA. The funnel and the pile have none of exact:
+    LAPACK solves their heaps, with other rounding on each kind of processor.
     """
     compile_engines(OWN)
-    scene = load(name)
-    own = [engine for engine in OWN if engine != "article" or pow_variant() == "fma"]
-    assert start_and_ends(scene, own, scene.steps) == {
-        key: GOLDEN[name][key] for key in GOLDEN[name] if key in ("start", *own)
-    }
+    scene, golden = load(name), GOLDEN[name]
+    own = [engine for engine in OWN if engine in golden and (engine != "article" or pow_variant() == "fma")]
+    assert start_and_ends(scene, own, scene.steps) == {key: golden[key] for key in ("start", *own)}
 
 
 @pytest.mark.wide
