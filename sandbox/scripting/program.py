@@ -23,11 +23,11 @@ from unittest.mock import patch
 
 from sandbox.errors import SandboxError
 from sandbox.scripting.watchdog import watchdog
-from sandbox.space.findings import table
+from sandbox.space.findings import CHANGES
 from sandbox.space.origins import SANDBOX, is_program
 from sandbox.space.watch import Trials
 
-NAMES, CALLS = (table("changes")[kind] for kind in ("names", "calls"))
+NAMES, CALLS = CHANGES["names"], CHANGES["calls"]
 _DRIVERS: Final = {"SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy", "PYGLET_HEADLESS": "1", "MPLBACKEND": "agg"}
 DEFAULT_FRAMERATE: Final = 60  # 1/s, of a clock that is asked for none
 

@@ -47,7 +47,7 @@ class Cause(StrEnum):
     PROGRAM = "the program: what it sets, adds and removes between steps"
 
 
-ERRORS: Final = {Cause.RESTITUTION_ERROR, Cause.JOINTS}  # bodies whose overlap is corrected fell as much too deep
+ERRORS: Final = {Cause.RESTITUTION_ERROR, Cause.JOINTS}  # not CORRECTION: what is pushed out had fallen too far
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,8 @@ class Ledger:
     """The energy ledger of a run of n steps.
 
     time: (n + 1,) s; kinetic, potential: (n + 1,) kg px²/s², at these times, before the program's changes;
-    work: (n,) kg px²/s², of each step and the program's changes before it; is_at_rest: no body falls by UNSEEN.
+    work: (n,) kg px²/s² by each cause, of each step and of the program's changes before it; is_at_rest: whether all
+    bodies are slower than after a fall by UNSEEN.
     """
 
     time: Floats
@@ -150,7 +151,8 @@ class _Work:
         self._gravity = np.array([step.gravity for step in run.steps]).reshape(-1, 2)[run.step]
         self._mass = finite(_columns(run.new, "mass", "moment"))
         self._inverse = np.divide(1, self._mass, where=self._mass > 0, out=np.zeros_like(self._mass))
-        self._drives = np.array([step.handles for step in run.steps], bool)
+        self._handles = np.array([step.handles for step in run.steps], bool)
+        self._drives = self._handles.copy()
         for step in (run.joint_step[~run.joints["is_hard"]], run.step[run.new["is_own"]]):
             self._drives[step] = True
         self._start, self._end = (_columns(rows, "velocity", "spin") for rows in (run.old, run.new))
@@ -194,7 +196,7 @@ class _Work:
         self._book(Cause.INTEGRATION, (impulse * (updated - self._start)).sum(axis=1) / 2, run.step)
 
     def _is_jolted(self) -> Bools:
-        """Return whether joints are new, or the program changed the velocity of an end: they rightly take of that."""
+        """Return whether joints are new, or the program changed the velocity of an end: that work is no error."""
         run, joints = self._run, self._run.joints
         is_set = (run.old["velocity"] != run.was["velocity"]).any(axis=1) | (run.old["spin"] != run.was["spin"])
         is_new = np.isin(np.arange(len(joints)), np.unique(joints["key"], return_index=True)[1])
@@ -241,7 +243,7 @@ class _Work:
         """Add the change of potential energy, by the step's first velocity and by the rest of the displacement."""
         run, old = self._run, self._run.old
         weight, is_awake = finite(old["mass"])[:, None] * self._gravity, ~old["asleep"]
-        is_own = run.new["is_own"] | np.array([step.handles for step in run.steps], bool)[run.step]
+        is_own = run.new["is_own"] | self._handles[run.step]
         drift, way = (is_awake * run.dt[run.step])[:, None] * old["velocity"], run.new["position"] - old["position"]
         self._book(Cause.INTEGRATION, -dot(weight, drift) * ~is_own, run.step)
         self._book(Cause.CORRECTION, -dot(weight, way - drift) * (is_awake & ~is_own), run.step)

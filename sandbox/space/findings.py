@@ -14,17 +14,11 @@ from sandbox.text import printable
 
 MAX_BODIES_SHOWN: Final = 3  # of a finding, in text
 INDENT: Final = "   "  # below a finding's number
-
-
-def table(name: str) -> dict[str, Any]:
-    """Return a TOML file of this folder."""
-    return tomllib.loads(files("sandbox.space").joinpath(f"{name}.toml").read_text("utf-8"))
-
-
-_SECTIONS: Final = table("rules")
+_FOLDER: Final = files("sandbox.space")
+_RULES, CHANGES = (tomllib.loads(_FOLDER.joinpath(f"{name}.toml").read_text("utf-8")) for name in ("rules", "changes"))
 TEXTS: Final[Mapping[str, Any]] = {
     rule: {"certainty": "possible" if section == "unusual" else "certain", "cause": "", **texts}
-    for section, rules in _SECTIONS.items()
+    for section, rules in _RULES.items()
     for rule, texts in rules.items()
 }
 
@@ -116,7 +110,7 @@ def findings_of(faults: Iterable[Fault]) -> list[Finding]:
     for fault in faults:
         faults_of[fault.rule].append(fault)
     findings = []
-    for section, rules in _SECTIONS.items():
+    for section, rules in _RULES.items():
         found = [_finding_of(rule, faults_of[rule]) for rule in rules if rule in faults_of]
         findings += sorted(found, key=lambda finding: -finding.size) if section == "seen" else found
     return findings

@@ -22,7 +22,7 @@ from sandbox.space.contents import (
     shape_words,
     solid_of,
 )
-from sandbox.space.findings import Fault, Rules, table
+from sandbox.space.findings import CHANGES, Fault, Rules
 
 MAX_MOMENT_RATIO: Final = 2.2  # a ring, or a hollow square, has twice the moment of a full one of its mass
 MIN_MOMENT_RATIO: Final = 1 / 1.5  # of what is denser in its middle
@@ -37,7 +37,7 @@ ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "senso
 Touched = tuple[pymunk.Shape, pymunk.Shape | None, float | None]  # its first partner in a run, and when, s
 # Attributes that a program may set, though Pymunk reads none of them, and what to write instead
 IGNORED: Final = {
-    **{name: change["instead"] for name, change in table("changes")["names"].items()},
+    **{name: change["instead"] for name, change in CHANGES["names"].items()},
     **{f"Body.{name}": f"shape.{name}" for name in ON_SHAPES},
 }
 
@@ -84,7 +84,7 @@ def _moment(contents: Contents) -> Iterator[Fault]:
 
 
 def _off_centre(contents: Contents) -> Iterator[Fault]:
-    """Centres of gravity that nobody set, to one side of all shapes; a body on a joint may be meant to swing."""
+    """Bodies with all shapes to one side of their centre of gravity, which is the default; none that a joint holds."""
     for body, shapes in _given(contents):
         middles = np.array([shape.center_of_gravity for shape in shapes])
         margin = MAX_OFF_CENTRE * 2 * max(map(half_length, shapes))

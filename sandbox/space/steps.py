@@ -35,7 +35,7 @@ LASTING: Final = 0.2  # s: as long as that, an overlap is no impact
 WITHIN: Final = 1.0  # s, in which what lasts does so for LASTING
 SHRINKS: Final = 0.99  # of the depth a step before: Pymunk pushes bodies apart, unless something holds them
 MOST: Final = 0.5  # of the steps
-MANY_MOVES: Final = 10  # steps before which the program set a body's position, and before the next as well
+MANY_MOVES: Final = 10  # pairs of successive steps, before both of which the program set a body's position
 CAUGHT: Final = 0.2  # of its momentum, that a body loses at a seam
 ALONG: Final = 0.7  # cosine of the angle between two normals, below which one pushes along the other's surface
 FLUSH: Final = 0.1  # of a body's half width, within which two surfaces are one
@@ -171,7 +171,7 @@ class Evidence:
         return Fault(rule, report, size, figure, step.end)
 
     def first(self, passages: Sequence[Passage]) -> list[tuple[pymunk.Body, Passage]]:
-        """Return the first of some passages of each body; none if bodies fly apart, and pass all that there is."""
+        """Return the first of some passages of each body; none if bodies fly apart: they pass everything."""
         return [] if self.run.broken else list({body_of(each.shape): each for each in passages[::-1]}.items())
 
     def length(self, stretch: Series) -> float:
@@ -258,7 +258,8 @@ def _long_steps(evidence: Evidence) -> Iterator[Fault]:
         for row in at[way[at] > width][:1]:
             enough, step = dt[row] * width / way[row], run.steps[run.step[row]]
             what = f"moves by {way[row]:.3g} px in a step, and is {width:.3g} px wide: dt below {enough:.2g} s"
-            yield evidence.fault("dt-large", [int(ids[row])], step, what, way[row] / width, f"{dt[row]:.3g} s")
+            fault = evidence.fault("dt-large", [int(ids[row])], step, what, way[row] / width, f"{dt[row]:.3g} s")
+            yield fault._replace(since=step.time)
 
 
 def _stretched(evidence: Evidence) -> Iterator[Fault]:
@@ -280,7 +281,7 @@ def _stretched(evidence: Evidence) -> Iterator[Fault]:
 
 
 def _too_deep(evidence: Evidence) -> Iterator[Fault]:
-    """Overlaps that last, or else impacts: where something sinks in or passes a wall, these may well come of that."""
+    """Overlaps that last; impacts only if nothing sinks in or passes a wall, which may cause them."""
     faults = list(filter(None, (_deep_overlap(evidence, each) for each in evidence.overlaps)))
     lasting = [fault for fault in faults if fault.rule == "sinks-in"]
     yield from lasting or ([] if evidence.passages.found else faults)
@@ -312,7 +313,7 @@ def _moved(evidence: Evidence) -> Iterator[Fault]:
         if (np.diff(run.step[at]) == 1).sum() > MANY_MOVES:
             body, first = ids[at[0]], run.steps[run.step[at[0]]]
             what = f"before {int((way[ids == body] > 0).sum())} of the steps"
-            yield evidence.fault("moved-by-hand", [int(body)], first, what, len(at))
+            yield evidence.fault("moved-by-hand", [int(body)], first, what, len(at))._replace(since=first.time)
 
 
 def _contacts_within(evidence: Evidence) -> Iterator[Fault]:

@@ -114,7 +114,7 @@ def _weak_force(track: _Track) -> Iterator[Fault]:
 
 
 def _velocities(track: _Track) -> Iterator[Fault]:
-    """Yield velocities of which the program undoes what a step did to them, or to which it adds."""
+    """Yield bodies whose velocity the program resets after each step, or keeps adding to."""
     changed, velocity = track.changed, track.old["velocity"]
     lost = np.abs(changed[1:]) * (velocity[1:] == velocity[:-1])
     count = int((lost > SMALL * track.length).any(axis=1).sum())
@@ -128,7 +128,7 @@ def _velocities(track: _Track) -> Iterator[Fault]:
 
 
 def _cannot_roll(track: _Track) -> Iterator[Fault]:
-    """Yield balls that cannot roll, that little pushes, and that friction slows down."""
+    """Yield balls that cannot roll, are hardly pushed, and are slowed down by friction."""
     contacts, velocity = track.contacts, track.old["velocity"][track.at]
     work = (contacts["tangential"] * dot(tangent(contacts["normal"]), velocity)).sum()
     is_round = all(isinstance(shape, pymunk.Circle) for shape in track.solid)
@@ -160,15 +160,16 @@ def _coasts(track: _Track) -> Iterator[Fault]:
 
 
 def _falls(track: _Track) -> Iterator[Fault]:
-    """Yield bodies that fall below all walls, on a way that meets none of them."""
+    """Yield bodies that fall below all walls, and whose straight path meets none of them."""
     gravity, contents = track.gravity, track.evidence.contents
-    start, end = (tuple(rows["position"][at].tolist()) for rows, at in ((track.old, 0), (track.new, -1)))
-    passed = {each.shape.body for each in (*track.evidence.passages.found, *track.evidence.passages.ghosts)}
-    if len(track.contacts) or track.body in passed or not track.is_free or not track.new["velocity"][-1] @ gravity > 0:
+    if len(track.contacts) or not track.is_free or not track.new["velocity"][-1] @ gravity > 0:
         return
+    passed = {each.shape.body for each in (*track.evidence.passages.found, *track.evidence.passages.ghosts)}
+    start, end = (tuple(rows["position"][at].tolist()) for rows, at in ((track.old, 0), (track.new, -1)))
     walls = [shape for shape in contents.shapes if not is_dynamic(body_of(shape))]
     corners = [(x, y) @ gravity for box in (each.bb for each in walls) for x in box[::2] for y in box[1::2]]
-    if corners and end @ gravity > max(corners) and not any(wall.segment_query(start, end) for wall in walls):
+    is_below = corners and end @ gravity > max(corners)
+    if is_below and track.body not in passed and not any(wall.segment_query(start, end) for wall in walls):
         yield track.fault("falls-away", "is below all walls, and never touched anything")
 
 

@@ -55,9 +55,11 @@ def rules(space: dict[str, Any]) -> list[str]:
 
 
 def watch(folder: Path, *options: str) -> str:
-    """Return what a process of its own prints of a program that it ends after 1 s."""
+    """Return what a process of its own prints of a program that it ends after 1 s; on standard error, it is nothing."""
     program = [sys.executable, "-m", "sandbox", "watch", "--seconds", "1", *options, "game.py"]
-    return subprocess.run(program, cwd=folder, stdout=subprocess.PIPE, text=True, timeout=60, check=True).stdout
+    ran = subprocess.run(program, cwd=folder, capture_output=True, text=True, timeout=60, check=True)
+    assert ran.stderr == ""
+    return ran.stdout
 
 
 def test_a_program_has_its_arguments_its_folder_and_its_name(working_folder: Path, command: Command) -> None:

@@ -363,7 +363,7 @@ def test_the_linter_changes_nothing() -> None:
     assert run(linted=True) == run(linted=False)
 
 
-def test_findings_are_in_the_order_of_the_rules() -> None:
+def test_findings_are_in_the_order_of_the_rules_and_print_their_cure() -> None:
     space = sound_space()
     overlapping(space)
     small_moment(space)
@@ -371,6 +371,9 @@ def test_findings_are_in_the_order_of_the_rules() -> None:
     findings = sandbox.lint(space)
     assert rules_of(findings) == ["body-not-added", "moment", "overlap"]
     assert findings[0].certainty == Certainty.CERTAIN
+    text = " ".join(str(findings[0]).split())
+    assert "a dynamic circle of radius 20 at (200, 100): its circle of radius 20 is still in the Space" in text
+    assert text.endswith("or space.add(body).")
 
 
 @pytest.mark.parametrize("call", [sandbox.lint, sandbox.from_space])

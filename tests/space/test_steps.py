@@ -82,9 +82,8 @@ def rammed() -> Diagnosis:
 def explodes() -> Diagnosis:
     """A spring that is too stiff for its masses throws them through a wall, further each time."""
     space = world(gravity=0)
-    a, b = ball(space, 0, 0), ball(space, 50, 0)
     wall(space, (90, -50), (90, 50))
-    space.add(pymunk.DampedSpring(a, b, (0, 0), (0, 0), 49, 7500, 0))
+    space.add(pymunk.DampedSpring(ball(space, 0, 0), ball(space, 50, 0), (0, 0), (0, 0), 49, 7500, 0))
     return watched(space, 400)
 
 
@@ -441,6 +440,7 @@ FAULTS: dict[str, tuple[Callable[[], Diagnosis], set[str]]] = {
     "pendulum": (pendulum, set()),
     "crushed": (lambda: tower(1), {"sinks-in", "passed-through"}),
     "carried": (lambda: tower(300), set()),
+    "shot hard": (lambda: shot(1500), {"deep-at-once"}),
     "lands flat": (lands_flat, {"deep-at-once"}),
     "lands on corners": (lands_on_corners, {"deep-at-once"}),
     "rammed": (rammed, set()),

@@ -58,9 +58,6 @@ def force(x: float, y: float = 0, every: int = 1, call: str = "apply_force_at_lo
     return act
 
 
-kick = partial(force, call="apply_impulse_at_local_point")
-
-
 def driven(velocity_func: Callable[..., None]) -> Diagnosis:
     return alone(force(100, every=99), body={"velocity_func": velocity_func})
 
@@ -71,9 +68,6 @@ def runs(speed: Callable[[pymunk.Body, int], float], push: float = 0) -> Act:
         made.apply_force_at_local_point((push, 0))
 
     return act
-
-
-walk = runs(lambda *_: 60)
 
 
 def passes(kind: int, key: str = "", value: tuple[float, float] = (0, 0), **values: Any) -> Diagnosis:
@@ -94,10 +88,6 @@ def in_metres(slop: float, y: float = 0, radius: float = 0.15) -> Diagnosis:
     return watched(space, 60)
 
 
-motor = partial(pymunk.SimpleMotor, rate=3)
-spring = partial(pymunk.DampedSpring, anchor_a=(0, 0), anchor_b=(0, 0), rest_length=9, stiffness=1, damping=0)
-
-
 def joined(joint: Callable[..., pymunk.Constraint], **values: float) -> Diagnosis:
     space = world(gravity=0)
     made = joint(space.static_body, ball(space, 0, 0))
@@ -109,7 +99,7 @@ def joined(joint: Callable[..., pymunk.Constraint], **values: float) -> Diagnosi
 
 def handled(callback: Callable[..., Any], method: str = "begin") -> Diagnosis:
     space = ground()
-    ball(space, 0, 150)
+    ball(space, 0, 184.95).velocity_func = partial(UPDATE)
     space.on_collision(0, 0, **{method: callback})
     return watched(space, 60)
 
@@ -124,10 +114,14 @@ def says_no(arbiter: pymunk.Arbiter, *_: object) -> bool:
 
 
 def pushes(arbiter: pymunk.Arbiter, *_: object) -> None:
-    arbiter.bodies[0].apply_force_at_local_point((10, 0))
+    arbiter.bodies[0].force = 10, 0
 
 
 SIGNAL = type("Signal", (), {"__getattr__": lambda *_: object(), "__call__": rest})()  # has any attribute
+kick = partial(force, call="apply_impulse_at_local_point")
+walk = runs(lambda *_: 60)
+motor = partial(pymunk.SimpleMotor, rate=3)
+spring = partial(pymunk.DampedSpring, anchor_a=(0, 0), anchor_b=(0, 0), rest_length=9, stiffness=1, damping=0)
 throw: dict[str, Any] = {"velocity": (30, 100), "place": (0, 100), "space": ABOVE}
 # By their rules: the Space, its mended twin, and the detail or the symptom's end
 CASES: dict[str, tuple[Callable[[], Diagnosis], Callable[[], Diagnosis], str]] = {
@@ -190,8 +184,7 @@ def hung_on_its_wall() -> Diagnosis:
     """A ball swings through a wall of the body on which it hangs."""
     space = world()
     wall(space, (0, 20), (0, 60), filter=pymunk.ShapeFilter(group=1))
-    bob = ball(space, -40, 0, filter=pymunk.ShapeFilter(group=1))
-    space.add(pymunk.PinJoint(space.static_body, bob))
+    space.add(pymunk.PinJoint(space.static_body, ball(space, -40, 0, filter=pymunk.ShapeFilter(group=1))))
     return watched(space, 60)
 
 
@@ -217,16 +210,18 @@ def gone(made: pymunk.Body, number: int) -> None:
 RIGHT: tuple[tuple[str, Callable[[], Diagnosis]], ...] = (
     ("weak-force", lambda: alone(force(0, -900))),
     ("weak-force", lambda: stands(lambda made, number: force(300 if number % 2 else -300)(made, 0))),
-    ("weak-force", lambda: stands(force(0, 900))),
+    ("weak-force", lambda: moves(force(0, -1500), place=(0, 214.95), make=box)),
     ("weak-force", lambda: stands(force(-300), velocity=(300, 0), place=(0, 100))),
     ("weak-force", lambda: stands(runs(lambda *_: 0, push=2000))),
     ("weak-force", lambda: stands(force(-600), space={"damping": 1e-6}, wall_friction=0)),
     ("weak-force", lambda: stands(force(100), pin=(0, 185), place=(0, 185))),
     ("slow-fall", lambda: moves(space={"gravity": (0, 10)}, body={"velocity_func": partial(UPDATE)})),
     ("slow-fall", lambda: in_metres(0.1)),
+    ("slow-fall", lambda: moves(space={"gravity": (9.81, 0)})),
+    ("slow-fall", lambda: moves(space={"gravity": (0, 9.81), "collision_slop": 0.01})),
     ("slow-fall", lambda: moves(space={"gravity": (0, 50)})),
     ("slow-fall", lambda: moves(space={"gravity": (0, 1)})),
-    ("coarse-slop", lambda: in_metres(0.1, y=-9)),
+    ("coarse-slop", lambda: in_metres(0.1, y=1.7)),
     ("coarse-slop", lambda: in_metres(0.1, radius=0)),
     ("force-kept", lambda: handled(pushes, "post_solve")),
     ("force-kept", lambda: alone(force(1), body={"velocity_func": partial(UPDATE)})),
@@ -246,6 +241,7 @@ RIGHT: tuple[tuple[str, Callable[[], Diagnosis]], ...] = (
     ("falls-away", lambda: moves(place=(600, -2000))),
     ("falls-away", lambda: moves(place=(600, 3000), velocity=(0, -1900))),
     ("falls-away", lambda: moves(floor(sensor=True))),
+    ("falls-away", lambda: moves(place=(-900, -200), velocity=(700, 300), filter=pymunk.ShapeFilter(mask=0))),
     ("strong-motor", lambda: joined(motor, rate=0)),
     ("returned", lambda: handled(lambda *_: True, "pre_solve")),
     ("returned", lambda: handled(SIGNAL)),

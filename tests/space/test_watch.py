@@ -24,7 +24,7 @@ def test_the_space_s_own_step_comes_back_even_after_an_error() -> None:
 
 def test_other_spaces_are_not_recorded() -> None:
     space, other = world(gravity=0), world(gravity=0)
-    with watch(space) as watched, watch(other) as second:
+    with watch(other) as second, watch(space) as watched:
         other.step(1 / RATE)
     assert repr(watched) == "<Watched: Space 1: 0 steps, 0 s; 0 bodies, 0 shapes, 0 joints>"
     assert "1 step" in repr(second)
